@@ -1,0 +1,38 @@
+"""The transform tree without ROS: poses, histories, the tree and its buffer."""
+
+from .buffer_core import BufferCore, EdgeInfo
+from .errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    FutureExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    NoDataException,
+    PastExtrapolationException,
+    TimeoutException,
+    TransformException,
+)
+from .incidents import Incident, Kind, Statistics
+from .pose import Pose
+from .sample import Sample
+from .stamp import LATEST
+
+__all__ = [
+    'LATEST',
+    'BufferCore',
+    'ConnectivityException',
+    'EdgeInfo',
+    'ExtrapolationException',
+    'FutureExtrapolationException',
+    'Incident',
+    'InvalidArgumentException',
+    'Kind',
+    'LookupException',
+    'NoDataException',
+    'PastExtrapolationException',
+    'Pose',
+    'Sample',
+    'Statistics',
+    'TimeoutException',
+    'TransformException',
+]

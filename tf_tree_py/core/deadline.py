@@ -1,0 +1,31 @@
+"""How long a blocking wait may last: by the wall here, by a ROS clock in ``ros``."""
+
+import threading
+import time
+from typing import Protocol
+
+
+class Deadline(Protocol):
+    """Sleeps for a blocking lookup until something happens or time is up."""
+
+    def wait(self, event: threading.Event) -> bool:
+        """Sleep until the event is set (True) or time is up (False)."""
+
+    def elapsed_s(self) -> float:
+        """Return the seconds since the wait began, by the deadline's own clock."""
+
+
+class WallDeadline:
+    """A timeout by the monotonic clock, from now on."""
+
+    def __init__(self, timeout_s: float) -> None:
+        self._begin = time.monotonic()
+        self._end = self._begin + timeout_s
+
+    def wait(self, event: threading.Event) -> bool:
+        """Sleep until the event is set (True) or time is up (False)."""
+        return event.wait(max(0.0, self._end - time.monotonic()))
+
+    def elapsed_s(self) -> float:
+        """Return the seconds since the wait began."""
+        return time.monotonic() - self._begin

@@ -1,0 +1,132 @@
+"""
+The exceptions of tf2, each carrying its facts as fields.
+
+The five classes that tf2_py has keep tf2's names and meaning, and each can be
+raised with nothing but a text. Those that this package raises also say, as
+attributes, which edge, what was asked, what there is, how long it was waited
+for, and what to do; the text is put together only when somebody reads it.
+"""
+
+from .stamp import format_span, format_stamp, LATEST
+
+# What has to change before a failed lookup can succeed: a sample of this child
+# frame that is at least this new (LATEST: any), or with no child, the structure
+# of the tree.
+Blocker = tuple[str | None, int]
+ANY_STRUCTURE: Blocker = (None, LATEST)
+
+
+class TransformException(Exception):
+    """
+    Base of all that a transform buffer raises.
+
+    :ivar target_frame: what was asked for, if it was a lookup.
+    :ivar source_frame: likewise.
+    :ivar waited_s: how long was waited, seconds, before giving up; None without a wait.
+    :ivar hint: what to do about it, one sentence or ''.
+    :ivar blocked_on: what has to arrive before it can succeed; None: waiting is useless.
+    """
+
+    def __init__(self, message: str = '', *, target_frame: str | None = None,
+                 source_frame: str | None = None, hint: str = '',
+                 blocked_on: Blocker | None = None) -> None:
+        super().__init__(message)
+        self.target_frame = target_frame
+        self.source_frame = source_frame
+        self.hint = hint
+        self.blocked_on = blocked_on
+        self.waited_s: float | None = None
+
+    def describe(self) -> str:
+        """Return the sentence that says what is wrong, without wait and hint."""
+        return str(self.args[0]) if self.args else ''
+
+    def __str__(self) -> str:
+        text = self.describe()
+        if self.waited_s is not None:
+            text += f' (waited {self.waited_s:.3f} s for it)'
+        return f'{text}. {self.hint}' if self.hint else text
+
+
+class InvalidArgumentException(TransformException):
+    """A frame name, stamp or shape that can never be right."""
+
+
+class LookupException(TransformException):
+    """A frame that nobody has published."""
+
+
+class ConnectivityException(TransformException):
+    """Two frames in trees that nothing joins."""
+
+
+class TimeoutException(TransformException):
+    """A remote buffer did not answer in time."""
+
+
+class ExtrapolationException(TransformException):
+    """
+    An edge on the way has no data for the stamp.
+
+    :ivar parent: the edge's parent frame, None when it has no samples.
+    :ivar child: the edge's child frame.
+    :ivar requested: the stamp asked for, nanoseconds.
+    :ivar oldest: the oldest stamp stored of this edge; None when there is none.
+    :ivar latest: the newest one.
+    """
+
+    def __init__(self, message: str = '', *, parent: str | None = None,
+                 child: str | None = None, requested: int | None = None,
+                 oldest: int | None = None, latest: int | None = None, hint: str = '',
+                 blocked_on: Blocker | None = None) -> None:
+        super().__init__(message, hint=hint, blocked_on=blocked_on)
+        self.parent = parent
+        self.child = child
+        self.requested = requested
+        self.oldest = oldest
+        self.latest = latest
+
+    def describe(self) -> str:
+        """Return the sentence that says which edge cannot answer, and why."""
+        if self.requested is None:
+            return super().describe()
+        return f'{self._problem()}, the edge {self.parent} -> {self.child}{self._query()}'
+
+    def _problem(self) -> str:
+        return 'Lookup would require extrapolation'
+
+    def _query(self) -> str:
+        if self.target_frame is None:
+            return ''
+        return (f', when looking up transform from frame [{self.source_frame}] '
+                f'to frame [{self.target_frame}]')
+
+
+class FutureExtrapolationException(ExtrapolationException):
+    """The stamp is newer than the newest sample of an edge: it may yet arrive."""
+
+    def _problem(self) -> str:
+        assert self.requested is not None and self.latest is not None
+        return ('Lookup would require extrapolation into the future. Requested time '
+                f'{format_stamp(self.requested)} but the latest data is at time '
+                f'{format_stamp(self.latest)}, {format_span(self.requested - self.latest)} older')
+
+
+class PastExtrapolationException(ExtrapolationException):
+    """The stamp is older than the oldest sample of an edge."""
+
+    def _problem(self) -> str:
+        assert self.requested is not None and self.oldest is not None
+        return ('Lookup would require extrapolation into the past. Requested time '
+                f'{format_stamp(self.requested)} but the earliest data is at time '
+                f'{format_stamp(self.oldest)}, {format_span(self.oldest - self.requested)} newer')
+
+
+class NoDataException(ExtrapolationException):
+    """An edge is known and holds no sample, as after a clear."""
+
+    def describe(self) -> str:
+        """Return the sentence that says which edge is empty."""
+        if self.child is None:
+            return super().describe()
+        return f'No data for the edge above frame [{self.child}]{self._query()}'

@@ -1,0 +1,245 @@
+"""
+One child frame's samples over time.
+
+A sample is a stamp, a parent and ``parent_T_child`` at that stamp. What a frame
+is called, who hangs on whom and who may insert is the business of ``tree``.
+"""
+
+from array import array
+from bisect import bisect_right
+import struct
+
+from .errors import (
+    FutureExtrapolationException,
+    NoDataException,
+    PastExtrapolationException,
+)
+from .se3 import IDENTITY, interpolate, PoseTuple
+from .stamp import format_span, LATEST
+
+_POSE = struct.Struct('=7d')
+_POSE_FLOATS = 7
+_POSE_BYTES = _POSE.size
+
+# Fewer expired samples than this are not worth moving the rest for.
+_MIN_BLOCK = 64
+
+
+class StaticHistory:
+    """
+    An edge that is valid at all times: one sample, no stamp.
+
+    :ivar authority: who sent it.
+    """
+
+    __slots__ = ('child', 'parent', 'pose', 'authority')
+
+    is_static = True
+    fixed_parent = True
+    oldest_stamp = LATEST
+    latest_stamp = LATEST
+
+    def __init__(self, child: str, parent: str, pose: PoseTuple, authority: str = '') -> None:
+        self.child = child
+        self.parent = parent
+        self.pose = pose
+        self.authority = authority
+
+    def __len__(self) -> int:
+        return 1
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """Return ``parent_T_child``, the same at every stamp."""
+        return self.pose
+
+    def parent_at(self, stamp: int) -> str:
+        """Return the parent, the same at every stamp."""
+        return self.parent
+
+    nearest_parent = parent_at
+
+
+class DynamicHistory:
+    """
+    The samples of a moving edge inside a window of time, sorted by stamp.
+
+    Stamps are an ``array('q')``, poses one ``array('d')`` of seven floats each:
+    64 bytes a sample, which ``struct`` reads as floats and numpy sees without a
+    copy. Nearly all edges have one parent for ever; only when a second appears is
+    a parent kept for every sample. Expired samples are skipped at once and
+    dropped in blocks of an eighth, so a sample costs at most 72 bytes and some
+    growth of the arrays.
+
+    Appending is amortised O(1), inserting in the middle O(n) (a memmove), a
+    lookup O(log n). Not safe for several threads: the buffer's lock is.
+
+    :ivar parent: the newest sample's parent; None while there is no sample.
+    :ivar latest_stamp: the newest stamp, nanoseconds; None while there is no sample.
+    :ivar authority: who sent the newest arrival.
+    """
+
+    __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
+                 '_latest_pose', '_stamps', '_poses', '_parents', '_start')
+
+    is_static = False
+
+    def __init__(self, child: str, cache_time: int, authority: str = '') -> None:
+        self.child = child
+        self.cache_time = cache_time
+        self.authority = authority
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget every sample."""
+        self.parent: str | None = None
+        self.latest_stamp: int | None = None
+        self._latest_pose = IDENTITY
+        self._stamps = array('q')
+        self._poses = array('d')
+        self._parents: list[str] | None = None
+        self._start = 0
+
+    def __len__(self) -> int:
+        return len(self._stamps) - self._start
+
+    @property
+    def fixed_parent(self) -> bool:
+        """Whether all samples name one parent, so that a path through it can be kept."""
+        return self._parents is None
+
+    @property
+    def oldest_stamp(self) -> int | None:
+        """The oldest stamp in the window, nanoseconds; None while there is no sample."""
+        return self._stamps[self._start] if self._stamps else None
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """
+        Take a sample, unless it is older than the window.
+
+        As tf2 does it: the window hangs on the newest stamp *before* this one, also
+        when this one is refused; a sample exactly at its edge is kept, and of several
+        with one stamp the last to arrive is found.
+
+        :return: False when the sample was refused.
+        """
+        latest = self.latest_stamp
+        if latest is None:
+            self._append(stamp, parent, pose)
+            return True
+        horizon = latest - self.cache_time
+        if self._stamps[self._start] < horizon:
+            self._expire(horizon)
+        if stamp < horizon:
+            return False
+        if parent != self.parent and self._parents is None:
+            assert self.parent is not None
+            self._parents = [self.parent] * len(self._stamps)
+        if stamp >= latest:
+            self._append(stamp, parent, pose)
+        else:
+            self._insert_between(stamp, parent, pose)
+        return True
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """
+        Return the edge's pose at a stamp, interpolated between its two neighbours.
+
+        Where the neighbours name different parents, the older one holds until the
+        newer begins. O(log n) in the number of stored samples.
+
+        :param stamp: nanoseconds, or ``LATEST``.
+        :return: ``parent_T_child``, metres and unit quaternion.
+        :raises ExtrapolationException: the stamp lies outside the stored span.
+        """
+        if stamp == self.latest_stamp:
+            return self._latest_pose
+        after = self._after(stamp)
+        if after == len(self._stamps):
+            return self._latest_pose
+        before = after - 1
+        older_stamp = self._stamps[before]
+        older = _POSE.unpack_from(self._poses, before * _POSE_BYTES)
+        parents = self._parents
+        if older_stamp == stamp or (parents and parents[before] != parents[after]):
+            return older
+        newer = _POSE.unpack_from(self._poses, after * _POSE_BYTES)
+        ratio = (stamp - older_stamp) / (self._stamps[after] - older_stamp)
+        return interpolate(older, newer, ratio, as_tf2=True)
+
+    def parent_at(self, stamp: int) -> str:
+        """
+        Return the parent at a stamp, that of the sample at or before it.
+
+        :raises ExtrapolationException: the stamp lies outside the stored span.
+        """
+        after = self._after(stamp)
+        if self._parents is not None:
+            return self._parents[after - 1]
+        assert self.parent is not None
+        return self.parent
+
+    def nearest_parent(self, stamp: int) -> str | None:
+        """Return the parent at a stamp, or beyond the stored span that of its end."""
+        if self._parents is None or stamp == LATEST:
+            return self.parent
+        return self._parents[max(self._start, bisect_right(self._stamps, stamp, self._start) - 1)]
+
+    def _after(self, stamp: int) -> int:
+        """Return the index of the first sample newer than a stamp that has one at or before."""
+        stamps = self._stamps
+        # A sample may carry the stamp 0, so LATEST must not be searched for.
+        after = bisect_right(stamps, stamp, self._start) if stamp != LATEST else len(stamps)
+        if self._start < after and (after < len(stamps) or stamp in (LATEST, self.latest_stamp)):
+            return after
+        raise self._extrapolation(stamp)
+
+    def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:
+        self._stamps.append(stamp)
+        self._poses.extend(pose)
+        if self._parents is not None:
+            self._parents.append(parent)
+        self.latest_stamp = stamp
+        self._latest_pose = pose
+        self.parent = parent
+
+    def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
+        index = bisect_right(self._stamps, stamp, self._start)
+        self._stamps.insert(index, stamp)
+        first = index * _POSE_FLOATS
+        self._poses[first:first] = array('d', pose)
+        if self._parents is not None:
+            self._parents.insert(index, parent)
+
+    def _expire(self, horizon: int) -> None:
+        start = self._start
+        while self._stamps[start] < horizon:
+            start += 1
+        if start >= _MIN_BLOCK and start * 8 >= len(self._stamps):
+            del self._stamps[:start]
+            del self._poses[:start * _POSE_FLOATS]
+            if self._parents is not None:
+                del self._parents[:start]
+                if len(set(self._parents)) == 1:
+                    self._parents = None
+            start = 0
+        self._start = start
+
+    def _extrapolation(self, stamp: int) -> Exception:
+        latest, oldest, child = self.latest_stamp, self.oldest_stamp, self.child
+        if latest is None or oldest is None:
+            return NoDataException(child=child, requested=stamp, blocked_on=(child, LATEST))
+        if stamp > latest:
+            return FutureExtrapolationException(
+                parent=self.parent, child=child, requested=stamp, oldest=oldest, latest=latest,
+                hint="Pass the stamp of the sensor's own message, not the present time, "
+                     'or a timeout to wait for the data',
+                blocked_on=(child, stamp))
+        expired = stamp < latest - self.cache_time
+        return PastExtrapolationException(
+            parent=self.parent, child=child, requested=stamp, oldest=oldest, latest=latest,
+            hint=(f'The buffer keeps {format_span(self.cache_time)}: ask sooner, '
+                  'or give it a longer cache_time') if expired else '',
+            blocked_on=None if expired else (child, LATEST))
+
+
+History = StaticHistory | DynamicHistory

@@ -1,0 +1,71 @@
+"""
+What can be wrong, or odd, about a transform that arrives.
+
+Nothing here raises: a listener must survive whatever comes off the wire. What
+happened is told as an ``Incident`` to whoever inserted, and counted.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Kind(Enum):
+    """The kinds of incident; those in ``REMARKS`` were taken all the same."""
+
+    MALFORMED = 'malformed message'
+    EMPTY_FRAME = 'empty frame name'
+    SELF_EDGE = 'frame is its own parent'
+    NOT_FINITE = 'NaN or infinity'
+    ZERO_ROTATION = 'all-zero quaternion'
+    OLD_DATA = 'older than the buffer keeps'
+    LOOP = 'would close a loop'
+    TOO_MANY_FRAMES = 'too many frames'
+    SECOND_PARENT = 'two publishers, two parents'
+    KIND_CHANGE = 'static and dynamic'
+    STALE_EDGE_DROPPED = 'stale edge dropped'
+
+
+REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED})
+
+
+@dataclass(frozen=True)
+class Incident:
+    """One transform that was refused, or taken with a remark."""
+
+    kind: Kind
+    parent: str
+    child: str
+    stamp: int
+    authority: str
+    detail: str
+    """One sentence: why, what was kept, and the likely culprit."""
+
+    @property
+    def refused(self) -> bool:
+        """Whether the transform was not taken."""
+        return self.kind not in REMARKS
+
+    def __str__(self) -> str:
+        verb = 'Refused' if self.refused else 'Note on'
+        return (f'{verb} transform {self.parent!r} -> {self.child!r} from {self.authority!r} '
+                f'({self.kind.value}): {self.detail}')
+
+
+@dataclass
+class Statistics:
+    """
+    Counts since the buffer was made; the frames are those it knows now.
+
+    :ivar accepted: transforms taken.
+    :ivar incidents: how often each kind happened; a refused message that cannot be
+        parsed counts once.
+    """
+
+    accepted: int = 0
+    incidents: dict[Kind, int] = field(default_factory=lambda: dict.fromkeys(Kind, 0))
+    frames: int = 0
+
+    @property
+    def refused(self) -> int:
+        """Transforms not taken, of all kinds."""
+        return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)

@@ -1,0 +1,76 @@
+"""
+The edges between two frames, ready to be composed at any stamp.
+
+Only the arithmetic along a known path; which edges those are, ``tree`` finds.
+"""
+
+from collections.abc import Sequence
+
+from . import se3
+from .history import DynamicHistory, History, StaticHistory
+from .se3 import PoseTuple
+from .stamp import LATEST
+
+
+class Path:
+    """
+    The two branches from a meeting point down to the source and to the target.
+
+    Runs of static edges are composed once, here; so a path is good only until one
+    of them changes. ``fixed`` tells whether it is good for every stamp, or, since
+    an edge on it changes its parent over time, only for the one it was found for.
+    """
+
+    __slots__ = ('fixed', '_source_parts', '_target_parts', '_dynamic')
+
+    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
+                 fixed: bool) -> None:
+        """
+        Take the edges of both branches, each from the leaf up to the meeting point.
+
+        :param fixed: every edge that was climbed has one parent for ever.
+        """
+        self.fixed = fixed
+        self._source_parts = _merge_static_runs(source_edges)
+        self._target_parts = _merge_static_runs(target_edges)
+        self._dynamic = tuple(edge for edge in (*source_edges, *target_edges)
+                              if isinstance(edge, DynamicHistory))
+
+    def latest_common_time(self) -> int:
+        """
+        Return the newest stamp for which every moving edge has data.
+
+        :return: nanoseconds; ``LATEST`` when nothing on the path moves.
+        """
+        common = LATEST
+        for edge in self._dynamic:
+            stamp = edge.latest_stamp
+            # As in tf2, an edge whose newest stamp is zero has no say.
+            if stamp and (stamp < common or common == LATEST):
+                common = stamp
+        return common
+
+    def pose_at(self, stamp: int) -> PoseTuple:
+        """
+        Return ``target_T_source``: inverse(top_T_target) top_T_source.
+
+        :raises ExtrapolationException: an edge has no data for the stamp.
+        """
+        top_T_source = se3.compose_chain([part.sample(stamp) for part in self._source_parts])
+        if not self._target_parts:
+            return top_T_source
+        top_T_target = se3.compose_chain([part.sample(stamp) for part in self._target_parts])
+        return se3.compose(se3.inverse(top_T_target), top_T_source)
+
+
+def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:
+    """Return the edges from the top down, neighbouring static ones composed into one."""
+    parts: list[History] = []
+    for edge in reversed(edges):
+        above = parts[-1] if parts else None
+        if isinstance(edge, StaticHistory) and isinstance(above, StaticHistory):
+            parts[-1] = StaticHistory(
+                edge.child, above.parent, se3.compose(above.pose, edge.pose))
+        else:
+            parts.append(edge)
+    return tuple(parts)

@@ -1,0 +1,281 @@
+"""
+Rotations as unit quaternions (x, y, z, w): each formula once, in two forms.
+
+The scalar form takes and gives tuples of plain floats, because one numpy
+operation on one quaternion costs more than all of its arithmetic. The form
+whose name ends in ``_many`` takes arrays (..., 4) and broadcasts. A test holds
+the two equal. q and -q are the same rotation; nothing here prefers a sign
+unless it says so. Poses live in ``se3``.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Quaternion = tuple[float, float, float, float]
+Vector3 = tuple[float, float, float]
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+Array = npt.NDArray[np.float64]
+
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+# A rotation matrix whose R^T R is further from I than this is not one.
+ORTHONORMAL_TOLERANCE = 1e-6
+
+# Below this 1 - cos(theta) the series for the slerp weights is exact to 1e-16,
+# and above it acos is well enough conditioned.
+_SERIES_LIMIT = 1e-5
+
+
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the Hamilton product a b: first b, then a."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def multiply_many(a: Array, b: Array) -> Array:
+    """Return the Hamilton products of (..., 4) and (..., 4)."""
+    return np.stack(multiply(columns(a), columns(b)), axis=-1)
+
+
+def conjugate(q: Quaternion) -> Quaternion:
+    """Return the inverse rotation of a unit quaternion."""
+    x, y, z, w = q
+    return (-x, -y, -z, w)
+
+
+def conjugate_many(q: Array) -> Array:
+    """Return the inverse rotations of unit quaternions (..., 4)."""
+    return np.asarray(q * np.array([-1.0, -1.0, -1.0, 1.0]))
+
+
+def rotate(q: Quaternion, v: Vector3) -> Vector3:
+    """Return q v q*: v + 2 w (u x v) + 2 u x (u x v), with u the vector part of q."""
+    x, y, z, w = q
+    vx, vy, vz = v
+    cx = 2.0 * (y * vz - z * vy)
+    cy = 2.0 * (z * vx - x * vz)
+    cz = 2.0 * (x * vy - y * vx)
+    return (
+        vx + w * cx + y * cz - z * cy,
+        vy + w * cy + z * cx - x * cz,
+        vz + w * cz + x * cy - y * cx,
+    )
+
+
+def rotate_many(q: Array, v: Array) -> Array:
+    """Rotate vectors (..., 3) by unit quaternions (..., 4)."""
+    return np.stack(rotate(columns(q), columns(v)), axis=-1)
+
+
+def normalize(q: Quaternion) -> Quaternion:
+    """
+    Return q scaled to length one.
+
+    :raises ValueError: the quaternion has no direction: all zero, or not finite.
+    """
+    size = math.hypot(*q)
+    if not 0.0 < size < math.inf:
+        raise ValueError(f'no rotation: the quaternion {tuple(q)} (x y z w) has length {size}')
+    x, y, z, w = q
+    return (x / size, y / size, z / size, w / size)
+
+
+def slerp_weights(cosine: float, ratio: float) -> tuple[float, float]:
+    """
+    Return what two unit quaternions weigh in their spherical interpolation.
+
+    sin((1 - u) t) / sin t and sin(u t) / sin t, with t the angle between the first
+    and that of +-second which is nearer. For tiny angles the power series in
+    cos t - 1 of Eberly, "A Fast and Accurate Algorithm for Computing SLERP" (2011),
+    exact where acos is not.
+
+    :param cosine: the dot product of the two, -1 to 1.
+    :param ratio: u, 0 for the first, 1 for the second.
+    """
+    near = abs(cosine)
+    if near > 1.0 - _SERIES_LIMIT:
+        first, second = _slerp_series(1.0 - ratio, near), _slerp_series(ratio, near)
+    else:
+        angle = ratio * math.acos(near)
+        second = math.sin(angle) / math.sqrt(1.0 - near * near)
+        first = math.cos(angle) - near * second
+    return (first, second) if cosine >= 0.0 else (first, -second)
+
+
+def slerp_weights_many(cosine: Array, ratio: Array) -> tuple[Array, Array]:
+    """Return ``slerp_weights`` of arrays that broadcast against each other."""
+    near = np.abs(cosine)
+    tiny = near > 1.0 - _SERIES_LIMIT
+    # Where the series serves, any angle that divides safely will do.
+    safe = np.where(tiny, 0.5, near)
+    angle = ratio * np.arccos(safe)
+    weight = np.sin(angle) / np.sqrt(1.0 - safe * safe)
+    first = np.where(tiny, _slerp_series(1.0 - ratio, near), np.cos(angle) - safe * weight)
+    second = np.where(tiny, _slerp_series(ratio, near), weight)
+    return first, np.where(cosine >= 0.0, second, -second)
+
+
+def _slerp_series(u: Any, cosine: Any) -> Any:
+    gap, square = cosine - 1.0, u * u
+    return u * (1.0 + (square - 1.0) * gap / 3.0 * (1.0 + (square - 4.0) * gap / 10.0))
+
+
+def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
+    """Interpolate on the sphere, the short way round, at constant angular speed."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    first, second = slerp_weights(ax * bx + ay * by + az * bz + aw * bw, ratio)
+    return (
+        first * ax + second * bx,
+        first * ay + second * by,
+        first * az + second * bz,
+        first * aw + second * bw,
+    )
+
+
+def slerp_many(a: Array, b: Array, ratio: Array) -> Array:
+    """Interpolate (..., 4) with (..., 4) at ratios (...)."""
+    first, second = slerp_weights_many(np.einsum('...i,...i->...', a, b), ratio)
+    return np.asarray(first[..., None] * a + second[..., None] * b)
+
+
+def exp(rotation_vector: Vector3) -> Quaternion:
+    """Return the rotation about a vector by its length in radians."""
+    x, y, z = rotation_vector
+    angle = math.hypot(x, y, z)
+    # sin(a/2)/a; its series below 1e-3 rad, where the next term is 1e-17.
+    scale = math.sin(0.5 * angle) / angle if angle > 1e-3 else 0.5 - angle * angle / 48.0
+    return (scale * x, scale * y, scale * z, math.cos(0.5 * angle))
+
+
+def exp_many(rotation_vectors: Array) -> Array:
+    """Return the quaternions (..., 4) of rotation vectors (..., 3) in radians."""
+    angle = np.linalg.norm(rotation_vectors, axis=-1, keepdims=True)
+    safe = np.where(angle > 1e-3, angle, 1.0)
+    scale = np.where(angle > 1e-3, np.sin(0.5 * safe) / safe, 0.5 - angle * angle / 48.0)
+    return np.concatenate([scale * rotation_vectors, np.cos(0.5 * angle)], axis=-1)
+
+
+def log(q: Quaternion) -> Vector3:
+    """Return the rotation vector, radians, of length 0 to pi."""
+    x, y, z, w = q
+    if w < 0.0:
+        x, y, z, w = -x, -y, -z, -w
+    sine = math.hypot(x, y, z)
+    # angle/sin(angle/2); atan2 keeps full precision at both ends.
+    scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
+    return (scale * x, scale * y, scale * z)
+
+
+def log_many(q: Array) -> Array:
+    """Return the rotation vectors (..., 3) of unit quaternions (..., 4)."""
+    q = np.where(q[..., 3:] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., :3], axis=-1, keepdims=True)
+    safe = np.where(sine > 1e-12, sine, 1.0)
+    scale = np.where(sine > 1e-12, 2.0 * np.arctan2(sine, q[..., 3:]) / safe, 2.0)
+    return np.asarray(scale * q[..., :3])
+
+
+def as_matrix(q: Quaternion) -> Matrix3:
+    """Return the rotation matrix, row by row: its columns are the rotated axes."""
+    x, y, z, w = q
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def as_matrix_many(q: Array) -> Array:
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    rows = [np.stack(row, axis=-1) for row in as_matrix(columns(q))]
+    return np.stack(rows, axis=-2)
+
+
+def from_matrix(matrix: npt.ArrayLike) -> Quaternion:
+    """
+    Return the unit quaternion, w >= 0, of a (3, 3) rotation matrix.
+
+    :raises ValueError: not (3, 3), not orthonormal within 1e-6, or a reflection.
+    """
+    array = np.asarray(matrix, dtype=float)
+    if array.shape != (3, 3):
+        raise ValueError(f'a rotation matrix has the shape (3, 3), this one {array.shape}')
+    x, y, z, w = from_matrix_many(array).tolist()
+    return (x, y, z, w)
+
+
+def from_matrix_many(matrices: Array) -> Array:
+    """
+    Return the unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3).
+
+    Shepperd's method ("Quaternion from Rotation Matrix", 1978): divide by the
+    largest of the four components, so that nothing is lost next to pi.
+
+    :raises ValueError: not orthonormal within 1e-6, or a reflection.
+    """
+    m = matrices
+    gram = np.swapaxes(m, -1, -2) @ m
+    if not np.all(np.abs(gram - np.eye(3)) < ORTHONORMAL_TOLERANCE):
+        raise ValueError('not a rotation: R^T R differs from I by more than 1e-6')
+    if not np.all(np.linalg.det(m) > 0.0):
+        raise ValueError('not a rotation: det R = -1, a reflection')
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    both, odd = m + np.swapaxes(m, -1, -2), m - np.swapaxes(m, -1, -2)
+    xy, yz, zx = both[..., 0, 1], both[..., 1, 2], both[..., 2, 0]
+    wx, wy, wz = odd[..., 2, 1], odd[..., 0, 2], odd[..., 1, 0]
+    # Row k is the quaternion times four times its own k-th component.
+    products = np.stack(
+        [
+            np.stack([1.0 + xx - yy - zz, xy, zx, wx], axis=-1),
+            np.stack([xy, 1.0 - xx + yy - zz, yz, wy], axis=-1),
+            np.stack([zx, yz, 1.0 - xx - yy + zz, wz], axis=-1),
+            np.stack([wx, wy, wz, 1.0 + xx + yy + zz], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(np.einsum('...ii->...i', products), axis=-1)[..., None, None]
+    q = np.take_along_axis(products, largest, axis=-2)[..., 0, :]
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return np.asarray(np.where(q[..., 3:] < 0.0, -q, q))
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """
+    Return the rotation of roll, pitch and yaw, radians.
+
+    About the fixed axes x, y, z in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as
+    URDF and tf2 have it.
+    """
+    about_x = (math.sin(0.5 * roll), 0.0, 0.0, math.cos(0.5 * roll))
+    about_y = (0.0, math.sin(0.5 * pitch), 0.0, math.cos(0.5 * pitch))
+    about_z = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+    return multiply(about_z, multiply(about_y, about_x))
+
+
+def as_rpy(q: Quaternion) -> Vector3:
+    """
+    Return (roll, pitch, yaw), radians, with pitch in [-pi/2, pi/2].
+
+    In gimbal lock (pitch = +-pi/2) only a sum of roll and yaw is defined: roll is 0.
+    """
+    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = as_matrix(q)
+    cosine = math.hypot(r00, r10)
+    pitch = math.atan2(-r20, cosine)
+    if cosine < 1e-9:
+        return (0.0, pitch, math.atan2(-r01, r11))
+    return (math.atan2(r21, r22), pitch, math.atan2(r10, r00))
+
+
+def columns(array: Array) -> Any:
+    """Split (..., n) into n arrays (...), for a formula written for plain floats."""
+    return tuple(np.moveaxis(np.asarray(array, dtype=float), -1, 0))

@@ -1,0 +1,295 @@
+"""
+Which frames hang on which: the edges, the way between two frames, the one rule.
+
+The rule: at any time a frame has one parent, and no edge closes a loop. An edge
+that would is refused here, when it arrives, so no lookup ever meets one.
+Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
+``buffer_core``'s.
+"""
+
+from collections.abc import Container
+
+from .errors import (
+    ANY_STRUCTURE,
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+)
+from .history import DynamicHistory, History, StaticHistory
+from .incidents import Incident, Kind
+from .path import Path
+from .se3 import PoseTuple
+from .stamp import format_span, format_stamp, LATEST
+
+Edge = tuple[str, str]
+
+
+class Tree:
+    """
+    All edges of a buffer, by child frame.
+
+    The parent belongs to the sample, so the tree may change over time. A path on
+    which no edge ever changed its parent is kept until the structure changes;
+    ``version`` counts those changes.
+
+    :ivar histories: each child frame's samples.
+    :ivar frames: every frame name, in order of first appearance.
+    """
+
+    def __init__(self, cache_time: int, max_frames: int) -> None:
+        self.cache_time = cache_time
+        self.max_frames = max_frames
+        self.histories: dict[str, History] = {}
+        self.frames: dict[str, None] = {}
+        self.version = 0
+        self._paths: dict[Edge, Path] = {}
+        self._fights: set[Edge] = set()
+
+    # --- inserting
+
+    def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple,
+               authority: str, static: bool) -> list[Incident]:
+        """
+        Take one checked sample (see ``sample``), unless it breaks a rule.
+
+        :return: what was refused or is worth telling; empty nearly always.
+        """
+        history = self.histories.get(child)
+        if (isinstance(history, DynamicHistory) and not static
+                and history.parent == parent and history.fixed_parent):
+            history.authority = authority
+            if history.insert(stamp, parent, pose):
+                return []
+            return [self._too_old(history, parent, stamp, authority)]
+        return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
+
+    def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
+                         pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
+        """Take a sample that may change the structure."""
+        unknown = {parent, child} - self.frames.keys()
+        if len(self.frames) + len(unknown) > self.max_frames:
+            return [Incident(
+                Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
+                f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
+        incidents = self._drop_stale_loop(parent, child, stamp, authority, static)
+        loop = self._loop(parent, child, stamp)
+        if loop:
+            return [*incidents, self._loop_closed(loop, parent, child, stamp, authority)]
+        incidents += self._remarks(history, parent, child, stamp, authority, static)
+        if static:
+            self.histories[child] = StaticHistory(child, parent, pose, authority)
+        else:
+            if not isinstance(history, DynamicHistory):
+                history = self.histories[child] = DynamicHistory(child, self.cache_time)
+            unchanged = (not history.fixed_parent and history.parent == parent
+                         and history.latest_stamp is not None and stamp >= history.latest_stamp)
+            if not history.insert(stamp, parent, pose):
+                return [*incidents, self._too_old(history, parent, stamp, authority)]
+            history.authority = authority
+            if unchanged:
+                return incidents
+        self.frames.setdefault(child)
+        self.frames.setdefault(parent)
+        self._structure_changed()
+        return incidents
+
+    def _structure_changed(self) -> None:
+        self.version += 1
+        self._paths.clear()
+
+    def _loop(self, parent: str, child: str, stamp: int) -> list[History]:
+        """Return the edges from a parent up to its would-be child; none if it is not up there."""
+        edges: list[History] = []
+        frame: str | None = parent
+        while frame is not None and frame in self.histories and len(edges) <= len(self.histories):
+            history = self.histories[frame]
+            edges.append(history)
+            frame = history.nearest_parent(stamp)
+            if frame == child:
+                return edges
+        return []
+
+    def _drop_stale_loop(self, parent: str, child: str, stamp: int, authority: str,
+                         static: bool) -> list[Incident]:
+        """Forget an edge in the way that nobody has published for longer than the window."""
+        if static:
+            return []
+        for edge in self._loop(parent, child, stamp):
+            if isinstance(edge, DynamicHistory) and edge.latest_stamp is not None:
+                age = stamp - edge.latest_stamp
+                if age > self.cache_time:
+                    incident = Incident(
+                        Kind.STALE_EDGE_DROPPED, parent, child, stamp, authority,
+                        f'it turns round the edge {edge.parent!r} -> {edge.child!r} from '
+                        f'{edge.authority!r}, whose newest sample is {format_span(age)} older; '
+                        'that edge was dropped')
+                    edge.clear()
+                    return [incident]
+        return []
+
+    def _loop_closed(self, loop: list[History], parent: str, child: str, stamp: int,
+                     authority: str) -> Incident:
+        frames = ' -> '.join([child, *(edge.child for edge in loop), child])
+        kept = ', '.join(f'{edge.parent!r} -> {edge.child!r} from {edge.authority!r}'
+                         for edge in loop)
+        return Incident(
+            Kind.LOOP, parent, child, stamp, authority,
+            f'each frame the child of the next, {frames} is a loop; kept: {kept}. '
+            f'Two nodes disagree about who is whose parent: stop {authority!r}, or the other')
+
+    def _too_old(self, history: DynamicHistory, parent: str, stamp: int,
+                 authority: str) -> Incident:
+        assert history.latest_stamp is not None
+        return Incident(
+            Kind.OLD_DATA, parent, history.child, stamp, authority,
+            f'its stamp {format_stamp(stamp)} is {format_span(history.latest_stamp - stamp)} '
+            f'older than the newest, {format_stamp(history.latest_stamp)}, and the buffer keeps '
+            f'{format_span(self.cache_time)}. A bag that loops, a clock that jumped, or a second '
+            f'publisher: the last one heard was {history.authority!r}')
+
+    def _remarks(self, history: History | None, parent: str, child: str, stamp: int,
+                 authority: str, static: bool) -> list[Incident]:
+        """Return what to tell about a sample that is taken; the same fight only once."""
+        if history is None or history.parent is None:
+            return []
+        remarks = []
+        if history.is_static != static:
+            before, now = ('dynamic', 'static') if static else ('static', 'dynamic')
+            remarks.append(Incident(
+                Kind.KIND_CHANGE, parent, child, stamp, authority,
+                f'it was {before} from {history.authority!r} and is now {now}; '
+                'what was stored of it is gone'))
+        if (history.parent != parent and history.authority != authority
+                and (child, parent) not in self._fights):
+            self._fights |= {(child, parent), (child, history.parent)}
+            remarks.append(Incident(
+                Kind.SECOND_PARENT, parent, child, stamp, authority,
+                f'{history.authority!r} says that its parent is {history.parent!r}; '
+                'while both go on, every lookup through it depends on who came last'))
+        return remarks
+
+    # --- finding the way
+
+    def path(self, target: str, source: str, stamp: int) -> Path:
+        """
+        Return the way between two frames, for a stamp if it depends on that.
+
+        The textbook's walk: climb from the source, climb from the target, meet at
+        the lowest common ancestor.
+
+        :param stamp: nanoseconds; ``LATEST`` goes by every edge's newest sample.
+        :raises InvalidArgumentException: a name that cannot be a frame.
+        :raises LookupException: a frame that nobody published.
+        :raises ConnectivityException: nothing joins the two.
+        :raises ExtrapolationException: nothing joins them, and an edge has no data then.
+        """
+        path = self._paths.get((target, source))
+        if path is None:
+            self.check_frame('target_frame', target)
+            self.check_frame('source_frame', source)
+            path = self._find_path(target, source, stamp)
+            if path.fixed:
+                self._paths[target, source] = path
+        return path
+
+    def check_frame(self, argument: str, frame: str) -> None:
+        """
+        Say what is wrong with a frame name in a query, if anything.
+
+        :raises InvalidArgumentException: empty, or with a leading slash.
+        :raises LookupException: not known.
+        """
+        if not isinstance(frame, str) or not frame or frame.startswith('/'):
+            raise InvalidArgumentException(
+                f'Invalid argument {argument} {frame!r}: a frame in a query is a string, '
+                'not empty and without a leading slash')
+        if frame not in self.frames:
+            raise LookupException(
+                f'Frame [{frame}], passed as {argument}, does not exist',
+                hint=self._known_frames(), blocked_on=ANY_STRUCTURE)
+
+    def _known_frames(self) -> str:
+        if not self.frames:
+            return 'Nothing has been received yet'
+        names = list(self.frames)
+        more = f' and {len(names) - 12} more' if len(names) > 12 else ''
+        return 'Known: ' + ', '.join(names[:12]) + more
+
+    def _find_path(self, target: str, source: str, stamp: int) -> Path:
+        source_edges, source_frames = self._climb(source, stamp, (target,))
+        target_edges, target_frames = self._climb(target, stamp, source_frames)
+        fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
+        if target_frames[-1] not in source_frames:
+            raise self._not_joined(target_frames, source_frames, stamp)
+        meeting = source_frames.index(target_frames[-1])
+        return Path(source_edges[:meeting], target_edges, fixed)
+
+    def _climb(self, frame: str, stamp: int, stop: Container[str]
+               ) -> tuple[list[History], list[str]]:
+        """Return the edges from a frame up to one to stop at or to the top, and the frames."""
+        edges: list[History] = []
+        frames = [frame]
+        while frame not in stop:
+            history = self.histories.get(frame)
+            parent = _parent_of(history, stamp)
+            if history is None or parent is None:
+                break
+            if len(frames) > len(self.frames):
+                raise LookupException('The tree has a loop: ' + ' -> '.join(frames[-8:]))
+            edges.append(history)
+            frames.append(parent)
+            frame = parent
+        return edges, frames
+
+    def _not_joined(self, target_frames: list[str], source_frames: list[str],
+                    stamp: int) -> Exception:
+        """Return what tf2 says of two climbs that do not meet."""
+        target, source = target_frames[0], source_frames[0]
+        if stamp != LATEST:
+            for frame in (*source_frames, *target_frames):
+                history = self.histories.get(frame)
+                try:
+                    if history is not None:
+                        history.sample(stamp)
+                except ExtrapolationException as error:
+                    return error
+        return ConnectivityException(
+            f'Could not find a connection between [{target}] and [{source}] because they are '
+            f'not part of the same tree: [{target}] hangs on [{target_frames[-1]}], '
+            f'[{source}] on [{source_frames[-1]}]',
+            hint='Tf has two or more unconnected trees: who should publish the edge between them?',
+            blocked_on=ANY_STRUCTURE)
+
+    # --- forgetting
+
+    def clear(self) -> None:
+        """Forget what moves; frame names and static edges stay, as in tf2."""
+        for history in self.histories.values():
+            if isinstance(history, DynamicHistory):
+                history.clear()
+        self._structure_changed()
+
+    def remove(self, frame: str) -> bool:
+        """
+        Forget a frame's edge to its parent, and its name unless something hangs on it.
+
+        :return: whether it was there.
+        """
+        if frame not in self.frames:
+            return False
+        self.histories.pop(frame, None)
+        if not any(history.parent == frame for history in self.histories.values()):
+            del self.frames[frame]
+        self._structure_changed()
+        return True
+
+
+def _parent_of(history: History | None, stamp: int) -> str | None:
+    """Return the parent to climb to; None at the top, and where the data ends."""
+    if history is None or history.fixed_parent:
+        return history.parent if history else None
+    try:
+        return history.parent_at(stamp)
+    except ExtrapolationException:
+        return None
