@@ -1,0 +1,71 @@
+"""
+The transform tree of ROS 2 in pure Python: tf2's names, and answers tf2 cannot give.
+
+``BufferCore``, ``Pose`` and the exceptions need no ROS. ``Buffer``,
+``TransformListener`` and the broadcasters need rclpy, and are loaded when they
+are first used (PEP 562), so that this import works where there is none.
+"""
+
+import importlib
+from typing import Any
+
+from tf_tree_py.core import (
+    BufferCore,
+    ClockJumpException,
+    ConnectivityException,
+    ExtrapolationException,
+    FutureExtrapolationException,
+    Incident,
+    InvalidArgumentException,
+    LATEST,
+    LookupException,
+    NoDataException,
+    PastExtrapolationException,
+    Pose,
+    Statistics,
+    TimeoutException,
+    TransformException,
+)
+
+_ROS_NAMES = ('Buffer', 'StaticTransformBroadcaster', 'TransformBroadcaster', 'TransformListener')
+
+__all__ = [
+    'Buffer',
+    'BufferCore',
+    'ClockJumpException',
+    'ConnectivityException',
+    'ExtrapolationException',
+    'FutureExtrapolationException',
+    'Incident',
+    'InvalidArgumentException',
+    'LATEST',
+    'LookupException',
+    'NoDataException',
+    'PastExtrapolationException',
+    'Pose',
+    'StaticTransformBroadcaster',
+    'Statistics',
+    'TimeoutException',
+    'TransformBroadcaster',
+    'TransformException',
+    'TransformListener',
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ROS_NAMES:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    try:
+        ros = importlib.import_module('tf_tree_py.ros')
+    except ModuleNotFoundError as error:
+        if error.name is None or '.' in error.name:
+            raise  # ROS is there, and something in it is not as expected.
+        raise ImportError(
+            f'tf_tree_py.{name} needs ROS 2, and {error.name} is not installed: source a ROS 2 '
+            'installation, or let scripts/setup of the tf_tree_py repository make one from PyPI'
+        ) from error
+    return getattr(ros, name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

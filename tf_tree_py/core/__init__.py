@@ -2,6 +2,7 @@
 
 from .buffer_core import BufferCore, EdgeInfo
 from .errors import (
+    ClockJumpException,
     ConnectivityException,
     ExtrapolationException,
     FutureExtrapolationException,
@@ -20,6 +21,7 @@ from .stamp import LATEST
 __all__ = [
     'LATEST',
     'BufferCore',
+    'ClockJumpException',
     'ConnectivityException',
     'EdgeInfo',
     'ExtrapolationException',

@@ -80,7 +80,9 @@ class BufferCore:
         :param static: valid at all times.
         :return: what was refused or is worth telling: empty when all is well.
         """
-        return self.insert_many([Sample(parent, child, stamp, pose)], authority, static)
+        x, y, z, qx, qy, qz, qw = map(float, pose)
+        sample = Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw))
+        return self.insert_many([sample], authority, static)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False) -> list[Incident]:

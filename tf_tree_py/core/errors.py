@@ -130,3 +130,7 @@ class NoDataException(ExtrapolationException):
         if self.child is None:
             return super().describe()
         return f'No data for the edge above frame [{self.child}]{self._query()}'
+
+
+class ClockJumpException(ExtrapolationException):
+    """The clock jumped back while a lookup waited, and the buffer was cleared."""

@@ -1,0 +1,38 @@
+"""What a buffer holds, as text: pure functions of ``BufferCore.edges()``."""
+
+from collections.abc import Iterable
+
+from .buffer_core import EdgeInfo
+from .stamp import as_seconds
+
+# tf2 divides by the stored span, but never by less than this many seconds.
+_SHORTEST_SPAN_S = 1e-4
+
+
+def as_yaml(edges: Iterable[EdgeInfo]) -> str:
+    """
+    Return tf2's ``all_frames_as_yaml``, byte for byte; the ``tf2_frames`` service's answer.
+
+    Static edges have the rate 10000.000 there, one sample in no time.
+    """
+    blocks = [
+        f'{edge.child}: \n'
+        f"  parent: '{edge.parent}'\n"
+        f"  broadcaster: '{edge.authority}'\n"
+        f'  rate: {rate_hz(edge):.3f}\n'
+        f'  most_recent_transform: {as_seconds(edge.latest):.6f}\n'
+        f'  oldest_transform: {as_seconds(edge.oldest):.6f}\n'
+        f'  buffer_length: {as_seconds(edge.latest - edge.oldest):.3f}\n'
+        for edge in edges
+    ]
+    return ''.join(blocks) or '[]'
+
+
+def as_string(edges: Iterable[EdgeInfo]) -> str:
+    """Return tf2's ``all_frames_as_string``: one line for every frame with a parent."""
+    return ''.join(f'Frame {edge.child} exists with parent {edge.parent}.\n' for edge in edges)
+
+
+def rate_hz(edge: EdgeInfo) -> float:
+    """Return the samples a second of an edge, as tf2 counts them."""
+    return edge.samples / max(as_seconds(edge.latest - edge.oldest), _SHORTEST_SPAN_S)

@@ -1,0 +1,227 @@
+"""
+tf2's ``Buffer``: the core with messages, clocks and timeouts.
+
+Only translation happens here; every answer is ``BufferCore``'s.
+"""
+
+from collections.abc import Callable
+import threading
+from typing import Any, TypeVar
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.clock import Clock, JumpHandle, JumpThreshold, TimeJump
+from rclpy.duration import Duration
+import rclpy.logging
+from rclpy.node import Node
+from rclpy.time import Time
+from tf2_msgs.srv import FrameGraph
+from tf_tree_py.core import report
+from tf_tree_py.core.buffer_core import BufferCore, DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
+from tf_tree_py.core.errors import ClockJumpException, TransformException
+from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.sample import Sample
+
+from .clock import deadline
+from .convert import as_nanoseconds, as_sample, transform_stamped
+from .incident_log import IncidentLog
+
+Answer = TypeVar('Answer')
+
+_ON_JUMP_BACK = JumpThreshold(
+    min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True)
+_NO_TIME = Duration()
+
+
+class Buffer(BufferCore):
+    """
+    Stores transforms and answers where one frame is in another, at a time.
+
+    Everything that tf2's buffer has, and what ``BufferCore`` adds. With a node it
+    serves ``tf2_frames`` and goes by the node's clock; a ``TransformListener``
+    lends it its own, which ticks even while the node's callbacks block. When the
+    clock jumps back, what moves is forgotten and everybody who waits is told.
+    """
+
+    def __init__(self, cache_time: Duration | None = None, node: Node | None = None, *,
+                 max_frames: int = DEFAULT_MAX_FRAMES,
+                 wall_guard: Duration | None = None) -> None:
+        """
+        Make an empty buffer.
+
+        :param cache_time: how much history each edge keeps; 10 s unless given.
+        :param node: serves ``tf2_frames``, logs, and lends its clock.
+        :param max_frames: how many frame names are let in, against a hostile publisher.
+        :param wall_guard: with simulated time, the longest that a lookup may wait by
+            the wall, should ``/clock`` stand still; None: as long as it does.
+        """
+        super().__init__(None if cache_time is None else as_nanoseconds(cache_time),
+                         max_frames=max_frames)
+        self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
+        self._clock: Clock | None = None
+        self._jump_handle: JumpHandle | None = None
+        self._feeding_threads: set[int] = set()
+        self.log_to(rclpy.logging.get_logger('tf_tree_py'))
+        if node is not None:
+            self.log_to(node.get_logger())
+            self.use_clock(node.get_clock())
+            self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
+
+    # --- feeding
+
+    def set_transform(self, transform: TransformStamped,
+                      authority: str = DEFAULT_AUTHORITY) -> bool:
+        """
+        Take a transform that moves.
+
+        :return: whether it was taken; if not, the log and ``statistics()`` say why.
+        """
+        return self.take([as_sample(transform)], authority)
+
+    def set_transform_static(self, transform: TransformStamped,
+                             authority: str = DEFAULT_AUTHORITY) -> bool:
+        """
+        Take a transform that is valid at all times.
+
+        :return: whether it was taken; if not, the log and ``statistics()`` say why.
+        """
+        return self.take([as_sample(transform)], authority, static=True)
+
+    def take(self, samples: list[Sample], authority: str, static: bool = False) -> bool:
+        """Insert samples, and log what was odd; return whether all were taken."""
+        incidents = self.insert_many(samples, authority, static)
+        if not incidents:
+            return True
+        self._incident_log.report(incidents)
+        return not any(incident.refused for incident in incidents)
+
+    def refuse(self, incident: Incident) -> None:
+        """Count and log something that arrived and is no transform."""
+        self.record(incident)
+        self._incident_log.report([incident])
+
+    def fed_by(self, thread_id: int | None) -> None:
+        """Note a thread that delivers transforms, and therefore must not wait for them."""
+        if thread_id is not None:
+            self._feeding_threads.add(thread_id)
+
+    def log_to(self, logger: Any) -> None:
+        """Write what is odd about arriving transforms to an rclpy logger."""
+        self._incident_log = IncidentLog(logger)
+
+    # --- clock
+
+    def use_clock(self, clock: Clock) -> None:
+        """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
+        if self._jump_handle is not None:
+            self._jump_handle.unregister()
+        self._clock = clock
+        self._jump_handle = clock.create_jump_callback(
+            _ON_JUMP_BACK, post_callback=self._on_jump_back)
+
+    def _on_jump_back(self, jump: TimeJump) -> None:
+        self.clear()
+        self.fail_waiters(ClockJumpException(
+            f'The clock jumped by {jump.delta.nanoseconds / 1e9:.3f} s, or changed its source, '
+            'while this was waited for; the buffer was cleared'))
+
+    # --- asking
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
+                         timeout: Any = _NO_TIME) -> TransformStamped:
+        """
+        Return the transform that takes coordinates in source to coordinates in target.
+
+        :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the
+            latest time for which all edges between the two have data.
+        :param timeout: an rclpy ``Duration`` to wait for it to become possible.
+        :raises LookupException: a frame that nobody published.
+        :raises ConnectivityException: nothing joins the two.
+        :raises ExtrapolationException: an edge between them has no data for the time.
+        :raises InvalidArgumentException: a name that cannot be a frame.
+        """
+        stamp = as_nanoseconds(time)
+
+        def query() -> tuple[int, Any]:
+            return self.lookup_stamped(target_frame, source_frame, stamp)
+
+        found, pose = query() if timeout is _NO_TIME else self._within(timeout, query)
+        return transform_stamped(target_frame, source_frame, found, pose)
+
+    def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                              source_time: Any, fixed_frame: str,
+                              timeout: Any = _NO_TIME) -> TransformStamped:
+        """
+        Return the transform from a source at one time to a target at another.
+
+        Through a frame that stays put meanwhile: (target <- fixed at target_time)
+        (fixed <- source at source_time). Parameters and errors as ``lookup_transform``.
+        """
+        stamps = as_nanoseconds(target_time), as_nanoseconds(source_time)
+        found, pose = self._within(timeout, lambda: self.lookup_full_stamped(
+            target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
+        return transform_stamped(target_frame, source_frame, found, pose)
+
+    def can_transform(self, target_frame: str, source_frame: str, time: Any,
+                      timeout: Any = _NO_TIME,
+                      return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
+        """
+        Return whether ``lookup_transform`` would succeed.
+
+        :param return_debug_tuple: return (answer, why not) instead.
+        """
+        return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform(
+            target_frame, source_frame, time, timeout))
+
+    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                           source_time: Any, fixed_frame: str, timeout: Any = _NO_TIME,
+                           return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
+        """
+        Return whether ``lookup_transform_full`` would succeed.
+
+        :param return_debug_tuple: return (answer, why not) instead.
+        """
+        return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform_full(
+            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
+        """Return the newest time for which all edges between two frames have data."""
+        return Time(nanoseconds=self.latest_common_time(target_frame, source_frame))
+
+    def _within(self, timeout: Any, query: Callable[[], Answer]) -> Answer:
+        """Answer a query within a timeout by the buffer's clock."""
+        duration = as_nanoseconds(timeout)
+        if duration <= 0:
+            return query()
+        try:
+            return query()
+        except TransformException as error:
+            if error.blocked_on is None:
+                raise
+            if threading.get_ident() in self._feeding_threads:
+                error.hint = ('Not waited: this very thread delivers the transforms, so waiting '
+                              'in it would only delay them')
+                raise
+        return self.wait_for(query, deadline(self._clock, duration, self._wall_guard_s))
+
+    # --- listing
+
+    def all_frames_as_yaml(self) -> str:
+        """Return what is stored of every edge, as tf2 writes it."""
+        return report.as_yaml(self.edges())
+
+    def all_frames_as_string(self) -> str:
+        """Return every frame and its parent, a line each, as tf2 writes it."""
+        return report.as_string(self.edges())
+
+    def _serve_frames(self, _: FrameGraph.Request,
+                      response: FrameGraph.Response) -> FrameGraph.Response:
+        response.frame_yaml = self.all_frames_as_yaml()
+        return response
+
+
+def _debug_tuple_of(wanted: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
+    try:
+        lookup()
+    except TransformException as error:
+        return (False, str(error)) if wanted else False
+    return (True, '') if wanted else True

@@ -1,0 +1,144 @@
+"""Feeding a buffer from /tf and /tf_static."""
+
+import secrets
+import threading
+from typing import Any
+import weakref
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.incidents import Incident, Kind
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.wire import WireError, WireReader
+
+from .authority import Authority
+from .buffer import Buffer
+from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
+from .receiver import Receiver
+
+_USE_SIM_TIME = 'use_sim_time'
+
+
+class TransformListener:
+    """
+    Fills a buffer with what is published on ``/tf`` and ``/tf_static``.
+
+    It reads in a thread of its own, on a small node of its own beside yours (with
+    its context, namespace, remappings and clock), and never spins your node. So a
+    lookup with a timeout works inside a callback, also of a single-threaded
+    executor: what it waits for arrives meanwhile.
+
+    It lives as long as your node or until ``close()``; it is a context manager.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = True,
+                 qos: QoSProfile | int | None = None,
+                 static_qos: QoSProfile | int | None = None,
+                 tf_topic: str = TF_TOPIC, tf_static_topic: str = TF_STATIC_TOPIC,
+                 static_only: bool = False) -> None:
+        """
+        Begin to listen.
+
+        :param buffer: what to fill.
+        :param node: whose names, remappings and clock to use.
+        :param spin_thread: read in a thread of its own. False puts the subscriptions
+            on your node for your executor to serve, and then a callback that waits in
+            a single-threaded executor keeps out what it waits for: it fails at once.
+        :param qos: of ``/tf``; reliable, volatile, depth 100 unless given.
+        :param static_qos: of ``/tf_static``; reliable, transient local, depth 100.
+        :param tf_topic: where moving transforms are published.
+        :param tf_static_topic: where static ones are.
+        :param static_only: leave ``/tf`` alone.
+        """
+        self.buffer = buffer
+        self.node = node
+        self._receiver: Receiver | None = None
+        self._home = _companion(node) if spin_thread else node
+        topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
+        topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
+        buffer.log_to(node.get_logger())
+        self._subscriptions = [
+            self._home.create_subscription(
+                TFMessage, topic, _Feed(buffer, self._home, topic, static).receive,
+                profile, raw=True)
+            for topic, static, profile in (
+                (node.resolve_topic_name(name), static, profile)
+                for name, static, profile in topics)
+        ]
+        buffer.use_clock(self._home.get_clock())
+        if spin_thread:
+            self._receiver = Receiver(self._home)
+            buffer.fed_by(self._receiver.thread_id)
+            # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
+            node.add_post_set_parameters_callback(self._follow_clock)
+            self._finalizer = weakref.finalize(self, self._receiver.stop)
+
+    def close(self) -> None:
+        """Stop listening; what is in the buffer stays there."""
+        if self._receiver is not None:
+            self._receiver.close()
+            self._receiver = None
+            self.node.remove_post_set_parameters_callback(self._follow_clock)
+        elif self._home is self.node:
+            for subscription in self._subscriptions:
+                self.node.destroy_subscription(subscription)
+        self._subscriptions.clear()
+
+    def unregister(self) -> None:
+        """Stop listening: tf2's name for ``close``."""
+        self.close()
+
+    def __enter__(self) -> 'TransformListener':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _follow_clock(self, parameters: list[Parameter]) -> None:
+        """Switch to simulated time and back when the node does."""
+        changed = [parameter for parameter in parameters if parameter.name == _USE_SIM_TIME]
+        if changed and self._receiver is not None:
+            self._home.set_parameters(changed)
+            self._receiver.wake()
+
+
+class _Feed:
+    """What arrives on one topic, on its way into the buffer."""
+
+    def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool) -> None:
+        self._buffer = buffer
+        self._node = node
+        self._static = static
+        self._reader = WireReader()
+        self._authority = Authority(node, topic)
+
+    def receive(self, data: bytes) -> None:
+        authority = self._authority.name()
+        if isinstance(self._node.executor, SingleThreadedExecutor):
+            self._buffer.fed_by(threading.get_ident())
+        try:
+            samples = self._reader.read(data)
+        except WireError as error:
+            self._buffer.refuse(Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error)))
+            return
+        self._buffer.take(samples, authority, self._static)
+
+
+def _companion(node: Node) -> Node:
+    """Return a small node beside another, which its executor does not see."""
+    clock_topic = node.resolve_topic_name('/clock')
+    overrides: list[Any] = [node.get_parameter(_USE_SIM_TIME)]
+    return Node(
+        f'transform_listener_impl_{secrets.token_hex(6)}',
+        context=node.context,
+        namespace=node.get_namespace(),
+        # The topics are resolved by the other node already; a rename is meant for it alone.
+        use_global_arguments=False,
+        cli_args=['--ros-args', '-r', f'/clock:={clock_topic}'],
+        enable_rosout=False,
+        start_parameter_services=False,
+        parameter_overrides=overrides,
+    )

@@ -1,0 +1,29 @@
+"""The profiles of /tf and /tf_static, as tf2 has them."""
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+TF_TOPIC = '/tf'
+TF_STATIC_TOPIC = '/tf_static'
+
+
+def dynamic_qos() -> QoSProfile:
+    """Return the profile of /tf, both sides: reliable, volatile, the last 100."""
+    return QoSProfile(depth=100, history=HistoryPolicy.KEEP_LAST,
+                      reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.VOLATILE)
+
+
+def static_listener_qos() -> QoSProfile:
+    """Return the subscriber's profile of /tf_static: a late joiner gets the last 100."""
+    return _static_qos(100)
+
+
+def static_broadcaster_qos() -> QoSProfile:
+    """Return the publisher's: one message, for each holds everything ever sent."""
+    return _static_qos(1)
+
+
+def _static_qos(depth: int) -> QoSProfile:
+    return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
+                      reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
