@@ -14,12 +14,12 @@ from .errors import (
     NoDataException,
     PastExtrapolationException,
 )
-from .se3 import IDENTITY, interpolate, PoseTuple
+from .se3 import IDENTITY, interpolate_pair, PoseTuple
 from .stamp import format_span, LATEST
 
-_POSE = struct.Struct('=7d')
 _POSE_FLOATS = 7
-_POSE_BYTES = _POSE.size
+_POSE_BYTES = 56
+_unpack_pair = struct.Struct('=14d').unpack_from
 
 # Fewer expired samples than this are not worth moving the rest for.
 _MIN_BLOCK = 64
@@ -153,18 +153,17 @@ class DynamicHistory:
         """
         if stamp == self.latest_stamp:
             return self._latest_pose
-        after = self._after(stamp)
-        if after == len(self._stamps):
+        stamps, parents = self._stamps, self._parents
+        after = bisect_right(stamps, stamp, self._start)
+        if not self._start < after < len(stamps) or stamp == LATEST:
+            self._check_span(stamp)
             return self._latest_pose
-        before = after - 1
-        older_stamp = self._stamps[before]
-        older = _POSE.unpack_from(self._poses, before * _POSE_BYTES)
-        parents = self._parents
-        if older_stamp == stamp or (parents and parents[before] != parents[after]):
-            return older
-        newer = _POSE.unpack_from(self._poses, after * _POSE_BYTES)
-        ratio = (stamp - older_stamp) / (self._stamps[after] - older_stamp)
-        return interpolate(older, newer, ratio, as_tf2=True)
+        older_stamp = stamps[after - 1]
+        pair = _unpack_pair(self._poses, (after - 1) * _POSE_BYTES)
+        if stamp == older_stamp or (parents and parents[after - 1] != parents[after]):
+            return pair[:_POSE_FLOATS]
+        ratio = (stamp - older_stamp) / (stamps[after] - older_stamp)
+        return interpolate_pair(pair, ratio, True)
 
     def parent_at(self, stamp: int) -> str:
         """
@@ -172,11 +171,10 @@ class DynamicHistory:
 
         :raises ExtrapolationException: the stamp lies outside the stored span.
         """
-        after = self._after(stamp)
-        if self._parents is not None:
-            return self._parents[after - 1]
-        assert self.parent is not None
-        return self.parent
+        self._check_span(stamp)
+        parent = self.nearest_parent(stamp)
+        assert parent is not None
+        return parent
 
     def nearest_parent(self, stamp: int) -> str | None:
         """Return the parent at a stamp, or beyond the stored span that of its end."""
@@ -184,14 +182,11 @@ class DynamicHistory:
             return self.parent
         return self._parents[max(self._start, bisect_right(self._stamps, stamp, self._start) - 1)]
 
-    def _after(self, stamp: int) -> int:
-        """Return the index of the first sample newer than a stamp that has one at or before."""
+    def _check_span(self, stamp: int) -> None:
+        """Raise unless the stored span holds a stamp."""
         stamps = self._stamps
-        # A sample may carry the stamp 0, so LATEST must not be searched for.
-        after = bisect_right(stamps, stamp, self._start) if stamp != LATEST else len(stamps)
-        if self._start < after and (after < len(stamps) or stamp in (LATEST, self.latest_stamp)):
-            return after
-        raise self._extrapolation(stamp)
+        if not stamps or (stamp != LATEST and not stamps[self._start] <= stamp <= stamps[-1]):
+            raise self._extrapolation(stamp)
 
     def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:
         self._stamps.append(stamp)

@@ -106,24 +106,28 @@ def apply_many(a_T_b: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     return np.asarray(so3.rotate_many(poses[..., 3:], array) + poses[..., :3])
 
 
-def interpolate(a: PoseTuple, b: PoseTuple, ratio: float, *, as_tf2: bool = False) -> PoseTuple:
+def interpolate(a: PoseTuple, b: PoseTuple, ratio: float) -> PoseTuple:
     """
     Return the pose between two: the translation on a line, the rotation by slerp.
 
-    As tf2 does it. Not the screw motion between the two: a point off the axis
-    moves on another path, but the origin of the frame goes straight.
+    Not the screw motion between the two: a point off the axis moves on another
+    path, but the origin of the frame goes straight.
 
     :param ratio: 0 for a, 1 for b.
-    :param as_tf2: keep a's rotation when the two are closer than 3e-8 rad, where
-        their dot product rounds to one, as tf2's slerp does. Otherwise exact.
     """
-    ax, ay, az, aqx, aqy, aqz, aqw = a
-    bx, by, bz, bqx, bqy, bqz, bqw = b
-    cosine = aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw
-    if as_tf2 and not -1.0 < cosine < 1.0:
-        first, second = 1.0, 0.0
-    else:
-        first, second = so3.slerp_weights(cosine, ratio)
+    return interpolate_pair((*a, *b), ratio)
+
+
+def interpolate_pair(pair: tuple[float, ...], ratio: float, as_tf2: bool = False) -> PoseTuple:
+    """
+    Interpolate between two poses that lie one behind the other in one tuple.
+
+    :param pair: 14 floats, as two neighbours lie in a history's memory.
+    :param as_tf2: see ``so3.slerp_weights``.
+    """
+    ax, ay, az, aqx, aqy, aqz, aqw, bx, by, bz, bqx, bqy, bqz, bqw = pair
+    first, second = so3.slerp_weights(
+        aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw, ratio, as_tf2)
     left = 1.0 - ratio
     return (
         left * ax + ratio * bx,

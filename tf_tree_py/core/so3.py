@@ -9,6 +9,7 @@ unless it says so. Poses live in ``se3``.
 """
 
 import math
+from math import acos, cos, sin
 from typing import Any
 
 import numpy as np
@@ -23,10 +24,6 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 # A rotation matrix whose R^T R is further from I than this is not one.
 ORTHONORMAL_TOLERANCE = 1e-6
-
-# Below this 1 - cos(theta) the series for the slerp weights is exact to 1e-16,
-# and above it acos is well enough conditioned.
-_SERIES_LIMIT = 1e-5
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
@@ -89,44 +86,41 @@ def normalize(q: Quaternion) -> Quaternion:
     return (x / size, y / size, z / size, w / size)
 
 
-def slerp_weights(cosine: float, ratio: float) -> tuple[float, float]:
+def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[float, float]:
     """
     Return what two unit quaternions weigh in their spherical interpolation.
 
-    sin((1 - u) t) / sin t and sin(u t) / sin t, with t the angle between the first
-    and that of +-second which is nearer. For tiny angles the power series in
-    cos t - 1 of Eberly, "A Fast and Accurate Algorithm for Computing SLERP" (2011),
-    exact where acos is not.
+    sin((1 - u) t) / sin t and sin(u t) / sin t (Shoemake, "Animating Rotation with
+    Quaternion Curves", 1985), with t the angle between the first and that of +-second
+    which is nearer. Good for the tiniest angles: acos(cosine) may be wrong in half
+    its digits there, but the weights depend on it only in the second order.
 
     :param cosine: the dot product of the two, -1 to 1.
     :param ratio: u, 0 for the first, 1 for the second.
+    :param as_tf2: all to the first when the two are closer than 3e-8 rad, where the
+        cosine rounds to one, as tf2's slerp does. Otherwise exact.
     """
     near = abs(cosine)
-    if near > 1.0 - _SERIES_LIMIT:
-        first, second = _slerp_series(1.0 - ratio, near), _slerp_series(ratio, near)
+    if near < 1.0:
+        angle = acos(near)
+        second = sin(ratio * angle) / sin(angle)
+        first = cos(ratio * angle) - near * second
+    elif as_tf2:
+        return 1.0, 0.0
     else:
-        angle = ratio * math.acos(near)
-        second = math.sin(angle) / math.sqrt(1.0 - near * near)
-        first = math.cos(angle) - near * second
+        first, second = 1.0 - ratio, ratio
     return (first, second) if cosine >= 0.0 else (first, -second)
 
 
-def slerp_weights_many(cosine: Array, ratio: Array) -> tuple[Array, Array]:
+def slerp_weights_many(cosine: Array, ratio: Array,
+                       as_tf2: bool = False) -> tuple[Array, Array]:
     """Return ``slerp_weights`` of arrays that broadcast against each other."""
     near = np.abs(cosine)
-    tiny = near > 1.0 - _SERIES_LIMIT
-    # Where the series serves, any angle that divides safely will do.
-    safe = np.where(tiny, 0.5, near)
-    angle = ratio * np.arccos(safe)
-    weight = np.sin(angle) / np.sqrt(1.0 - safe * safe)
-    first = np.where(tiny, _slerp_series(1.0 - ratio, near), np.cos(angle) - safe * weight)
-    second = np.where(tiny, _slerp_series(ratio, near), weight)
+    apart = near < 1.0
+    angle = np.arccos(np.where(apart, near, 0.0))
+    second = np.where(apart, np.sin(ratio * angle) / np.sin(angle), 0.0 if as_tf2 else ratio)
+    first = np.where(apart, np.cos(ratio * angle) - near * second, 1.0 - second)
     return first, np.where(cosine >= 0.0, second, -second)
-
-
-def _slerp_series(u: Any, cosine: Any) -> Any:
-    gap, square = cosine - 1.0, u * u
-    return u * (1.0 + (square - 1.0) * gap / 3.0 * (1.0 + (square - 4.0) * gap / 10.0))
 
 
 def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:

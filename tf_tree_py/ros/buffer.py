@@ -141,10 +141,11 @@ class Buffer(BufferCore):
         """
         stamp = as_nanoseconds(time)
 
-        def query() -> tuple[int, Any]:
-            return self.lookup_stamped(target_frame, source_frame, stamp)
-
-        found, pose = query() if timeout is _NO_TIME else self._within(timeout, query)
+        if timeout is _NO_TIME:
+            found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
+        else:
+            found, pose = self._within(
+                timeout, lambda: self.lookup_stamped(target_frame, source_frame, stamp))
         return transform_stamped(target_frame, source_frame, found, pose)
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,

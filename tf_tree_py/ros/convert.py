@@ -35,7 +35,7 @@ def as_nanoseconds(time: Any) -> int:
             raise InvalidArgumentException(
                 f'{time!r} is no time: pass an rclpy.time.Time, a header.stamp, '
                 'or an rclpy.duration.Duration') from None
-    return int(nanoseconds)
+    return nanoseconds  # type: ignore[no-any-return]
 
 
 def time_message(stamp: int) -> TimeMessage:
