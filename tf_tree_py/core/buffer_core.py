@@ -14,7 +14,7 @@ from .deadline import Deadline, WallDeadline
 from .errors import TransformException
 from .incidents import Incident, Statistics
 from .pose import Pose
-from .sample import checked, Sample
+from .sample import Batch, checked, Sample, unit_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .tree import Tree
@@ -86,27 +86,50 @@ class BufferCore:
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False) -> list[Incident]:
-        """Take transforms, a whole message say, under one lock; see ``insert``."""
-        incidents: list[Incident] = []
-        accepted = 0
-        touched: list[str] = []
+        """Take transforms under one lock; see ``insert``."""
+        samples = list(samples)
         with self._lock:
             version = self._tree.version
-            for sample in samples:
-                sound = checked(sample, authority)
-                if isinstance(sound, Incident):
-                    incidents.append(sound)
-                    continue
-                told = self._tree.insert(*sound, authority, static)
-                if told:
-                    incidents += told
-                    if told[-1].refused:
-                        continue
-                accepted += 1
-                touched.append(sound.child)
-            self._count(accepted, incidents)
-            ready = self._take_ready(touched, version) if self._waiters else []
+            incidents = self._insert_each(samples, authority, static)
+            ready = self._take_ready((sample.child for sample in samples), version)
         wake_all(ready)
+        return incidents
+
+    def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
+                     static: bool = False) -> list[Incident]:
+        """Take a whole message under one lock; see ``insert``."""
+        poses = None if static else unit_poses(batch.poses)
+        if poses is None:
+            return self.insert_many(batch.samples(), authority, static)
+        packed = poses.tobytes()
+        incidents: list[Incident] = []
+        with self._lock:
+            version = self._tree.version
+            rest = self._tree.append_batch(batch, packed, authority)
+            self._statistics.accepted += len(batch.edges) - len(rest)
+            if rest:
+                samples = batch.samples()
+                incidents = self._insert_each([samples[i] for i in rest], authority, False)
+            ready = self._take_ready((child for _, child in batch.edges), version)
+        wake_all(ready)
+        return incidents
+
+    def _insert_each(self, samples: Iterable[Sample], authority: str,
+                     static: bool) -> list[Incident]:
+        incidents: list[Incident] = []
+        tree, accepted = self._tree, 0
+        for sample in samples:
+            if not static and tree.append(sample, authority):
+                accepted += 1
+                continue
+            sound = checked(sample, authority)
+            if isinstance(sound, Incident):
+                incidents.append(sound)
+                continue
+            told = tree.insert(*sound, authority, static)
+            incidents += told
+            accepted += not (told and told[-1].refused)
+        self._count(accepted, incidents)
         return incidents
 
     def record(self, incident: Incident) -> None:
@@ -119,14 +142,17 @@ class BufferCore:
         for incident in incidents:
             self._statistics.incidents[incident.kind] += 1
 
-    def _take_ready(self, touched: list[str], version: int) -> list[Waiter]:
+    def _take_ready(self, touched: Iterable[str], version: int) -> list[Waiter]:
         """Take out the waiters for whom these insertions may have changed something."""
+        if not self._waiters:
+            return []
         if self._tree.version != version:
             return self._waiters.take_all()
         ready: list[Waiter] = []
         for child in touched:
-            latest = self._tree.histories[child].latest_stamp
-            ready += self._waiters.take_reached(child, latest or LATEST)
+            history = self._tree.histories.get(child.removeprefix('/'))
+            if history is not None:
+                ready += self._waiters.take_reached(history.child, history.latest_stamp or LATEST)
         return ready
 
     # --- asking

@@ -20,7 +20,7 @@ class WallDeadline:
 
     def __init__(self, timeout_s: float) -> None:
         self._begin = time.monotonic()
-        self._end = self._begin + timeout_s
+        self._end = self._begin + min(timeout_s, threading.TIMEOUT_MAX)
 
     def wait(self, event: threading.Event) -> bool:
         """Sleep until the event is set (True) or time is up (False)."""

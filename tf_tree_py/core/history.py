@@ -14,11 +14,13 @@ from .errors import (
     NoDataException,
     PastExtrapolationException,
 )
-from .se3 import IDENTITY, interpolate_pair, PoseTuple
+from .se3 import interpolate_pair, PoseTuple
 from .stamp import format_span, LATEST
 
 _POSE_FLOATS = 7
-_POSE_BYTES = 56
+POSE_BYTES = 56
+pack_pose = struct.Struct('=7d').pack
+_unpack = struct.Struct('=7d').unpack_from
 _unpack_pair = struct.Struct('=14d').unpack_from
 
 # Fewer expired samples than this are not worth moving the rest for.
@@ -58,6 +60,10 @@ class StaticHistory:
 
     nearest_parent = parent_at
 
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """Return False: a static edge has no next sample."""
+        return False
+
 
 class DynamicHistory:
     """
@@ -79,7 +85,7 @@ class DynamicHistory:
     """
 
     __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
-                 '_latest_pose', '_stamps', '_poses', '_parents', '_start')
+                 '_latest_pose', '_stamps', '_poses', '_parents', '_start', '_oldest_expires')
 
     is_static = False
 
@@ -93,11 +99,14 @@ class DynamicHistory:
         """Forget every sample."""
         self.parent: str | None = None
         self.latest_stamp: int | None = None
-        self._latest_pose = IDENTITY
+        # The newest sample unpacked, once somebody asked for it.
+        self._latest_pose: PoseTuple | None = None
         self._stamps = array('q')
         self._poses = array('d')
         self._parents: list[str] | None = None
         self._start = 0
+        # A newest stamp beyond this makes the oldest sample expire.
+        self._oldest_expires = 0
 
     def __len__(self) -> int:
         return len(self._stamps) - self._start
@@ -112,6 +121,24 @@ class DynamicHistory:
         """The oldest stamp in the window, nanoseconds; None while there is no sample."""
         return self._stamps[self._start] if self._stamps else None
 
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """
+        Take the next sample of the parent that all before it name: the common case.
+
+        :param pose: seven doubles in the machine's byte order.
+        :return: False, with nothing done, when it is another case: see ``insert``.
+        """
+        latest = self.latest_stamp
+        if latest is None or stamp < latest or self._parents is not None:
+            return False
+        if latest > self._oldest_expires:
+            self._expire(latest - self.cache_time)
+        self._stamps.append(stamp)
+        self._poses.frombytes(pose)
+        self.latest_stamp = stamp
+        self._latest_pose = None
+        return True
+
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
         Take a sample, unless it is older than the window.
@@ -125,9 +152,10 @@ class DynamicHistory:
         latest = self.latest_stamp
         if latest is None:
             self._append(stamp, parent, pose)
+            self._note_oldest()
             return True
         horizon = latest - self.cache_time
-        if self._stamps[self._start] < horizon:
+        if latest > self._oldest_expires:
             self._expire(horizon)
         if stamp < horizon:
             return False
@@ -138,6 +166,7 @@ class DynamicHistory:
             self._append(stamp, parent, pose)
         else:
             self._insert_between(stamp, parent, pose)
+            self._note_oldest()
         return True
 
     def sample(self, stamp: int) -> PoseTuple:
@@ -152,14 +181,14 @@ class DynamicHistory:
         :raises ExtrapolationException: the stamp lies outside the stored span.
         """
         if stamp == self.latest_stamp:
-            return self._latest_pose
+            return self._latest_pose or self._unpack_latest()
         stamps, parents = self._stamps, self._parents
         after = bisect_right(stamps, stamp, self._start)
         if not self._start < after < len(stamps) or stamp == LATEST:
             self._check_span(stamp)
-            return self._latest_pose
+            return self._unpack_latest()
         older_stamp = stamps[after - 1]
-        pair = _unpack_pair(self._poses, (after - 1) * _POSE_BYTES)
+        pair = _unpack_pair(self._poses, (after - 1) * POSE_BYTES)
         if stamp == older_stamp or (parents and parents[after - 1] != parents[after]):
             return pair[:_POSE_FLOATS]
         ratio = (stamp - older_stamp) / (stamps[after] - older_stamp)
@@ -188,9 +217,13 @@ class DynamicHistory:
         if not stamps or (stamp != LATEST and not stamps[self._start] <= stamp <= stamps[-1]):
             raise self._extrapolation(stamp)
 
+    def _unpack_latest(self) -> PoseTuple:
+        self._latest_pose = pose = _unpack(self._poses, (len(self._stamps) - 1) * POSE_BYTES)
+        return pose
+
     def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:
         self._stamps.append(stamp)
-        self._poses.extend(pose)
+        self._poses.frombytes(pack_pose(*pose))
         if self._parents is not None:
             self._parents.append(parent)
         self.latest_stamp = stamp
@@ -218,6 +251,10 @@ class DynamicHistory:
                     self._parents = None
             start = 0
         self._start = start
+        self._note_oldest()
+
+    def _note_oldest(self) -> None:
+        self._oldest_expires = self._stamps[self._start] + self.cache_time
 
     def _extrapolation(self, stamp: int) -> Exception:
         latest, oldest, child = self.latest_stamp, self.oldest_stamp, self.child

@@ -5,12 +5,16 @@ The wire, a message and a caller all end up here, so the checks of tf2 stand
 once: names, NaN, quaternions.
 """
 
+from collections.abc import Sequence
 import math
 from typing import NamedTuple
+
+import numpy as np
 
 from . import so3
 from .incidents import Incident, Kind
 from .se3 import PoseTuple
+from .so3 import Array
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
@@ -25,6 +29,45 @@ class Sample(NamedTuple):
     pose: PoseTuple
 
 
+class Batch(NamedTuple):
+    """
+    The transforms of one message, packed; nothing is checked yet.
+
+    :ivar edges: (parent, child) of each; one object for all messages of one layout.
+    :ivar stamps: of each, nanoseconds.
+    :ivar poses: (N, 7), metres and quaternion x y z w.
+    """
+
+    edges: Sequence[tuple[str, str]]
+    stamps: Sequence[int]
+    poses: Array
+
+    def samples(self) -> list[Sample]:
+        """Return them one by one."""
+        return [Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw))
+                for (parent, child), stamp, (x, y, z, qx, qy, qz, qw)
+                in zip(self.edges, self.stamps, self.poses.tolist(), strict=True)]
+
+
+def is_sound(pose: PoseTuple) -> bool:
+    """Return whether a pose is finite and its quaternion of unit length."""
+    x, y, z, qx, qy, qz, qw = pose
+    # NaN and infinity fail the comparison too.
+    excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * (x + y + z)
+    return -_UNIT_TOLERANCE < excess < _UNIT_TOLERANCE
+
+
+def unit_poses(poses: Array) -> Array | None:
+    """Return poses (N, 7) with unit quaternions; None if one is not finite or no rotation."""
+    q = poses[:, 3:]
+    squares = np.einsum('ij,ij->i', q, q) + 0.0 * poses.sum()
+    if np.abs(squares - 1.0).max(initial=0.0) < _UNIT_TOLERANCE:
+        return poses
+    if not squares.min() > 0.0 or not squares.max() < np.inf:
+        return None
+    return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
+
+
 def checked(sample: Sample, authority: str) -> Sample | Incident:
     """
     Return a sample fit for the tree, or why there is none.
@@ -33,19 +76,9 @@ def checked(sample: Sample, authority: str) -> Sample | Incident:
     does; refuses what tf2 refuses, and infinities, which would become NaN on the
     first composition.
     """
-    parent, child, stamp, pose = sample
-    x, y, z, qx, qy, qz, qw = pose
-    # NaN and infinity fail this comparison too.
-    excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * (x + y + z)
-    plain = -_UNIT_TOLERANCE < excess < _UNIT_TOLERANCE
-    if plain and parent != child and parent and child and parent[0] != '/' != child[0]:
-        return sample
-    stripped = Sample(parent.removeprefix('/'), child.removeprefix('/'), stamp, pose)
-    return _mended(stripped, authority)
-
-
-def _mended(sample: Sample, authority: str) -> Sample | Incident:
-    parent, child, stamp, pose = sample
+    parent = sample.parent.removeprefix('/')
+    child = sample.child.removeprefix('/')
+    stamp, pose = sample.stamp, sample.pose
 
     def refused(kind: Kind, detail: str) -> Incident:
         return Incident(kind, parent, child, stamp, authority, detail)
@@ -57,6 +90,8 @@ def _mended(sample: Sample, authority: str) -> Sample | Incident:
         return refused(Kind.SELF_EDGE, 'frame_id and child_frame_id are the same')
     if not all(map(math.isfinite, pose)):
         return refused(Kind.NOT_FINITE, f'(x y z, qx qy qz qw) = {pose}')
+    if is_sound(pose):
+        return Sample(parent, child, stamp, pose)
     x, y, z, qx, qy, qz, qw = pose
     if not (qx or qy or qz or qw):
         return refused(Kind.ZERO_ROTATION, 'a message that nobody filled? No rotation is 0 0 0 1')

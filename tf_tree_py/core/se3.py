@@ -213,7 +213,7 @@ def from_matrix(matrix: npt.ArrayLike) -> PoseTuple:
     """
     Return the pose of a (4, 4) homogeneous matrix.
 
-    :raises ValueError: not (4, 4), last row not 0 0 0 1, or not a rotation.
+    :raises ValueError: not (4, 4), last row not 0 0 0 1, not a rotation, or not finite.
     """
     array = np.asarray(matrix, dtype=float)
     if array.shape != (4, 4):
@@ -226,17 +226,20 @@ def from_matrix_many(matrices: Array) -> Array:
     """
     Return the poses (..., 7) of homogeneous matrices (..., 4, 4).
 
-    :raises ValueError: a last row is not 0 0 0 1, or a block is not a rotation.
+    :raises ValueError: a last row is not 0 0 0 1, a block is not a rotation, or a
+        translation is not finite.
     """
     if not np.allclose(matrices[..., 3, :], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=1e-9):
         raise ValueError('not a rigid transform: the last row of the matrix is not 0 0 0 1')
+    if not np.isfinite(matrices[..., :3, 3]).all():
+        raise ValueError('not a rigid transform: the translation is not finite')
     q = so3.from_matrix_many(matrices[..., :3, :3])
     return np.concatenate([matrices[..., :3, 3], q], axis=-1)
 
 
 # The coefficients of [w] and [w]^2 in the left Jacobian V and in its inverse, as
 # functions of t^2. Below t = 0.1 the closed forms cancel, and their Taylor series
-# to t^6 are exact to 1e-16.
+# to t^6 are better: within 6e-15 of the truth, relative, where those reach 4e-14.
 
 _TAYLOR_LIMIT = 1e-2
 

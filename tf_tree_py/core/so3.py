@@ -25,6 +25,9 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 # A rotation matrix whose R^T R is further from I than this is not one.
 ORTHONORMAL_TOLERANCE = 1e-6
 
+# Closer to gimbal lock than this many radians, roll is taken to be zero.
+_GIMBAL_LOCK = 1e-12
+
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     """Return the Hamilton product a b: first b, then a."""
@@ -146,7 +149,7 @@ def exp(rotation_vector: Vector3) -> Quaternion:
     """Return the rotation about a vector by its length in radians."""
     x, y, z = rotation_vector
     angle = math.hypot(x, y, z)
-    # sin(a/2)/a; its series below 1e-3 rad, where the next term is 1e-17.
+    # sin(a/2)/a; its series below 1e-3 rad, where the next term is 3e-16.
     scale = math.sin(0.5 * angle) / angle if angle > 1e-3 else 0.5 - angle * angle / 48.0
     return (scale * x, scale * y, scale * z, math.cos(0.5 * angle))
 
@@ -260,14 +263,21 @@ def as_rpy(q: Quaternion) -> Vector3:
     """
     Return (roll, pitch, yaw), radians, with pitch in [-pi/2, pi/2].
 
-    In gimbal lock (pitch = +-pi/2) only a sum of roll and yaw is defined: roll is 0.
+    From half the sum and half the difference of yaw and roll, as in Bernardes,
+    Viollet, "Quaternion to Euler angles conversion" (2022): next to gimbal lock the
+    three together keep full precision, which elements of the matrix do not give. In
+    gimbal lock (pitch = +-pi/2) only one of the two is defined: roll is 0.
     """
-    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = as_matrix(q)
-    cosine = math.hypot(r00, r10)
-    pitch = math.atan2(-r20, cosine)
-    if cosine < 1e-9:
-        return (0.0, pitch, math.atan2(-r01, r11))
-    return (math.atan2(r21, r22), pitch, math.atan2(r10, r00))
+    x, y, z, w = q
+    above, below = math.hypot(w + y, z - x), math.hypot(w - y, z + x)
+    pitch = math.atan2(2.0 * (w * y - x * z), above * below)
+    half_sum, half_difference = math.atan2(z + x, w - y), math.atan2(z - x, w + y)
+    if below < _GIMBAL_LOCK:
+        half_sum = half_difference
+    elif above < _GIMBAL_LOCK:
+        half_difference = half_sum
+    roll, yaw = half_sum - half_difference, half_sum + half_difference
+    return (math.remainder(roll, math.tau), pitch, math.remainder(yaw, math.tau))
 
 
 def columns(array: Array) -> Any:

@@ -35,7 +35,7 @@ def format_span(nanoseconds: int) -> str:
     if size < 1_000:
         return f'{nanoseconds} ns'
     if size < 1_000_000:
-        return f'{nanoseconds / 1e3:.3g} us'
+        return f'{nanoseconds / 1e3:.4g} us'
     if size < NANOSECONDS_PER_SECOND:
-        return f'{nanoseconds / 1e6:.3g} ms'
+        return f'{nanoseconds / 1e6:.4g} ms'
     return f'{nanoseconds / 1e9:.3f} s'

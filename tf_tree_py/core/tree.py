@@ -7,7 +7,8 @@ Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
 ``buffer_core``'s.
 """
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
+import struct
 
 from .errors import (
     ANY_STRUCTURE,
@@ -16,9 +17,10 @@ from .errors import (
     InvalidArgumentException,
     LookupException,
 )
-from .history import DynamicHistory, History, StaticHistory
+from .history import DynamicHistory, History, pack_pose, POSE_BYTES, StaticHistory
 from .incidents import Incident, Kind
 from .path import Path
+from .sample import Batch, is_sound, Sample
 from .se3 import PoseTuple
 from .stamp import format_span, format_stamp, LATEST
 
@@ -44,9 +46,54 @@ class Tree:
         self.frames: dict[str, None] = {}
         self.version = 0
         self._paths: dict[Edge, Path] = {}
+        self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
         self._fights: set[Edge] = set()
 
     # --- inserting
+
+    def append(self, sample: Sample, authority: str) -> bool:
+        """
+        Take the next sample of an edge that did not change: the common case.
+
+        :return: False, with nothing done, when it needs a closer look.
+        """
+        parent, child, stamp, pose = sample
+        history = self.histories.get(child)
+        if (history is None or history.parent != parent or not is_sound(pose)
+                or not history.append(stamp, pack_pose(*pose))):
+            return False
+        history.authority = authority
+        return True
+
+    def append_batch(self, batch: Batch, poses: bytes, authority: str) -> list[int]:
+        """
+        Take the next samples of edges that did not change: ``append`` for a message.
+
+        :param poses: sound ones, as the batch's, in the machine's byte order.
+        :return: the positions in the batch that need a closer look.
+        """
+        histories = self._known_edges(batch.edges)
+        each_pose = struct.unpack(f'{POSE_BYTES}s' * len(histories), poses)
+        rest = []
+        for position, history in enumerate(histories):
+            if history is not None and history.append(batch.stamps[position], each_pose[position]):
+                history.authority = authority
+            else:
+                rest.append(position)
+        return rest
+
+    def _known_edges(self, edges: Sequence[Edge]) -> list[History | None]:
+        """Return the history of each edge that is in the tree just so; kept for the next time."""
+        # The edges stand beside their histories, so that no other object gets their id.
+        kept = self._known.get(id(edges))
+        if kept is not None:
+            return kept[1]
+        known = []
+        for parent, child in edges:
+            history = self.histories.get(child)
+            known.append(history if history and history.parent == parent else None)
+        self._known[id(edges)] = (edges, known)
+        return known
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple,
                authority: str, static: bool) -> list[Incident]:
@@ -97,6 +144,7 @@ class Tree:
     def _structure_changed(self) -> None:
         self.version += 1
         self._paths.clear()
+        self._known.clear()
 
     def _loop(self, parent: str, child: str, stamp: int) -> list[History]:
         """Return the edges from a parent up to its would-be child; none if it is not up there."""

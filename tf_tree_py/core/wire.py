@@ -14,15 +14,19 @@ and the names that must be found in it. The next of its kind is one unpack and
 one comparison.
 """
 
+from collections.abc import Sequence
 import struct
-from typing import Any
+from typing import Any, NamedTuple
 
-from .sample import Sample
-from .se3 import PoseTuple
+import numpy as np
+
+from .history import POSE_BYTES
+from .sample import Batch
 from .stamp import NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
 _ENCAPSULATION_BYTES = 4
+_HEAD_BYTES = 8  # encapsulation and count
 _FIRST_NAME = 16  # encapsulation, count, sec, nanosec
 # The smallest transform: a stamp, two empty names, a pose, without padding.
 _MIN_TRANSFORM_BYTES = 72
@@ -37,7 +41,7 @@ class WireError(ValueError):
 
 class WireReader:
     """
-    Turns messages into samples, remembering how the last ones were laid out.
+    Turns messages into batches, remembering how the last ones were laid out.
 
     Not safe for several threads: one reader a subscription.
     """
@@ -46,104 +50,119 @@ class WireReader:
         self._layouts: dict[int, list[_Layout]] = {}
         self._count = 0
 
-    def read(self, data: bytes) -> list[Sample]:
+    def read(self, data: bytes) -> Batch:
         """
         Return the transforms of a serialized TFMessage, in its order.
 
         :raises WireError: the bytes are not a TFMessage.
         """
         for layout in self._layouts.get(len(data), ()):
-            samples = layout.read(data)
-            if samples is not None:
-                return samples
-        samples, layout = _read_fields(data)
+            batch = layout.read(data)
+            if batch is not None:
+                return batch
+        layout = _find_layout(data)
         self._remember(layout)
-        return samples
+        batch = layout.read(data)
+        assert batch is not None
+        return batch
 
     def _remember(self, layout: '_Layout') -> None:
         if self._count >= _MAX_LAYOUTS:
             # Names that change all the time: somebody hostile, or a swarm. Start afresh.
             self._layouts.clear()
             self._count = 0
-        self._layouts.setdefault(layout.struct.size, []).append(layout)
+        self._layouts.setdefault(layout.size, []).append(layout)
         self._count += 1
 
 
-class _Layout:
-    """How a message with these very names lies in its bytes."""
-
-    __slots__ = ('struct', '_first_name', '_names', '_edges', '_starts')
-
-    def __init__(self, head: bytes, order: str, names: list[tuple[bytes, int, bytes, int]],
-                 edges: list[tuple[str, str]], padding: int) -> None:
-        """
-        Take what was found in a message.
-
-        :param head: the encapsulation and the count.
-        :param names: for each transform the bytes of both names, lengths included,
-            and the padding behind each.
-        """
-        parts = [f'{order}{len(head)}s']
-        for parent, gap, child, rest in names:
-            parts.append(f'iI{len(parent)}s{gap}x{len(child)}s{rest}x7d')
-        # Byte order '<' or '>' also turns struct's own alignment off.
-        self.struct = struct.Struct(''.join(parts) + f'{padding}x')
-        self._first_name = names[0][0] if names else b''
-        self._names = (head, *(part for parent, _, child, _ in names for part in (parent, child)))
-        self._edges = edges
-        self._starts = range(1, 1 + 11 * len(edges), 11)
-
-    def read(self, data: bytes) -> list[Sample] | None:
-        """Return the samples, or None when the message has other names."""
-        if not data.startswith(self._first_name, _FIRST_NAME):
-            return None
-        values: Any = self.struct.unpack(data)
-        names = [values[0]]
-        for i in self._starts:
-            names += values[i + 2:i + 4]
-        if (*names,) != self._names:
-            return None
-        return [
-            Sample(parent, child, values[i] * NANOSECONDS_PER_SECOND + values[i + 1],
-                   values[i + 4:i + 11])
-            for i, (parent, child) in zip(self._starts, self._edges, strict=True)
-        ]
-
-
-def read(data: bytes) -> list[Sample]:
+def read(data: bytes) -> Batch:
     """
     Return the transforms of one serialized TFMessage; for many, keep a ``WireReader``.
 
     :raises WireError: the bytes are not a TFMessage.
     """
-    return _read_fields(data)[0]
+    return WireReader().read(data)
 
 
-def _read_fields(data: bytes) -> tuple[list[Sample], _Layout]:
-    """Read a message field by field, and note how it lay."""
-    order = _BYTE_ORDERS.get(bytes(data[:2]))
+class _Layout:
+    """Where the numbers of a message with these very names lie in its bytes."""
+
+    __slots__ = ('size', '_edges', '_names', '_first_name', '_unpack', '_doubles', '_poses')
+
+    def __init__(self, data: bytes, order: str, places: Sequence['_Place']) -> None:
+        """
+        Take what was found in a message.
+
+        :param order: struct's letter of its byte order.
+        :param places: where each of its transforms lies.
+        """
+        self.size = len(data)
+        self._edges = tuple((place.parent, place.child) for place in places)
+        fields = [f'{order}{_HEAD_BYTES}s']
+        for place in places:
+            parent, child = place.parent_bytes, place.child_bytes
+            gap, rest = child.start - parent.stop, place.pose - child.stop
+            # struct aligns nothing by itself after an explicit byte order.
+            fields.append(f'iI{parent.stop - parent.start}s{gap}x'
+                          f'{child.stop - child.start}s{rest + POSE_BYTES}x')
+        fields.append(f'{len(data) - struct.calcsize("".join(fields))}x')
+        self._unpack = struct.Struct(''.join(fields)).unpack
+        self._names = self._names_in(self._unpack(data))
+        self._first_name = data[places[0].parent_bytes] if places else b''
+        # Doubles are aligned relative to the encapsulation's end. Which of them are poses:
+        self._doubles = np.dtype(f'{order}f8')
+        firsts = [(place.pose - _ENCAPSULATION_BYTES) // 8 for place in places]
+        self._poses = np.array(firsts, dtype=int)[:, None] + np.arange(7)
+
+    def read(self, data: bytes) -> Batch | None:
+        """Return the transforms, or None when the message has other names."""
+        if not data.startswith(self._first_name, _FIRST_NAME):
+            return None
+        values = self._unpack(data)
+        if self._names_in(values) != self._names:
+            return None
+        stamps = [sec * NANOSECONDS_PER_SECOND + nanosec
+                  for sec, nanosec in zip(values[1::4], values[2::4], strict=True)]
+        count = (len(data) - _ENCAPSULATION_BYTES) // 8
+        doubles = np.frombuffer(data, self._doubles, count, _ENCAPSULATION_BYTES)
+        return Batch(self._edges, stamps, doubles.take(self._poses).astype(float, copy=False))
+
+    @staticmethod
+    def _names_in(values: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return what must not differ: encapsulation and count, parents, children."""
+        return values[0], values[3::4], values[4::4]
+
+
+class _Place(NamedTuple):
+    """Where one transform lies: slices of its names' bytes, lengths included, and its pose."""
+
+    parent: str
+    child: str
+    parent_bytes: slice
+    child_bytes: slice
+    pose: int
+
+
+def _find_layout(data: bytes) -> _Layout:
+    """Read a message field by field, and note how it lies."""
+    order = _BYTE_ORDERS.get(data[:2])
     if order is None:
-        raise WireError(f'not CDR: it begins with the bytes {bytes(data[:4]).hex(" ")}')
+        raise WireError(f'not CDR: it begins with the bytes {data[:4].hex(" ")}')
     cursor = _Cursor(data, order)
-    (count,) = cursor.take('I', 4)
+    count = cursor.take_uint32()
     if count * _MIN_TRANSFORM_BYTES > len(data):
         raise WireError(f'{len(data)} bytes cannot hold {count} transforms')
-    samples, names = [], []
+    places = []
     for _ in range(count):
-        sec, nanosec = cursor.take('iI', 4)
+        cursor.skip(8, alignment=4)
         parent, parent_bytes = cursor.take_string()
-        gap = cursor.align(4)
         child, child_bytes = cursor.take_string()
-        rest = cursor.align(8)
-        pose: PoseTuple = cursor.take('7d', 8)
-        samples.append(Sample(parent, child, sec * NANOSECONDS_PER_SECOND + nanosec, pose))
-        names.append((parent_bytes, gap, child_bytes, rest))
-    padding = len(data) - cursor.position
-    if padding > _MAX_PADDING:
-        raise WireError(f'{padding} bytes are left over after {count} transforms')
-    head = bytes(data[:8])
-    edges = [(sample.parent, sample.child) for sample in samples]
-    return samples, _Layout(head, order, names, edges, padding)
+        pose = cursor.skip(POSE_BYTES, alignment=8)
+        places.append(_Place(parent, child, parent_bytes, child_bytes, pose))
+    if len(data) - cursor.position > _MAX_PADDING:
+        raise WireError(
+            f'{len(data) - cursor.position} bytes are left over after {count} transforms')
+    return _Layout(data, order, places)
 
 
 class _Cursor:
@@ -154,34 +173,28 @@ class _Cursor:
         self.order = order
         self.position = _ENCAPSULATION_BYTES
 
-    def align(self, size: int) -> int:
-        """Skip to a multiple of a size, and return how many bytes that took."""
-        gap = -(self.position - _ENCAPSULATION_BYTES) % size
-        self.position += gap
-        return gap
+    def skip(self, size: int, alignment: int) -> int:
+        """Go past an aligned field; return where it began."""
+        begin = self.position + -(self.position - _ENCAPSULATION_BYTES) % alignment
+        if begin + size > len(self.data):
+            raise WireError(f'truncated at byte {begin} of {len(self.data)}')
+        self.position = begin + size
+        return begin
 
-    def take(self, fields: str, alignment: int) -> Any:
-        """Read numbers, given as struct's letters."""
-        self.align(alignment)
-        begin = self.position
-        try:
-            values = struct.unpack_from(self.order + fields, self.data, begin)
-        except struct.error:
-            raise WireError(f'truncated at byte {begin} of {len(self.data)}') from None
-        self.position += struct.calcsize(self.order + fields)
-        return values
+    def take_uint32(self) -> int:
+        """Read a number."""
+        begin = self.skip(4, alignment=4)
+        (number,) = struct.unpack_from(self.order + 'I', self.data, begin)
+        return int(number)
 
-    def take_string(self) -> tuple[str, bytes]:
-        """Read a string; return it, and its bytes with the length in front."""
-        (length,) = self.take('I', 4)
-        begin, end = self.position, self.position + length
-        if end > len(self.data):
-            raise WireError(f'a name of {length} bytes at byte {begin} of {len(self.data)}')
-        text = bytes(self.data[begin:end])
+    def take_string(self) -> tuple[str, slice]:
+        """Read a string; return it, and where it lies with its length in front."""
+        length = self.take_uint32()
+        begin = self.skip(length, alignment=1)
+        text = self.data[begin:self.position]
         if length and text[-1]:
             raise WireError(f'the name at byte {begin} does not end with NUL')
-        self.position = end
         try:
-            return text[:-1].decode(), bytes(self.data[begin - 4:end])
+            return text[:-1].decode(), slice(begin - 4, self.position)
         except UnicodeDecodeError:
             raise WireError(f'the name at byte {begin} is not UTF-8: {text!r}') from None

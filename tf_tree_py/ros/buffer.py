@@ -19,7 +19,6 @@ from tf_tree_py.core import report
 from tf_tree_py.core.buffer_core import BufferCore, DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.errors import ClockJumpException, TransformException
 from tf_tree_py.core.incidents import Incident
-from tf_tree_py.core.sample import Sample
 
 from .clock import deadline
 from .convert import as_nanoseconds, as_sample, transform_stamped
@@ -75,7 +74,7 @@ class Buffer(BufferCore):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self.take([as_sample(transform)], authority)
+        return self.note(self.insert_many([as_sample(transform)], authority))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
@@ -84,11 +83,10 @@ class Buffer(BufferCore):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self.take([as_sample(transform)], authority, static=True)
+        return self.note(self.insert_many([as_sample(transform)], authority, static=True))
 
-    def take(self, samples: list[Sample], authority: str, static: bool = False) -> bool:
-        """Insert samples, and log what was odd; return whether all were taken."""
-        incidents = self.insert_many(samples, authority, static)
+    def note(self, incidents: list[Incident]) -> bool:
+        """Log what was odd about an insertion; return whether all of it was taken."""
         if not incidents:
             return True
         self._incident_log.report(incidents)

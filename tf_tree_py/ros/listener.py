@@ -120,11 +120,11 @@ class _Feed:
         if isinstance(self._node.executor, SingleThreadedExecutor):
             self._buffer.fed_by(threading.get_ident())
         try:
-            samples = self._reader.read(data)
+            batch = self._reader.read(data)
         except WireError as error:
             self._buffer.refuse(Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error)))
             return
-        self._buffer.take(samples, authority, self._static)
+        self._buffer.note(self._buffer.insert_batch(batch, authority, self._static))
 
 
 def _companion(node: Node) -> Node:
