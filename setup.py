@@ -1,0 +1,44 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'tf_tree_py'
+
+executables = [
+    'five_frame_demo',
+    'five_frame_listener',
+    'five_frame_publisher',
+    'static_transform_publisher',
+]
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    description='The transform tree of ROS 2, tf2, in pure Python.',
+    maintainer='tf_tree_py maintainers',
+    maintainer_email='maintainers@users.noreply.github.com',
+    license='Apache-2.0',
+    packages=find_packages(include=[package_name, f'{package_name}.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/config', glob('config/*')),
+        (f'share/{package_name}/launch', glob('launch/*')),
+        (f'share/{package_name}/rviz', glob('rviz/*')),
+    ],
+    zip_safe=True,
+    python_requires='>=3.10',
+    # rclpy and the messages come with ROS 2; what needs no ROS needs no more than this.
+    install_requires=['numpy', 'scipy'],
+    extras_require={
+        'bag': ['rosbags'],
+        'plot': ['matplotlib'],
+        'test': ['hypothesis', 'pytest'],
+        'view': ['viser'],
+    },
+    entry_points={
+        'console_scripts': [
+            f'{name} = {package_name}.nodes.{name}:main' for name in executables
+        ],
+    },
+)
