@@ -1,6 +1,6 @@
 """The transform tree without ROS: poses, histories, the tree and its buffer."""
 
-from .buffer_core import BufferCore, EdgeInfo
+from .buffer_core import BufferCore
 from .errors import (
     ClockJumpException,
     ConnectivityException,
@@ -15,6 +15,7 @@ from .errors import (
 )
 from .incidents import Incident, Kind, Statistics
 from .pose import Pose
+from .queries import EdgeInfo, Snapshot
 from .sample import Sample
 from .stamp import LATEST
 
@@ -34,6 +35,7 @@ __all__ = [
     'PastExtrapolationException',
     'Pose',
     'Sample',
+    'Snapshot',
     'Statistics',
     'TimeoutException',
     'TransformException',

@@ -1,20 +1,21 @@
 """
-The buffer: a tree behind one lock, with queries and waits, and no ROS.
+The buffer: a tree behind one lock, fed, asked and waited for, without ROS.
 
 Every public method may be called from any thread. Nothing of a caller's, and no
 long computation, runs while the lock is held.
 """
 
 from collections.abc import Callable, Iterable
+from copy import copy
 import threading
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
-from . import se3
 from .deadline import Deadline, WallDeadline
 from .errors import TransformException
 from .incidents import Incident, Statistics
 from .pose import Pose
-from .sample import Batch, checked, Sample, unit_poses
+from .queries import Queries
+from .sample import Batch, checked, checked_stamp, Sample, unit_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .tree import Tree
@@ -27,46 +28,25 @@ DEFAULT_MAX_FRAMES = 20_000
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class EdgeInfo(NamedTuple):
-    """What is stored of one edge: names, who sent it last, stamps in nanoseconds."""
-
-    parent: str
-    child: str
-    authority: str
-    static: bool
-    samples: int
-    oldest: int
-    latest: int
-
-
-class BufferCore:
+class BufferCore(Queries):
     """
-    Transforms between frames, over a window of time.
-
-    ``lookup('map', 'camera', stamp)`` gives ``map_T_camera``: it takes coordinates
-    in camera to coordinates in map, as everything was at the stamp. Stamps are
-    integer nanoseconds; ``LATEST`` (0) is the newest time that every edge between
-    the two frames has data for.
+    Transforms between frames, over a window of time; what to ask it stands in ``Queries``.
 
     A lookup costs O(depth log n), an insertion O(1) amortised when it is the
     newest of its edge.
 
-    :param cache_time: how much history each edge keeps, nanoseconds.
+    :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given.
     :param max_frames: how many frame names are let in, against a hostile publisher.
     """
 
     def __init__(self, cache_time: int | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES) -> None:
-        # Re-entrant, so that a wait can hold it across a query and its own registration.
-        self._lock = threading.RLock()
-        self._tree = Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames)
+        if cache_time is not None and cache_time < 0:
+            raise ValueError(f'cache_time is {cache_time} ns, and cannot be negative')
+        super().__init__(
+            Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames))
         self._waiters = Waiters()
         self._statistics = Statistics()
-
-    @property
-    def cache_time(self) -> int:
-        """How much history each edge keeps, nanoseconds."""
-        return self._tree.cache_time
 
     # --- inserting
 
@@ -79,9 +59,10 @@ class BufferCore:
         :param stamp: nanoseconds; of no meaning when static.
         :param static: valid at all times.
         :return: what was refused or is worth telling: empty when all is well.
+        :raises InvalidArgumentException: a stamp that is no integer.
         """
         x, y, z, qx, qy, qz, qw = map(float, pose)
-        sample = Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw))
+        sample = Sample(parent, child, checked_stamp(stamp), (x, y, z, qx, qy, qz, qw))
         return self.insert_many([sample], authority, static)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
@@ -105,11 +86,10 @@ class BufferCore:
         incidents: list[Incident] = []
         with self._lock:
             version = self._tree.version
-            rest = self._tree.append_batch(batch, packed, authority)
-            self._statistics.accepted += len(batch.edges) - len(rest)
-            if rest:
-                samples = batch.samples()
-                incidents = self._insert_each([samples[i] for i in rest], authority, False)
+            taken = self._tree.append_batch(batch, packed, authority)
+            self._statistics.accepted += taken
+            if taken < len(batch.edges):
+                incidents = self._insert_each(batch.samples()[taken:], authority, static)
             ready = self._take_ready((child for _, child in batch.edges), version)
         wake_all(ready)
         return incidents
@@ -142,6 +122,12 @@ class BufferCore:
         for incident in incidents:
             self._statistics.incidents[incident.kind] += 1
 
+    def statistics(self) -> Statistics:
+        """Return a copy of the counts."""
+        with self._lock:
+            counts = self._statistics
+            return Statistics(counts.accepted, dict(counts.incidents), len(self._tree.frames))
+
     def _take_ready(self, touched: Iterable[str], version: int) -> list[Waiter]:
         """Take out the waiters for whom these insertions may have changed something."""
         if not self._waiters:
@@ -152,82 +138,9 @@ class BufferCore:
         for child in touched:
             history = self._tree.histories.get(child.removeprefix('/'))
             if history is not None:
-                ready += self._waiters.take_reached(history.child, history.latest_stamp or LATEST)
+                latest = max(history.latest_stamp or LATEST, LATEST)
+                ready += self._waiters.take_reached(history.child, latest)
         return ready
-
-    # --- asking
-
-    def lookup(self, target_frame: str, source_frame: str, stamp: int = LATEST) -> Pose:
-        """
-        Return ``target_T_source`` at a stamp.
-
-        :param stamp: nanoseconds, or ``LATEST``.
-        :raises InvalidArgumentException: a name that cannot be a frame.
-        :raises LookupException: a frame that nobody published.
-        :raises ConnectivityException: nothing joins the two.
-        :raises ExtrapolationException: an edge between them has no data for the stamp.
-        """
-        return Pose._make(self.lookup_stamped(target_frame, source_frame, stamp)[1])
-
-    def lookup_stamped(self, target_frame: str, source_frame: str,
-                       stamp: int = LATEST) -> tuple[int, PoseTuple]:
-        """Return the stamp that ``LATEST`` came to, and the pose; see ``lookup``."""
-        try:
-            with self._lock:
-                if target_frame == source_frame:
-                    return self._own_stamp(target_frame, stamp), se3.IDENTITY
-                path = self._tree.path(target_frame, source_frame, stamp)
-                if stamp == LATEST:
-                    stamp = path.latest_common_time()
-                    if not path.fixed:
-                        path = self._tree.path(target_frame, source_frame, stamp)
-                return stamp, path.pose_at(stamp)
-        except TransformException as error:
-            error.target_frame, error.source_frame = target_frame, source_frame
-            raise
-
-    def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
-                    source_stamp: int, fixed_frame: str) -> Pose:
-        """
-        Return ``target_T_source`` between two times, through a frame that stays put.
-
-        (target <- fixed at target_stamp) (fixed <- source at source_stamp): where a
-        thing seen from the source then is for the target now, if it did not move in
-        the fixed frame. Raises as ``lookup`` does.
-        """
-        return Pose._make(self.lookup_full_stamped(
-            target_frame, target_stamp, source_frame, source_stamp, fixed_frame)[1])
-
-    def lookup_full_stamped(self, target_frame: str, target_stamp: int, source_frame: str,
-                            source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
-        """Return what ``target_stamp`` came to, and the pose; see ``lookup_full``."""
-        with self._lock:
-            self._tree.check_frame('target_frame', target_frame)
-            self._tree.check_frame('source_frame', source_frame)
-            self._tree.check_frame('fixed_frame', fixed_frame)
-            _, fixed_T_source = self.lookup_stamped(fixed_frame, source_frame, source_stamp)
-            stamp, target_T_fixed = self.lookup_stamped(target_frame, fixed_frame, target_stamp)
-        return stamp, se3.compose(target_T_fixed, fixed_T_source)
-
-    def latest_common_time(self, target_frame: str, source_frame: str) -> int:
-        """
-        Return what ``LATEST`` comes to between two frames, nanoseconds.
-
-        ``LATEST`` itself when nothing between them moves. Raises as ``lookup`` does,
-        but for extrapolation.
-        """
-        with self._lock:
-            self._tree.check_frame('target_frame', target_frame)
-            self._tree.check_frame('source_frame', source_frame)
-            if target_frame == source_frame:
-                return self._own_stamp(target_frame, LATEST)
-            return self._tree.path(target_frame, source_frame, LATEST).latest_common_time()
-
-    def _own_stamp(self, frame: str, stamp: int) -> int:
-        """Return the stamp of a frame's transform to itself: as asked, or its own newest."""
-        if stamp != LATEST or frame not in self._tree.histories:
-            return stamp
-        return self._tree.histories[frame].latest_stamp or LATEST
 
     # --- waiting
 
@@ -244,11 +157,13 @@ class BufferCore:
         """
         event = threading.Event()
         waiter = Waiter(event.set)
+        slept = False
         try:
             while True:
                 with self._lock:
                     if waiter.failure is not None:
-                        raise waiter.failure
+                        # A copy, for the same one may be raised in several threads.
+                        raise copy(waiter.failure)
                     event.clear()
                     try:
                         return query()
@@ -257,9 +172,13 @@ class BufferCore:
                             raise
                         self._waiters.add(waiter, error.blocked_on)
                         reason = error
+                slept = True
                 if not deadline.wait(event):
-                    reason.waited_s = deadline.elapsed_s()
                     raise reason
+        except TransformException as error:
+            if slept:
+                error.waited_s = deadline.elapsed_s()
+            raise
         finally:
             with self._lock:
                 self._waiters.discard(waiter)
@@ -278,27 +197,7 @@ class BufferCore:
                 waiter.failure = failure
         wake_all(waiters)
 
-    # --- looking around, forgetting
-
-    def frames(self) -> list[str]:
-        """Return every frame name, in order of first appearance."""
-        with self._lock:
-            return list(self._tree.frames)
-
-    def edges(self) -> list[EdgeInfo]:
-        """Return every edge that has data, in order of its child's first appearance."""
-        with self._lock:
-            histories = [self._tree.histories[frame] for frame in self._tree.frames
-                         if frame in self._tree.histories]
-            return [EdgeInfo(history.parent, history.child, history.authority, history.is_static,
-                             len(history), history.oldest_stamp or 0, history.latest_stamp or 0)
-                    for history in histories if history.parent is not None]
-
-    def statistics(self) -> Statistics:
-        """Return a copy of the counts."""
-        with self._lock:
-            counts = self._statistics
-            return Statistics(counts.accepted, dict(counts.incidents), len(self._tree.frames))
+    # --- forgetting
 
     def clear(self) -> None:
         """Forget what moves; frame names and static edges stay, as in tf2."""

@@ -129,7 +129,8 @@ class NoDataException(ExtrapolationException):
         """Return the sentence that says which edge is empty."""
         if self.child is None:
             return super().describe()
-        return f'No data for the edge above frame [{self.child}]{self._query()}'
+        return ('Unable to lookup transform, cache is empty: no data for the edge above frame '
+                f'[{self.child}]{self._query()}')
 
 
 class ClockJumpException(ExtrapolationException):

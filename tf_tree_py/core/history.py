@@ -9,12 +9,16 @@ from array import array
 from bisect import bisect_right
 import struct
 
+import numpy as np
+
 from .errors import (
     FutureExtrapolationException,
     NoDataException,
     PastExtrapolationException,
 )
+from .many import Stamps
 from .se3 import interpolate_pair, PoseTuple
+from .so3 import Array
 from .stamp import format_span, LATEST
 
 _POSE_FLOATS = 7
@@ -81,7 +85,7 @@ class DynamicHistory:
 
     :ivar parent: the newest sample's parent; None while there is no sample.
     :ivar latest_stamp: the newest stamp, nanoseconds; None while there is no sample.
-    :ivar authority: who sent the newest arrival.
+    :ivar authority: who sent the last sample that was taken.
     """
 
     __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
@@ -138,6 +142,10 @@ class DynamicHistory:
         self.latest_stamp = stamp
         self._latest_pose = None
         return True
+
+    def is_too_old(self, stamp: int) -> bool:
+        """Return whether ``insert`` would refuse a stamp."""
+        return self.latest_stamp is not None and stamp < self.latest_stamp - self.cache_time
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
@@ -210,6 +218,28 @@ class DynamicHistory:
         if self._parents is None or stamp == LATEST:
             return self.parent
         return self._parents[max(self._start, bisect_right(self._stamps, stamp, self._start) - 1)]
+
+    def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
+        """
+        Return the samples that it takes to answer from one stamp to another.
+
+        :return: stamps (n,) and poses (n, 7), n > 0.
+        """
+        begin = max(self._start, bisect_right(self._stamps, first, self._start) - 1)
+        end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
+        stamps = np.array(self._stamps[begin:end])
+        poses = np.array(self._poses[begin * _POSE_FLOATS:end * _POSE_FLOATS])
+        return stamps, poses.reshape(-1, _POSE_FLOATS)
+
+    def copy(self) -> 'DynamicHistory':
+        """Return a history of its own with the same samples."""
+        twin = DynamicHistory(self.child, self.cache_time, self.authority)
+        twin.parent, twin.latest_stamp = self.parent, self.latest_stamp
+        twin._latest_pose, twin._start = self._latest_pose, self._start
+        twin._stamps, twin._poses = self._stamps[:], self._poses[:]
+        twin._parents = None if self._parents is None else self._parents[:]
+        twin._oldest_expires = self._oldest_expires
+        return twin
 
     def _check_span(self, stamp: int) -> None:
         """Raise unless the stored span holds a stamp."""

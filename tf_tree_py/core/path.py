@@ -8,8 +8,11 @@ from collections.abc import Sequence
 
 from . import se3
 from .history import DynamicHistory, History, StaticHistory
+from .many import EdgeTrack, Part, PathTrack
 from .se3 import PoseTuple
 from .stamp import LATEST
+
+_BEGINNING, _END = -2**63, 2**63 - 1
 
 
 class Path:
@@ -49,6 +52,24 @@ class Path:
             if stamp and (stamp < common or common == LATEST):
                 common = stamp
         return common
+
+    def span(self) -> tuple[int, int]:
+        """Return the oldest and the newest stamp that every moving edge has data for."""
+        oldest, latest = _BEGINNING, _END
+        for edge in self._dynamic:
+            assert edge.oldest_stamp is not None and edge.latest_stamp is not None
+            oldest, latest = max(oldest, edge.oldest_stamp), min(latest, edge.latest_stamp)
+        return oldest, latest
+
+    def track(self, first: int, last: int) -> PathTrack:
+        """Return a copy of what it takes to answer from one stamp to another, in the span."""
+        def copied(part: History) -> Part:
+            if isinstance(part, StaticHistory):
+                return part.pose
+            return EdgeTrack(*part.copy_between(first, last))
+
+        return PathTrack([copied(part) for part in self._source_parts],
+                         [copied(part) for part in self._target_parts])
 
     def pose_at(self, stamp: int) -> PoseTuple:
         """

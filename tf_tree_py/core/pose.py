@@ -6,6 +6,7 @@ is in ``se3``, whose functions take a ``Pose`` as they take any such tuple.
 """
 
 from collections.abc import Sequence
+import math
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -109,6 +110,7 @@ class Pose(NamedTuple):
         return se3.apply_many(np.array(self), other)
 
     def __str__(self) -> str:
-        roll, pitch, yaw = (np.degrees(angle) for angle in self.as_rpy())
-        return (f'({self.x:.3f}, {self.y:.3f}, {self.z:.3f}) m, '
-                f'rpy ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) deg')
+        # Adding zero takes the sign from what was rounded to -0.
+        x, y, z = (round(value, 3) + 0.0 for value in self.translation)
+        roll, pitch, yaw = (round(math.degrees(angle), 2) + 0.0 for angle in self.as_rpy())
+        return f'({x:.3f}, {y:.3f}, {z:.3f}) m, rpy ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) deg'

@@ -1,8 +1,8 @@
-"""What a buffer holds, as text: pure functions of ``BufferCore.edges()``."""
+"""What a buffer holds, as text: pure functions of ``Queries.edges()``."""
 
 from collections.abc import Iterable
 
-from .buffer_core import EdgeInfo
+from .queries import EdgeInfo
 from .stamp import as_seconds
 
 # tf2 divides by the stored span, but never by less than this many seconds.

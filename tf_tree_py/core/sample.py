@@ -7,17 +7,22 @@ once: names, NaN, quaternions.
 
 from collections.abc import Sequence
 import math
-from typing import NamedTuple
+import operator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import so3
+from .errors import InvalidArgumentException
 from .incidents import Incident, Kind
 from .se3 import PoseTuple
 from .so3 import Array
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
+
+# A sum of squares between these has neither lost digits nor overflowed.
+_LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
 
 
 class Sample(NamedTuple):
@@ -49,6 +54,20 @@ class Batch(NamedTuple):
                 in zip(self.edges, self.stamps, self.poses.tolist(), strict=True)]
 
 
+def checked_stamp(stamp: Any) -> int:
+    """
+    Return a caller's stamp as a plain int.
+
+    :raises InvalidArgumentException: it is no integer; float seconds, most likely.
+    """
+    try:
+        return operator.index(stamp)
+    except TypeError:
+        raise InvalidArgumentException(
+            f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which '
+            'tf_tree_py.core.stamp.from_seconds makes of seconds') from None
+
+
 def is_sound(pose: PoseTuple) -> bool:
     """Return whether a pose is finite and its quaternion of unit length."""
     x, y, z, qx, qy, qz, qw = pose
@@ -58,12 +77,13 @@ def is_sound(pose: PoseTuple) -> bool:
 
 
 def unit_poses(poses: Array) -> Array | None:
-    """Return poses (N, 7) with unit quaternions; None if one is not finite or no rotation."""
+    """Return poses (N, 7) with unit quaternions; None if one needs a closer look."""
     q = poses[:, 3:]
-    squares = np.einsum('ij,ij->i', q, q) + 0.0 * poses.sum()
+    # einsum, unlike sum, does not warn of what is not finite.
+    squares = np.einsum('ij,ij->i', q, q) + 0.0 * float(np.einsum('ij->', poses))
     if np.abs(squares - 1.0).max(initial=0.0) < _UNIT_TOLERANCE:
         return poses
-    if not squares.min() > 0.0 or not squares.max() < np.inf:
+    if not squares.min() > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
         return None
     return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
 
@@ -88,7 +108,7 @@ def checked(sample: Sample, authority: str) -> Sample | Incident:
         return refused(Kind.EMPTY_FRAME, f'{missing} is not set')
     if parent == child:
         return refused(Kind.SELF_EDGE, 'frame_id and child_frame_id are the same')
-    if not all(map(math.isfinite, pose)):
+    if not all(map(math.isfinite, (*pose, math.hypot(*pose[3:])))):
         return refused(Kind.NOT_FINITE, f'(x y z, qx qy qz qw) = {pose}')
     if is_sound(pose):
         return Sample(parent, child, stamp, pose)

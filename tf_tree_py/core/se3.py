@@ -140,12 +140,11 @@ def interpolate_pair(pair: tuple[float, ...], ratio: float, as_tf2: bool = False
     )
 
 
-def interpolate_many(a: Array, b: Array, ratio: Array) -> Array:
-    """Interpolate (..., 7) with (..., 7) at ratios (...)."""
+def interpolate_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:
+    """Interpolate (..., 7) with (..., 7) at ratios (...); ``as_tf2`` as in ``slerp_weights``."""
     u = ratio[..., None]
-    return np.concatenate(
-        [(1.0 - u) * a[..., :3] + u * b[..., :3], so3.slerp_many(a[..., 3:], b[..., 3:], ratio)],
-        axis=-1)
+    rotation = so3.slerp_many(a[..., 3:], b[..., 3:], ratio, as_tf2)
+    return np.concatenate([(1.0 - u) * a[..., :3] + u * b[..., :3], rotation], axis=-1)
 
 
 def exp(twist: Twist) -> PoseTuple:

@@ -10,6 +10,7 @@ Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
 from collections.abc import Container, Sequence
 import struct
 
+from . import se3
 from .errors import (
     ANY_STRUCTURE,
     ConnectivityException,
@@ -25,6 +26,11 @@ from .se3 import PoseTuple
 from .stamp import format_span, format_stamp, LATEST
 
 Edge = tuple[str, str]
+# An edge, the end that is reached, the end to reach, and whether that is the parent.
+Step = tuple[History, str, str, bool]
+
+# Kinds of message whose edges are remembered; who sends ever new ones gains nothing.
+_MAX_KNOWN = 256
 
 
 class Tree:
@@ -47,6 +53,7 @@ class Tree:
         self.version = 0
         self._paths: dict[Edge, Path] = {}
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
+        self._steps: dict[str, list[Step]] = {}
         self._fights: set[Edge] = set()
 
     # --- inserting
@@ -65,22 +72,22 @@ class Tree:
         history.authority = authority
         return True
 
-    def append_batch(self, batch: Batch, poses: bytes, authority: str) -> list[int]:
+    def append_batch(self, batch: Batch, poses: bytes, authority: str) -> int:
         """
         Take the next samples of edges that did not change: ``append`` for a message.
 
         :param poses: sound ones, as the batch's, in the machine's byte order.
-        :return: the positions in the batch that need a closer look.
+        :return: how many it took, up to the first that needs a closer look.
         """
         histories = self._known_edges(batch.edges)
         each_pose = struct.unpack(f'{POSE_BYTES}s' * len(histories), poses)
-        rest = []
-        for position, history in enumerate(histories):
-            if history is not None and history.append(batch.stamps[position], each_pose[position]):
-                history.authority = authority
-            else:
-                rest.append(position)
-        return rest
+        taken = 0
+        for history, stamp, pose in zip(histories, batch.stamps, each_pose, strict=True):
+            if history is None or not history.append(stamp, pose):
+                break
+            history.authority = authority
+            taken += 1
+        return taken
 
     def _known_edges(self, edges: Sequence[Edge]) -> list[History | None]:
         """Return the history of each edge that is in the tree just so; kept for the next time."""
@@ -88,6 +95,9 @@ class Tree:
         kept = self._known.get(id(edges))
         if kept is not None:
             return kept[1]
+        if len(self._known) >= _MAX_KNOWN:
+            self._known.clear()
+        self._steps.clear()
         known = []
         for parent, child in edges:
             history = self.histories.get(child)
@@ -103,10 +113,10 @@ class Tree:
         :return: what was refused or is worth telling; empty nearly always.
         """
         history = self.histories.get(child)
-        if (isinstance(history, DynamicHistory) and not static
-                and history.parent == parent and history.fixed_parent):
-            history.authority = authority
+        if isinstance(history, DynamicHistory) and not static and (
+                history.parent == parent and history.fixed_parent or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
+                history.authority = authority
                 return []
             return [self._too_old(history, parent, stamp, authority)]
         return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
@@ -119,10 +129,14 @@ class Tree:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
-        incidents = self._drop_stale_loop(parent, child, stamp, authority, static)
-        loop = self._loop(parent, child, stamp)
+        newest = (static or not isinstance(history, DynamicHistory)
+                  or history.latest_stamp is None or stamp >= history.latest_stamp)
+        # A late sample must not close a loop then; the newest, neither then nor now.
+        times = (stamp, LATEST) if newest else (stamp,)
+        incidents = self._drop_stale_loop(parent, child, times, authority, static)
+        loop = self._loop(parent, child, times)
         if loop:
-            return [*incidents, self._loop_closed(loop, parent, child, stamp, authority)]
+            return [*incidents, self._loop_closed(loop, child, stamp, authority)]
         incidents += self._remarks(history, parent, child, stamp, authority, static)
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
@@ -131,8 +145,7 @@ class Tree:
                 history = self.histories[child] = DynamicHistory(child, self.cache_time)
             unchanged = (not history.fixed_parent and history.parent == parent
                          and history.latest_stamp is not None and stamp >= history.latest_stamp)
-            if not history.insert(stamp, parent, pose):
-                return [*incidents, self._too_old(history, parent, stamp, authority)]
+            history.insert(stamp, parent, pose)
             history.authority = authority
             if unchanged:
                 return incidents
@@ -145,25 +158,28 @@ class Tree:
         self.version += 1
         self._paths.clear()
         self._known.clear()
+        self._steps.clear()
 
-    def _loop(self, parent: str, child: str, stamp: int) -> list[History]:
+    def _loop(self, parent: str, child: str, times: Sequence[int]) -> list[History]:
         """Return the edges from a parent up to its would-be child; none if it is not up there."""
-        edges: list[History] = []
-        frame: str | None = parent
-        while frame is not None and frame in self.histories and len(edges) <= len(self.histories):
-            history = self.histories[frame]
-            edges.append(history)
-            frame = history.nearest_parent(stamp)
-            if frame == child:
-                return edges
+        for stamp in times:
+            edges: list[History] = []
+            frame: str | None = parent
+            while frame in self.histories and len(edges) <= len(self.histories):
+                history = self.histories[frame]
+                edges.append(history)
+                frame = history.nearest_parent(stamp)
+                if frame == child:
+                    return edges
         return []
 
-    def _drop_stale_loop(self, parent: str, child: str, stamp: int, authority: str,
+    def _drop_stale_loop(self, parent: str, child: str, times: Sequence[int], authority: str,
                          static: bool) -> list[Incident]:
         """Forget an edge in the way that nobody has published for longer than the window."""
         if static:
             return []
-        for edge in self._loop(parent, child, stamp):
+        stamp = times[0]
+        for edge in self._loop(parent, child, times):
             if isinstance(edge, DynamicHistory) and edge.latest_stamp is not None:
                 age = stamp - edge.latest_stamp
                 if age > self.cache_time:
@@ -176,14 +192,15 @@ class Tree:
                     return [incident]
         return []
 
-    def _loop_closed(self, loop: list[History], parent: str, child: str, stamp: int,
+    def _loop_closed(self, loop: list[History], child: str, stamp: int,
                      authority: str) -> Incident:
-        frames = ' -> '.join([child, *(edge.child for edge in loop), child])
-        kept = ', '.join(f'{edge.parent!r} -> {edge.child!r} from {edge.authority!r}'
-                         for edge in loop)
+        frames = [*(edge.child for edge in loop), child]
+        way = ' -> '.join([child, *frames])
+        kept = ', '.join(f'{above!r} -> {edge.child!r} from {edge.authority!r}'
+                         for edge, above in zip(loop, frames[1:], strict=True))
         return Incident(
-            Kind.LOOP, parent, child, stamp, authority,
-            f'each frame the child of the next, {frames} is a loop; kept: {kept}. '
+            Kind.LOOP, frames[0], child, stamp, authority,
+            f'each frame the child of the next, {way} is a loop; kept: {kept}. '
             f'Two nodes disagree about who is whose parent: stop {authority!r}, or the other')
 
     def _too_old(self, history: DynamicHistory, parent: str, stamp: int,
@@ -254,7 +271,7 @@ class Tree:
                 'not empty and without a leading slash')
         if frame not in self.frames:
             raise LookupException(
-                f'Frame [{frame}], passed as {argument}, does not exist',
+                f'"{frame}" passed to lookupTransform argument {argument} does not exist',
                 hint=self._known_frames(), blocked_on=ANY_STRUCTURE)
 
     def _known_frames(self) -> str:
@@ -284,7 +301,8 @@ class Tree:
             if history is None or parent is None:
                 break
             if len(frames) > len(self.frames):
-                raise LookupException('The tree has a loop: ' + ' -> '.join(frames[-8:]))
+                raise LookupException('The tf tree is invalid because it contains a loop: '
+                                      + ' -> '.join(frames[-8:]))
             edges.append(history)
             frames.append(parent)
             frame = parent
@@ -303,11 +321,74 @@ class Tree:
                 except ExtrapolationException as error:
                     return error
         return ConnectivityException(
-            f'Could not find a connection between [{target}] and [{source}] because they are '
-            f'not part of the same tree: [{target}] hangs on [{target_frames[-1]}], '
-            f'[{source}] on [{source_frames[-1]}]',
+            f'Could not find a connection between {target!r} and {source!r} because they are '
+            f'not part of the same tree: {target!r} hangs on {target_frames[-1]!r}, '
+            f'{source!r} on {source_frames[-1]!r}',
             hint='Tf has two or more unconnected trees: who should publish the edge between them?',
             blocked_on=ANY_STRUCTURE)
+
+    # --- everything at once
+
+    def poses_from(self, target: str, stamp: int) -> dict[str, PoseTuple]:
+        """
+        Return ``target_T_frame`` for every frame that has one at a stamp.
+
+        :param stamp: nanoseconds; ``LATEST`` is the newest time that all moving edges
+            of the target's tree have data for.
+        :raises LookupException: nobody published the target.
+        :raises InvalidArgumentException: a name that cannot be a frame.
+        """
+        self.check_frame('target_frame', target)
+        if stamp == LATEST:
+            stamp = self._latest_of_all(target)
+        poses = {target: se3.IDENTITY}
+        for history, known, frame, upwards in self._steps_from(target, stamp):
+            target_T_known = poses.get(known)
+            if target_T_known is None:
+                continue
+            try:
+                parent_T_child = history.sample(stamp)
+            except ExtrapolationException:
+                continue
+            known_T_frame = se3.inverse(parent_T_child) if upwards else parent_T_child
+            poses[frame] = se3.compose(target_T_known, known_T_frame)
+        return poses
+
+    def _latest_of_all(self, target: str) -> int:
+        stamps = [history.latest_stamp for history, *_ in self._steps_from(target, LATEST)
+                  if history.latest_stamp]
+        return min(stamps, default=LATEST)
+
+    def _steps_from(self, target: str, stamp: int) -> list[Step]:
+        """Return the edges in an order in which one end is always reached already."""
+        if target in self._steps:
+            return self._steps[target]
+        neighbours: dict[str, list[Step]] = {}
+        for child, history in self.histories.items():
+            parent = _parent_of(history, stamp)
+            if parent is not None:
+                neighbours.setdefault(parent, []).append((history, parent, child, False))
+                neighbours.setdefault(child, []).append((history, child, parent, True))
+        steps: list[Step] = []
+        reached = {target}
+        frames = [target]
+        for frame in frames:
+            for step in neighbours.get(frame, ()):
+                if step[2] not in reached:
+                    reached.add(step[2])
+                    frames.append(step[2])
+                    steps.append(step)
+        if all(history.fixed_parent for history in self.histories.values()):
+            self._steps[target] = steps
+        return steps
+
+    def copy(self) -> 'Tree':
+        """Return a tree of its own with the same samples."""
+        twin = Tree(self.cache_time, self.max_frames)
+        twin.histories = {child: history if isinstance(history, StaticHistory) else history.copy()
+                          for child, history in self.histories.items()}
+        twin.frames = dict(self.frames)
+        return twin
 
     # --- forgetting
 

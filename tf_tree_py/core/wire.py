@@ -116,7 +116,7 @@ class _Layout:
 
     def read(self, data: bytes) -> Batch | None:
         """Return the transforms, or None when the message has other names."""
-        if not data.startswith(self._first_name, _FIRST_NAME):
+        if self._first_name and not data.startswith(self._first_name, _FIRST_NAME):
             return None
         values = self._unpack(data)
         if self._names_in(values) != self._names:

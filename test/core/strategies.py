@@ -1,0 +1,103 @@
+"""
+What the tests of the core draw, and how they compare what comes back.
+
+Rotations and translations come in the sizes that go wrong: angles of 1e-12 rad
+and next to pi, both signs of a quaternion, distances of a millimetre and of a
+thousand kilometres.
+"""
+
+import math
+
+from hypothesis import strategies as st
+import numpy as np
+from tf_tree_py.core import so3
+
+MILLION = 1e6
+
+components = st.floats(-1.0, 1.0, allow_subnormal=False)
+
+
+def _unit(vector):
+    size = math.hypot(*vector)
+    return tuple(value / size for value in vector) if size > 1e-3 else (0.0, 0.0, 1.0)
+
+
+axes = st.one_of(
+    st.sampled_from([(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)]),
+    st.tuples(components, components, components).map(_unit),
+)
+
+tiny_angles = st.floats(-12.0, -6.0).map(lambda power: 10.0 ** power)
+angles = st.one_of(
+    st.just(0.0),
+    tiny_angles,
+    st.floats(1e-6, math.pi),
+    # Where formulas change over from a series, or are about to.
+    st.sampled_from([1e-3, 0.1, math.pi / 2, math.pi]).flatmap(
+        lambda angle: st.floats(-12.0, -2.0).map(lambda power: max(angle - 10.0 ** power, 0.0))),
+    st.just(math.pi),
+)
+
+
+def about(axis, angle, sign=1.0):
+    """Return the quaternion of a rotation, or its negative, which is the same."""
+    half = 0.5 * angle
+    x, y, z = (sign * math.sin(half) * value for value in axis)
+    return (x, y, z, sign * math.cos(half))
+
+
+signs = st.sampled_from([1.0, -1.0])
+quaternions = st.builds(about, axes, angles, signs)
+tiny_quaternions = st.builds(about, axes, tiny_angles, signs)
+
+vectors = st.one_of(
+    st.just((0.0, 0.0, 0.0)),
+    st.tuples(components, components, components),
+    st.tuples(*[st.floats(-MILLION, MILLION, allow_subnormal=False)] * 3),
+)
+ratios = st.one_of(st.sampled_from([0.0, 0.5, 1.0]), st.floats(0.0, 1.0, allow_subnormal=False))
+
+poses = st.builds(lambda translation, rotation: (*translation, *rotation), vectors, quaternions)
+twists = st.builds(
+    lambda translation, axis, angle: (*translation, *(angle * value for value in axis)),
+    vectors, axes, angles)
+
+
+def random_poses(rng, count, reach=1.0):
+    """Return (count, 7) poses, the rotations spread evenly, from a numpy generator."""
+    rotations = rng.normal(size=(count, 4))
+    rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
+    return np.concatenate([rng.uniform(-reach, reach, (count, 3)), rotations], axis=-1)
+
+
+def random_pose(rng, reach=1.0):
+    """Return one of ``random_poses`` as plain floats."""
+    return tuple(random_poses(rng, 1, reach)[0].tolist())
+
+
+def angle_between(a, b):
+    """Return the angle between two rotations, exact also where it is tiny."""
+    x, y, z, w = so3.multiply(so3.conjugate(a), b)
+    return 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
+
+
+def assert_same_rotation(a, b, tolerance=1e-14):
+    """Hold two quaternions to be one rotation, whatever their signs."""
+    assert angle_between(a, b) <= tolerance, f'{a} and {b} are {angle_between(a, b)} rad apart'
+
+
+def assert_same_pose(a, b, tolerance=1e-14, reach=1.0):
+    """
+    Hold two poses to be one.
+
+    :param tolerance: radians, and metres for every metre of reach.
+    :param reach: the longest distance that went into them, metres.
+    """
+    assert_same_rotation(a[3:], b[3:], tolerance)
+    gap = math.dist(a[:3], b[:3])
+    assert gap <= tolerance * max(1.0, reach), f'{a} and {b} are {gap} m apart'
+
+
+def length(pose):
+    """Return how far a pose's origin is from its parent's, metres."""
+    return math.hypot(*pose[:3])

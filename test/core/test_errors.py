@@ -1,0 +1,196 @@
+import copy
+import pickle
+
+import pytest
+from tf_tree_py import core
+from tf_tree_py.core import (
+    BufferCore,
+    ConnectivityException,
+    ExtrapolationException,
+    FutureExtrapolationException,
+    InvalidArgumentException,
+    LATEST,
+    LookupException,
+    NoDataException,
+    PastExtrapolationException,
+    Pose,
+    TimeoutException,
+    TransformException,
+)
+
+SECOND = 1_000_000_000
+EXCEPTIONS = [value for value in vars(core).values()
+              if isinstance(value, type) and issubclass(value, TransformException)]
+
+
+@pytest.fixture
+def buffer():
+    buffer = BufferCore(10 * SECOND)
+    for seconds in (10, 11):
+        buffer.insert('map', 'odom', seconds * SECOND, Pose(1.0))
+        buffer.insert('odom', 'base', seconds * SECOND, Pose(1.0))
+    buffer.insert('odom', 'base', 12 * SECOND, Pose(1.0))
+    buffer.insert('island', 'tree', 0, Pose(), static=True)
+    return buffer
+
+
+def error_of(buffer, target, source, stamp=LATEST):
+    with pytest.raises(TransformException) as raised:
+        buffer.lookup(target, source, stamp)
+    return raised.value
+
+
+# --- the family
+
+
+def test_family_is_that_of_tf2_and_its_refinements():
+    assert {error.__name__ for error in EXCEPTIONS} >= {
+        'TransformException', 'ConnectivityException', 'LookupException',
+        'ExtrapolationException', 'InvalidArgumentException', 'TimeoutException'}
+    for error in (ConnectivityException, LookupException, ExtrapolationException,
+                  InvalidArgumentException, TimeoutException):
+        assert error.__bases__ == (TransformException,)
+    for error in (FutureExtrapolationException, PastExtrapolationException, NoDataException):
+        assert error.__bases__ == (ExtrapolationException,)
+
+
+@pytest.mark.parametrize('error', EXCEPTIONS)
+def test_each_can_be_raised_with_nothing_but_a_text(error):
+    with pytest.raises(error, match='^the server is gone$'):
+        raise error('the server is gone')
+    assert str(error()) == ''
+
+
+# --- texts begin as tf2's do, and name what was asked
+
+
+@pytest.mark.parametrize(('target', 'source', 'stamp', 'error', 'text'), [
+    ('nowhere', 'base', 0, LookupException,
+     '"nowhere" passed to lookupTransform argument target_frame does not exist'),
+    ('map', 'nowhere', 0, LookupException,
+     '"nowhere" passed to lookupTransform argument source_frame does not exist'),
+    ('/map', 'base', 0, InvalidArgumentException, "Invalid argument target_frame '/map'"),
+    ('map', '', 0, InvalidArgumentException, "Invalid argument source_frame ''"),
+    ('map', 'tree', 0, ConnectivityException,
+     "Could not find a connection between 'map' and 'tree' because they are not part of the same "
+     "tree: 'map' hangs on 'map', 'tree' on 'island'"),
+    ('map', 'base', 12, FutureExtrapolationException,
+     'Lookup would require extrapolation into the future. Requested time 12.000000000 but the '
+     'latest data is at time 11.000000000, 1.000 s older, the edge map -> odom, when looking up '
+     'transform from frame [base] to frame [map]'),
+    ('map', 'base', 9, PastExtrapolationException,
+     'Lookup would require extrapolation into the past. Requested time 9.000000000 but the '
+     'earliest data is at time 10.000000000, 1.000 s newer, the edge map -> odom, when looking '
+     'up transform from frame [base] to frame [map]'),
+])
+def test_text_begins_as_that_of_tf2(buffer, target, source, stamp, error, text):
+    raised = error_of(buffer, target, source, stamp * SECOND)
+    assert type(raised) is error
+    assert str(raised).startswith(text)
+    assert (raised.target_frame, raised.source_frame) == (target, source)
+
+
+def test_text_of_an_empty_edge_names_the_frame_below_it(buffer):
+    buffer.clear()
+    raised = error_of(buffer, 'map', 'odom', 11 * SECOND)
+    assert type(raised) is NoDataException
+    assert str(raised).startswith(
+        'Unable to lookup transform, cache is empty: no data for the edge above frame [odom]')
+    assert (raised.child, raised.oldest, raised.latest) == ('odom', None, None)
+
+
+# --- facts
+
+
+def test_extrapolation_carries_the_edge_that_cannot_answer(buffer):
+    raised = error_of(buffer, 'map', 'base', 12 * SECOND)
+    assert (raised.parent, raised.child) == ('map', 'odom')
+    assert (raised.requested, raised.oldest, raised.latest) == (
+        12 * SECOND, 10 * SECOND, 11 * SECOND)
+    # The edge in between is not to blame, and the one that is, is.
+    raised = error_of(buffer, 'odom', 'base', 13 * SECOND)
+    assert (raised.parent, raised.child) == ('odom', 'base')
+    assert raised.latest == 12 * SECOND
+
+
+@pytest.mark.parametrize(('target', 'source', 'stamp', 'blocked_on'), [
+    ('map', 'base', 12 * SECOND, ('odom', 12 * SECOND)),
+    ('map', 'base', 9 * SECOND, ('odom', LATEST)),
+    ('map', 'base', SECOND, ('odom', LATEST)),
+    ('map', 'base', SECOND - 1, None),
+    ('map', 'nowhere', LATEST, (None, LATEST)),
+    ('map', 'tree', LATEST, (None, LATEST)),
+    ('map', '/base', LATEST, None),
+])
+def test_error_tells_what_has_to_arrive_before_it_can_succeed(
+        buffer, target, source, stamp, blocked_on):
+    assert error_of(buffer, target, source, stamp).blocked_on == blocked_on
+
+
+def test_wrong_type_of_a_frame_is_an_invalid_argument(buffer):
+    for frame in (None, 5, b'map'):
+        assert isinstance(error_of(buffer, frame, 'base'), InvalidArgumentException)
+        assert isinstance(error_of(buffer, 'map', frame), InvalidArgumentException)
+
+
+# --- hints
+
+
+def test_hint_for_the_future_is_the_sensors_stamp_or_a_timeout(buffer):
+    raised = error_of(buffer, 'map', 'base', 13 * SECOND)
+    assert "Pass the stamp of the sensor's own message" in raised.hint
+    assert 'or a timeout' in raised.hint
+    assert str(raised).endswith(f'. {raised.hint}')
+
+
+def test_hint_for_what_has_expired_is_a_longer_cache_time(buffer):
+    assert 'keeps 10.000 s' in error_of(buffer, 'map', 'base', SECOND - 1).hint
+    # Not when it may yet arrive.
+    assert error_of(buffer, 'map', 'base', 9 * SECOND).hint == ''
+
+
+def test_hint_for_an_unknown_frame_is_the_known_ones(buffer):
+    assert 'Known: odom, map, base, tree, island' in error_of(buffer, 'map', 'nowhere').hint
+    assert 'Nothing has been received yet' in error_of(BufferCore(), 'map', 'nowhere').hint
+
+
+def test_hint_does_not_list_a_thousand_frames():
+    buffer = BufferCore()
+    for number in range(1000):
+        buffer.insert('map', f'frame{number}', 0, Pose(), static=True)
+    hint = error_of(buffer, 'map', 'nowhere').hint
+    assert 'and 989 more' in hint
+    assert len(hint) < 200
+
+
+def test_hint_for_two_trees_asks_who_joins_them(buffer):
+    assert 'who should publish the edge between them?' in error_of(buffer, 'map', 'tree').hint
+
+
+def test_time_that_was_waited_stands_before_the_hint():
+    error = LookupException('nothing there', hint='Start the publisher')
+    error.waited_s = 0.25
+    assert str(error) == 'nothing there (waited 0.250 s for it). Start the publisher'
+    assert error.describe() == 'nothing there'
+
+
+# --- copies
+
+
+@pytest.mark.parametrize(('target', 'source', 'stamp'), [
+    ('map', 'base', 13 * SECOND), ('map', 'base', SECOND), ('map', 'base', 1),
+    ('map', 'nowhere', LATEST), ('map', 'tree', LATEST), ('/map', 'base', LATEST),
+])
+def test_facts_survive_pickle_and_copy(buffer, target, source, stamp):
+    error = error_of(buffer, target, source, stamp)
+    error.waited_s = 0.5
+    for again in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
+        assert type(again) is type(error)
+        assert str(again) == str(error)
+        assert vars(again) == vars(error)
+
+
+@pytest.mark.parametrize('error', EXCEPTIONS)
+def test_plain_error_survives_pickle(error):
+    again = pickle.loads(pickle.dumps(error('gone')))
+    assert (type(again), str(again)) == (error, 'gone')

@@ -1,0 +1,342 @@
+import math
+import tracemalloc
+
+from hypothesis import settings, strategies as st
+from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
+import numpy as np
+import pytest
+from strategies import assert_same_pose
+from tf_tree_py.core import (
+    FutureExtrapolationException,
+    LATEST,
+    NoDataException,
+    PastExtrapolationException,
+    se3,
+    so3,
+)
+from tf_tree_py.core.history import DynamicHistory, StaticHistory
+
+SECOND = 1_000_000_000
+
+
+def pose_number(number):
+    """Return a pose that no other number has, and that is not only a translation."""
+    return (float(number), 0.5 * number, -float(number), *so3.from_rpy(0.0, 0.1, 0.01 * number))
+
+
+class NaiveHistory:
+    """
+    The rules of tf2 on a plain list, newest first, as tf2's own list has it.
+
+    A sample is refused when older than the window, which hangs on the newest stamp
+    before the arrival; what left the window goes when something arrives.
+    """
+
+    def __init__(self, cache_time):
+        self.cache_time = cache_time
+        self.samples = []
+
+    def insert(self, stamp, parent, pose):
+        if self.samples:
+            horizon = self.samples[0][0] - self.cache_time
+            self.samples = [sample for sample in self.samples if sample[0] >= horizon]
+            if stamp < horizon:
+                return False
+        place = [kept for kept, _, _ in self.samples if kept > stamp]
+        self.samples.insert(len(place), (stamp, parent, pose))
+        return True
+
+    def sample(self, stamp):
+        """Return the parent and the pose, or what keeps it from answering."""
+        if not self.samples:
+            return NoDataException
+        if stamp == LATEST:
+            return self.samples[0][1:]
+        if stamp > self.samples[0][0]:
+            return FutureExtrapolationException
+        if stamp < self.samples[-1][0]:
+            return PastExtrapolationException
+        place = next(i for i, sample in enumerate(self.samples) if sample[0] <= stamp)
+        older_stamp, parent, older = self.samples[place]
+        newer_stamp, newer_parent, newer = self.samples[max(place - 1, 0)]
+        if stamp == older_stamp or parent != newer_parent:
+            return parent, older
+        ratio = (stamp - older_stamp) / (newer_stamp - older_stamp)
+        return parent, se3.interpolate(older, newer, ratio)
+
+
+def answer(history, stamp):
+    try:
+        return history.parent_at(stamp), history.sample(stamp)
+    except (NoDataException, FutureExtrapolationException, PastExtrapolationException) as error:
+        return type(error)
+
+
+class HistoryMachine(RuleBasedStateMachine):
+    """Any order of arrivals, parents and clears: the packed history is the naive one."""
+
+    @initialize(cache_time=st.integers(0, 60))
+    def begin(self, cache_time):
+        self.history = DynamicHistory('child', cache_time)
+        self.naive = NaiveHistory(cache_time)
+        self.count = 0
+
+    def arrive(self, stamp, parent, packed):
+        self.count += 1
+        pose = pose_number(self.count % 300)
+        taken = (packed and parent == self.history.parent
+                 and self.history.append(stamp, np.array(pose).tobytes()))
+        if not taken:
+            taken = self.history.insert(stamp, parent, pose)
+        assert taken == self.naive.insert(stamp, parent, pose)
+
+    @rule(stamp=st.integers(-20, 200), parent=st.sampled_from('pppq'), packed=st.booleans())
+    def insert_anywhere(self, stamp, parent, packed):
+        self.arrive(stamp, parent, packed)
+
+    @precondition(lambda self: self.naive.samples)
+    @rule(back=st.integers(-3, 70), parent=st.sampled_from('pppq'), packed=st.booleans())
+    def insert_near_the_newest(self, back, parent, packed):
+        self.arrive(self.naive.samples[0][0] - back, parent, packed)
+
+    @rule(count=st.integers(50, 250), step=st.integers(0, 3), parent=st.sampled_from('ppq'),
+          packed=st.booleans())
+    def insert_a_run(self, count, step, parent, packed):
+        """Fill and overrun the window, so that expired blocks are dropped."""
+        begin = self.naive.samples[0][0] if self.naive.samples else 0
+        for i in range(count):
+            self.arrive(begin + step * i, parent, packed)
+
+    @rule()
+    def clear(self):
+        self.history.clear()
+        self.naive.samples.clear()
+
+    @rule(stamp=st.integers(-30, 300))
+    def look_anywhere(self, stamp):
+        self.compare(stamp)
+
+    @precondition(lambda self: self.naive.samples)
+    @rule(data=st.data())
+    def look_beside_a_sample(self, data):
+        stamp, _, _ = data.draw(st.sampled_from(self.naive.samples))
+        for near in (stamp - 1, stamp, stamp + 1):
+            self.compare(near)
+
+    def compare(self, stamp):
+        expected, found = self.naive.sample(stamp), answer(self.history, stamp)
+        if isinstance(expected, type):
+            assert found is expected
+        else:
+            assert not isinstance(found, type), f'{found} instead of {expected}'
+            assert found[0] == expected[0]
+            assert_same_pose(found[1], expected[1], reach=300.0)
+            assert self.history.nearest_parent(stamp) == expected[0]
+
+    @invariant()
+    def ends_are_those_of_the_list(self):
+        samples, history = self.naive.samples, self.history
+        assert len(history) == len(samples)
+        assert history.latest_stamp == (samples[0][0] if samples else None)
+        assert history.oldest_stamp == (samples[-1][0] if samples else None)
+        assert history.parent == (samples[0][1] if samples else None)
+        self.compare(LATEST)
+
+    @invariant()
+    def memory_is_in_order(self):
+        history = self.history
+        stamps, start = history._stamps.tolist(), history._start
+        assert stamps == sorted(stamps)
+        assert len(history._poses) == 7 * len(stamps)
+        assert history._parents is None or len(history._parents) == len(stamps)
+        assert 0 <= start < max(len(stamps), 1)
+        # Expired samples are skipped at once and dropped in blocks.
+        assert start < 64 or start * 8 < len(stamps)
+
+    @invariant()
+    def one_parent_is_told_apart_from_several(self):
+        parents = {parent for _, parent, _ in self.naive.samples}
+        if self.history.fixed_parent:
+            assert len(parents) <= 1
+
+
+TestHistoryIsTheNaiveList = HistoryMachine.TestCase
+TestHistoryIsTheNaiveList.settings = settings(max_examples=60, stateful_step_count=25)
+
+
+# --- the rules one by one, readable
+
+
+def history_of(*samples, cache_time=10 * SECOND):
+    history = DynamicHistory('child', cache_time)
+    for sample in samples:
+        stamp, number, *parent = sample
+        assert history.insert(stamp, *(parent or ['parent']), pose_number(number))
+    return history
+
+
+def test_late_sample_is_inserted_in_order():
+    history = history_of((10, 1), (30, 3), (20, 2))
+    assert [history.sample(stamp)[0] for stamp in (10, 15, 20, 25, 30)] == [1, 1.5, 2, 2.5, 3]
+
+
+def test_sample_between_two_is_on_the_line_and_the_arc():
+    history = history_of((100, 0), (200, 10))
+    assert_same_pose(history.sample(125), se3.interpolate(pose_number(0), pose_number(10), 0.25))
+
+
+def test_last_arrival_with_a_stamp_is_the_one_found():
+    history = history_of((10, 1), (20, 2), (20, 3), (30, 4))
+    assert history.sample(20) == pose_number(3)
+    assert history_of((20, 2), (20, 3)).sample(20) == pose_number(3)
+    assert history_of((20, 2), (20, 3), (30, 4)).sample(20) == pose_number(3)
+
+
+def test_one_nanosecond_outside_is_extrapolation():
+    history = history_of((10, 1), (20, 2))
+    with pytest.raises(PastExtrapolationException):
+        history.sample(9)
+    with pytest.raises(FutureExtrapolationException):
+        history.sample(21)
+
+
+def test_one_sample_answers_only_at_its_own_stamp():
+    history = history_of((10, 1))
+    assert history.sample(10) == history.sample(LATEST) == pose_number(1)
+    with pytest.raises(PastExtrapolationException):
+        history.sample(9)
+    with pytest.raises(FutureExtrapolationException):
+        history.sample(11)
+
+
+def test_empty_history_has_no_data():
+    history = DynamicHistory('child', SECOND)
+    for stamp in (LATEST, 1, -1):
+        with pytest.raises(NoDataException):
+            history.sample(stamp)
+        with pytest.raises(NoDataException):
+            history.parent_at(stamp)
+
+
+def test_sample_exactly_at_the_edge_of_the_window_is_kept():
+    history = history_of((100, 1), cache_time=10)
+    assert history.insert(90, 'parent', pose_number(2))
+    assert not history.insert(89, 'parent', pose_number(3))
+    assert history.oldest_stamp == 90
+
+
+def test_window_hangs_on_the_newest_stamp_before_the_arrival():
+    history = history_of((100, 1), cache_time=10)
+    assert history.insert(200, 'parent', pose_number(2))
+    # The jump to 200 was judged by 100, so the old one is still there ...
+    assert history.oldest_stamp == 100
+    # ... until the next arrival, even one that is refused.
+    assert not history.insert(100, 'parent', pose_number(3))
+    assert history.oldest_stamp == 200
+
+
+def test_older_parent_holds_until_the_sample_of_the_newer():
+    history = history_of(
+        (10, 1, 'table'), (20, 2, 'table'), (30, 3, 'gripper'), (40, 4, 'gripper'))
+    assert [history.parent_at(stamp) for stamp in (15, 20, 29, 30, 35)] == [
+        'table', 'table', 'table', 'gripper', 'gripper']
+    assert history.sample(29) == pose_number(2)
+    assert history.sample(15)[0] == 1.5
+    assert history.sample(35)[0] == 3.5
+    assert not history.fixed_parent
+
+
+def test_beyond_its_ends_a_history_has_the_nearest_parent():
+    history = history_of((10, 1, 'table'), (20, 2, 'gripper'))
+    assert history.nearest_parent(5) == 'table'
+    assert history.nearest_parent(25) == history.nearest_parent(LATEST) == 'gripper'
+
+
+def test_history_has_one_parent_again_when_the_other_has_expired():
+    history = history_of((0, 0, 'table'), cache_time=100)
+    for stamp in range(1, 400):
+        history.insert(stamp, 'gripper', pose_number(stamp))
+    assert history.fixed_parent
+    assert history.parent == 'gripper'
+
+
+def test_stamp_zero_of_a_sample_is_not_mistaken_for_latest():
+    history = history_of((-10, 1), (0, 2), (10, 3))
+    assert history.sample(LATEST) == pose_number(3)
+    assert history.sample(5)[0] == 2.5
+    assert history.sample(-5)[0] == 1.5
+
+
+def test_interpolation_takes_the_short_way_whatever_the_signs():
+    history = DynamicHistory('child', SECOND)
+    quarter = so3.from_rpy(0.0, 0.0, math.pi / 2)
+    history.insert(0, 'parent', se3.IDENTITY)
+    history.insert(10, 'parent', (0.0, 0.0, 0.0, *(-value for value in quarter)))
+    assert_same_pose(history.sample(5), (0.0, 0.0, 0.0, *so3.from_rpy(0.0, 0.0, math.pi / 4)))
+
+
+def test_appending_packed_floats_is_inserting():
+    history = history_of((10, 1))
+    assert history.append(20, np.array(pose_number(2)).tobytes())
+    assert history.sample(20) == history.sample(LATEST) == pose_number(2)
+    assert history.sample(15)[0] == 1.5
+
+
+def test_append_leaves_other_cases_alone():
+    packed = np.array(pose_number(5)).tobytes()
+    for history in (DynamicHistory('child', SECOND), history_of((10, 1, 'a'), (20, 2, 'b')),
+                    StaticHistory('child', 'parent', se3.IDENTITY)):
+        before = len(history), history.latest_stamp
+        assert not history.append(30, packed)
+        assert (len(history), history.latest_stamp) == before
+    late = history_of((10, 1))
+    assert not late.append(9, packed)
+    assert late.append(10, packed)
+
+
+def test_error_carries_the_edge_and_its_span():
+    history = history_of((10, 1), (20, 2))
+    with pytest.raises(FutureExtrapolationException) as future:
+        history.sample(25)
+    error = future.value
+    assert (error.parent, error.child) == ('parent', 'child')
+    assert (error.requested, error.oldest, error.latest) == (25, 10, 20)
+    assert error.blocked_on == ('child', 25)
+    with pytest.raises(PastExtrapolationException) as past:
+        history.sample(5)
+    assert past.value.blocked_on == ('child', LATEST)
+
+
+def test_what_can_never_arrive_blocks_on_nothing():
+    history = history_of((100, 1), cache_time=10)
+    with pytest.raises(PastExtrapolationException, match='longer cache_time') as expired:
+        history.sample(89)
+    assert expired.value.blocked_on is None
+    # Exactly at the edge it would still be taken.
+    with pytest.raises(PastExtrapolationException) as late:
+        history.sample(90)
+    assert late.value.blocked_on == ('child', LATEST)
+
+
+def test_static_edge_is_the_same_at_all_times():
+    history = StaticHistory('child', 'parent', pose_number(1), 'calibration')
+    assert len(history) == 1
+    for stamp in (LATEST, -5, 10 ** 18):
+        assert history.sample(stamp) == pose_number(1)
+        assert history.parent_at(stamp) == history.nearest_parent(stamp) == 'parent'
+
+
+def test_sample_costs_72_bytes_and_the_slack_of_two_arrays():
+    count = 50_000
+    tracemalloc.start()
+    try:
+        before, _ = tracemalloc.get_traced_memory()
+        history = DynamicHistory('child', count)
+        for stamp in range(4 * count):
+            history.insert(stamp, 'parent', se3.IDENTITY)
+        after, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert count <= len(history) <= count + 2
+    # An array grows by a sixteenth beyond what it needs.
+    assert (after - before) / len(history) < 72 * 17 / 16 + 1

@@ -1,0 +1,157 @@
+import math
+
+from hypothesis import given, strategies as st
+import numpy as np
+import pytest
+from strategies import about, assert_same_rotation, axes, components
+from tf_tree_py.core import BufferCore, Incident, Kind, Pose, Sample
+from tf_tree_py.core.sample import Batch, checked, is_sound, unit_poses
+
+SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
+
+
+def check(parent='parent', child='child', pose=SOUND.pose):
+    return checked(Sample(parent, child, 7, pose), 'somebody')
+
+
+def test_sound_sample_is_taken_as_it_is():
+    assert checked(SOUND, 'somebody') == SOUND
+
+
+@pytest.mark.parametrize(('name', 'kept'), [
+    ('base', 'base'), ('/base', 'base'), ('//base', '/base'), ('base/', 'base/'),
+    ('/robot1/base', 'robot1/base'), ('a b', 'a b'), ('gr\u00fcn', 'gr\u00fcn'),
+])
+def test_exactly_one_leading_slash_is_stripped(name, kept):
+    assert check(parent=name).parent == kept
+    assert check(child=name).child == kept
+
+
+@pytest.mark.parametrize(('parent', 'child', 'kind', 'detail'), [
+    ('', 'child', Kind.EMPTY_FRAME, 'header.frame_id is not set'),
+    ('parent', '', Kind.EMPTY_FRAME, 'child_frame_id is not set'),
+    ('/', 'child', Kind.EMPTY_FRAME, 'header.frame_id is not set'),
+    ('parent', '/', Kind.EMPTY_FRAME, 'child_frame_id is not set'),
+    ('same', 'same', Kind.SELF_EDGE, 'are the same'),
+    ('/same', 'same', Kind.SELF_EDGE, 'are the same'),
+])
+def test_names_that_make_no_edge_are_refused(parent, child, kind, detail):
+    incident = check(parent, child)
+    assert isinstance(incident, Incident)
+    assert incident.kind is kind
+    assert detail in incident.detail
+    assert (incident.authority, incident.stamp) == ('somebody', 7)
+
+
+@pytest.mark.parametrize('place', range(7))
+@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+def test_nan_and_infinity_are_refused_anywhere(place, bad):
+    pose = (*SOUND.pose[:place], bad, *SOUND.pose[place + 1:])
+    assert check(pose=pose).kind is Kind.NOT_FINITE
+    assert not is_sound(pose)
+    assert unit_poses(np.array([SOUND.pose, pose])) is None
+
+
+def test_infinities_that_cancel_are_refused_too():
+    assert check(pose=(math.inf, -math.inf, 0.0, *SOUND.pose[3:])).kind is Kind.NOT_FINITE
+
+
+def test_all_zero_quaternion_is_refused():
+    incident = check(pose=(1.0, 2.0, 3.0, 0.0, -0.0, 0.0, 0.0))
+    assert incident.kind is Kind.ZERO_ROTATION
+    assert 'No rotation is 0 0 0 1' in incident.detail
+
+
+def test_quaternion_too_long_to_measure_is_refused():
+    assert check(pose=(0.0, 0.0, 0.0, 1e308, 1e308, 1e308, 1e308)).kind is Kind.NOT_FINITE
+
+
+@given(axes, components, st.floats(-300.0, 300.0))
+def test_any_other_quaternion_is_normalised(axis, angle, power):
+    q = about(axis, angle)
+    scaled = tuple(10.0 ** power * value for value in q)
+    sample = check(pose=(1.0, 2.0, 3.0, *scaled))
+    assert sample.pose[:3] == (1.0, 2.0, 3.0)
+    assert math.hypot(*sample.pose[3:]) == pytest.approx(1.0, abs=1e-12)
+    assert_same_rotation(sample.pose[3:], q, 1e-14)
+
+
+def test_small_error_of_a_float32_quaternion_is_normalised_away():
+    q = np.array([0.1, 0.2, 0.3, math.sqrt(0.86)], dtype=np.float32).astype(float).tolist()
+    assert math.hypot(*check(pose=(0.0, 0.0, 0.0, *q)).pose[3:]) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_largest_translation_is_taken():
+    pose = (1e308, 1e308, -1e308, 0.0, 0.0, 0.0, 1.0)
+    assert check(pose=pose).pose == pose
+
+
+# --- a whole message at once
+
+
+numbers = st.sampled_from([
+    0.0, -0.0, 1.0, 0.5, 2.0, 1e-160, 1e-308, 1e160, 1e308, math.nan, math.inf, -math.inf])
+any_poses = st.one_of(
+    st.tuples(*[numbers] * 7),
+    st.builds(lambda axis, angle, size: (1.0, 2.0, 3.0, *(size * x for x in about(axis, angle))),
+              axes, components, st.sampled_from([1.0, 1.0 + 1e-13, 1.0 + 1e-7, 3.0])))
+
+
+@given(st.lists(any_poses, max_size=4))
+def test_many_poses_are_judged_and_normalised_as_each_is(poses):
+    each = [check(pose=pose) for pose in poses]
+    many = unit_poses(np.reshape(np.array(poses, dtype=float), (-1, 7)))
+    if many is not None:
+        for sample, pose in zip(each, many.tolist(), strict=True):
+            assert sample.pose == pytest.approx(pose, rel=1e-12, abs=1e-12)
+
+
+names = st.sampled_from(['a', 'b', 'c', 'd', '/a', '', '/'])
+messages = st.lists(st.tuples(names, names, st.integers(0, 30), any_poses), max_size=5)
+
+
+@given(st.lists(st.tuples(messages, st.sampled_from(['one', 'other']), st.booleans()), max_size=8))
+def test_batch_is_its_samples_one_after_the_other(arrivals):
+    whole, single = BufferCore(10), BufferCore(10)
+    layouts = {}
+    for message, authority, static in arrivals:
+        edges = tuple((parent, child) for parent, child, _, _ in message)
+        batch = Batch(layouts.setdefault(edges, edges), [stamp for _, _, stamp, _ in message],
+                      np.reshape(np.array([pose for *_, pose in message], dtype=float), (-1, 7)))
+        told = whole.insert_batch(batch, authority, static)
+        expected = [incident for sample in batch.samples()
+                    for incident in single.insert_many([sample], authority, static)]
+        assert list(map(str, told)) == list(map(str, expected))
+    assert whole.frames() == single.frames()
+    assert whole.edges() == single.edges()
+    assert whole.statistics() == single.statistics()
+    for _, child, *_ in whole.edges():
+        for target in whole.frames():
+            expected = pytest.approx(answer(single, target, child), nan_ok=True)
+            assert answer(whole, target, child) == expected
+
+
+def test_batch_that_names_a_child_twice_is_taken_in_its_order():
+    edges = (('gripper', 'box'), ('table', 'box'))
+    buffer = BufferCore()
+    buffer.insert('table', 'box', 1, Pose())
+    buffer.insert_batch(Batch(edges, [2, 2], np.array([Pose(), Pose()])))
+    assert [(edge.parent, edge.child) for edge in buffer.edges()] == [('table', 'box')]
+
+
+def answer(buffer, target, source):
+    try:
+        return buffer.lookup(target, source)
+    except Exception as error:
+        return type(error)
+
+
+def test_edges_of_ever_new_messages_are_not_kept_for_ever():
+    buffer = BufferCore()
+    buffer.insert('a', 'b', 1, Pose())
+    names = ['a', 'b']
+    for stamp in range(2, 2000):
+        edges = (tuple(names),)  # equal to the last ones, and yet others
+        assert not buffer.insert_batch(Batch(edges, [stamp], np.array([Pose()])))
+    assert len(buffer._tree._known) <= 256
+    assert buffer.statistics().accepted == 1999

@@ -1,0 +1,368 @@
+import functools
+import itertools
+import math
+
+from hypothesis import assume, given, strategies as st
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from strategies import (
+    about,
+    assert_same_pose,
+    assert_same_rotation,
+    axes,
+    components,
+    length,
+    MILLION,
+    poses,
+    quaternions,
+    random_poses,
+    ratios,
+    signs,
+    tiny_angles,
+    twists,
+    vectors,
+)
+from tf_tree_py.core import se3, so3
+
+
+def reach(*given_poses):
+    return sum(map(length, given_poses))
+
+
+def hat(twist):
+    """Return the (4, 4) matrix whose exponential is the pose."""
+    vx, vy, vz, wx, wy, wz = twist
+    return np.array([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0]])
+
+
+# --- the group
+
+
+@given(poses, poses, poses)
+def test_composition_is_associative(a, b, c):
+    left = se3.compose(se3.compose(a, b), c)
+    right = se3.compose(a, se3.compose(b, c))
+    assert_same_pose(left, right, 3e-15, reach(a, b, c))
+
+
+@given(poses)
+def test_identity_changes_nothing(pose):
+    assert se3.compose(se3.IDENTITY, pose) == pose
+    assert se3.compose(pose, se3.IDENTITY) == pose
+
+
+@given(poses)
+def test_inverse_undoes_from_both_sides(pose):
+    assert_same_pose(se3.compose(pose, se3.inverse(pose)), se3.IDENTITY, 3e-15, reach(pose))
+    assert_same_pose(se3.compose(se3.inverse(pose), pose), se3.IDENTITY, 3e-15, reach(pose))
+
+
+@given(poses)
+def test_inverse_of_the_inverse_is_the_pose(pose):
+    assert_same_pose(se3.inverse(se3.inverse(pose)), pose, 3e-15, reach(pose))
+
+
+@given(poses, poses)
+def test_inverse_of_a_product_turns_it_round(a, b):
+    assert_same_pose(se3.inverse(se3.compose(a, b)),
+                     se3.compose(se3.inverse(b), se3.inverse(a)), 3e-15, reach(a, b))
+
+
+def test_inverse_is_not_the_negative_translation():
+    pose = (1.0, 2.0, 3.0, *so3.from_rpy(0.0, 0.0, math.pi / 2))
+    assert se3.inverse(pose)[:3] == pytest.approx((-2.0, 1.0, -3.0), abs=1e-15)
+
+
+@given(poses, poses)
+def test_composition_is_the_product_of_the_matrices(a, b):
+    product = se3.as_matrix(a) @ se3.as_matrix(b)
+    assert np.abs(se3.as_matrix(se3.compose(a, b)) - product).max() <= 3e-15 * max(1, reach(a, b))
+
+
+@given(poses, poses)
+def test_composition_is_rotate_and_multiply(a, b):
+    x, y, z = so3.rotate(a[3:], b[:3])
+    expected = (a[0] + x, a[1] + y, a[2] + z, *so3.multiply(a[3:], b[3:]))
+    assert se3.compose(a, b) == pytest.approx(expected, rel=1e-15, abs=1e-15 * reach(b) + 1e-300)
+
+
+@given(st.lists(poses, max_size=6))
+def test_chain_is_composition_from_the_left(chain):
+    expected = functools.reduce(se3.compose, chain, se3.IDENTITY)
+    assert_same_pose(se3.compose_chain(chain), expected, 3e-15, reach(*chain))
+
+
+def test_no_poses_compose_to_the_identity():
+    assert se3.compose_chain([]) == se3.IDENTITY
+
+
+@given(poses, poses, vectors)
+def test_applying_twice_is_applying_the_product(a, b, point):
+    once, twice = se3.apply(se3.compose(a, b), point), se3.apply(a, se3.apply(b, point))
+    assert math.dist(once, twice) <= 3e-15 * max(1.0, reach(a, b) + math.hypot(*point))
+
+
+@given(poses, st.lists(vectors, min_size=1, max_size=5))
+def test_one_pose_moves_many_points_as_it_moves_each(pose, points):
+    moved = se3.apply_many(pose, points)
+    assert moved.shape == (len(points), 3)
+    for point, result in zip(points, moved, strict=True):
+        tolerance = 3e-15 * max(1.0, reach(pose) + math.hypot(*point))
+        assert math.dist(se3.apply(pose, point), result) <= tolerance
+
+
+@pytest.mark.parametrize(('pose', 'points'), [
+    (se3.IDENTITY, np.zeros((4, 4))), (se3.IDENTITY, 1.0), (np.zeros(6), np.zeros(3)),
+])
+def test_wrong_shapes_are_named(pose, points):
+    with pytest.raises(ValueError, match=r'poses are \(..., 7\) and points \(..., 3\), not'):
+        se3.apply_many(pose, points)
+
+
+def test_an_empty_cloud_stays_empty():
+    assert se3.apply_many(se3.IDENTITY, np.empty((0, 3))).shape == (0, 3)
+
+
+def test_ten_thousand_random_poses_compose_to_a_rigid_transform():
+    chain = random_poses(np.random.default_rng(7), 10_000, reach=10.0)
+    pose = se3.IDENTITY
+    for step in map(tuple, chain.tolist()):
+        pose = se3.compose(pose, step)
+    for result in (pose, se3.compose_chain(map(tuple, chain.tolist()))):
+        rotation = se3.as_matrix(result)[:3, :3]
+        assert np.linalg.det(rotation) == pytest.approx(1.0, abs=1e-6)
+        assert np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-6
+    expected = functools.reduce(np.matmul, se3.as_matrix_many(chain))
+    assert se3.as_matrix(pose) == pytest.approx(expected, abs=1e-8)
+
+
+# --- exp and log
+
+
+@given(twists)
+def test_log_gives_back_the_twist(twist):
+    angle = math.hypot(*twist[3:])
+    assume(angle < math.pi - 1e-9)
+    back = se3.log(se3.exp(twist))
+    assert math.dist(back[:3], twist[:3]) <= 1e-14 * length(twist)
+    assert math.dist(back[3:], twist[3:]) <= 1e-14 * angle
+
+
+@given(poses)
+def test_exp_gives_back_the_pose(pose):
+    assert_same_pose(se3.exp(se3.log(pose)), pose, 1e-14, reach(pose))
+
+
+@given(axes, tiny_angles, signs, vectors)
+def test_tiny_rotations_far_from_the_origin_survive_exp_and_log(axis, angle, sign, direction):
+    """Where a log that treats small angles as none is metres off: 1e-6 rad, 1e6 m."""
+    x, y, z = (MILLION + abs(value) for value in direction)
+    pose = (x, y, z, *about(axis, angle, sign))
+    twist = se3.log(pose)
+    assert math.hypot(*twist[3:]) == pytest.approx(angle, rel=1e-12)
+    assert_same_pose(se3.exp(twist), pose, 1e-15, length(pose))
+    # To the first order v = t - w x t / 2, and the second is below 1e-12 of it.
+    expected = np.array(pose[:3]) - 0.5 * np.cross(twist[3:], pose[:3])
+    assert math.dist(twist[:3], expected) <= 1e-12 * length(pose)
+
+
+@given(st.tuples(*[components] * 6))
+def test_exp_is_the_matrix_exponential(twist):
+    assert se3.as_matrix(se3.exp(twist)) == pytest.approx(expm(hat(twist)), abs=1e-14)
+
+
+@given(twists, ratios)
+def test_a_constant_twist_goes_on_where_it_was(twist, ratio):
+    first, second = (tuple(part * value for value in twist) for part in (ratio, 1.0 - ratio))
+    assert_same_pose(
+        se3.compose(se3.exp(first), se3.exp(second)), se3.exp(twist), 1e-14, length(twist))
+
+
+@pytest.mark.parametrize('angle', [0.1, 1e-3])
+def test_exp_and_log_are_smooth_where_a_series_ends(angle):
+    below, above = ((MILLION, -MILLION, MILLION, 0.0, angle * (1.0 + side), 0.0)
+                    for side in (-1e-15, 1e-15))
+    assert math.dist(se3.exp(below), se3.exp(above)) < 3e-15 * MILLION
+    assert math.dist(se3.log((*below[:3], *so3.exp(below[3:]))),
+                     se3.log((*above[:3], *so3.exp(above[3:])))) < 3e-15 * MILLION
+
+
+def test_screw_about_z_climbs_along_z():
+    assert se3.exp((0.0, 0.0, 2.0, 0.0, 0.0, math.pi)) == pytest.approx(
+        (0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 0.0), abs=1e-15)
+
+
+def test_half_a_circle_ends_at_its_diameter():
+    # Forward at 1 m/s, turning left: the radius is 1/pi.
+    pose = se3.exp((1.0, 0.0, 0.0, 0.0, 0.0, math.pi))
+    assert pose[:3] == pytest.approx((0.0, 2.0 / math.pi, 0.0), abs=1e-15)
+
+
+# --- matrices
+
+
+@given(poses)
+def test_pose_survives_the_matrix(pose):
+    back = se3.from_matrix(se3.as_matrix(pose))
+    assert back[:3] == pose[:3]
+    assert_same_rotation(back[3:], pose[3:], 2e-15)
+
+
+def with_entry(row, column, value):
+    matrix = np.eye(4)
+    matrix[row, column] = value
+    return matrix
+
+
+@pytest.mark.parametrize(('matrix', 'problem'), [
+    (with_entry(3, 0, 0.1), 'last row'),
+    (with_entry(3, 3, 2.0), 'last row'),
+    (with_entry(3, 3, math.nan), 'last row'),
+    (with_entry(0, 0, -1.0), 'a reflection'),
+    (with_entry(0, 1, 0.01), 'differs from I'),
+    (with_entry(1, 3, math.nan), 'not finite'),
+    (with_entry(1, 3, math.inf), 'not finite'),
+])
+def test_what_is_no_rigid_transform_is_refused(matrix, problem):
+    with pytest.raises(ValueError, match=problem):
+        se3.from_matrix(matrix)
+    with pytest.raises(ValueError, match=problem):
+        se3.from_matrix_many(np.stack([np.eye(4), matrix]))
+
+
+def test_a_matrix_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match=r'shape \(4, 4\), this one \(3, 3\)'):
+        se3.from_matrix(np.eye(3))
+
+
+# --- interpolating
+
+
+@given(poses, poses)
+def test_interpolation_begins_and_ends_at_the_two_poses(a, b):
+    assert_same_pose(se3.interpolate(a, b, 0.0), a, 1e-14)
+    assert_same_pose(se3.interpolate(a, b, 1.0), b, 1e-14)
+
+
+@given(poses, poses, ratios)
+def test_interpolation_is_a_line_and_a_slerp(a, b, ratio):
+    pose = se3.interpolate(a, b, ratio)
+    line = [(1.0 - ratio) * start + ratio * end for start, end in zip(a[:3], b[:3], strict=True)]
+    assert pose[:3] == tuple(line)
+    assert pose[3:] == so3.slerp(a[3:], b[3:], ratio)
+    assert se3.interpolate_pair((*a, *b), ratio) == pose
+
+
+@given(poses, ratios)
+def test_interpolation_between_equal_poses_stays_there(pose, ratio):
+    assert_same_pose(se3.interpolate(pose, pose, ratio), pose, 1e-14, reach(pose))
+
+
+@given(quaternions, axes, st.floats(-12.0, -8.5), signs)
+def test_interpolation_as_tf2_keeps_the_first_rotation_below_its_resolution(
+        rotation, axis, power, sign):
+    a = (0.0, 0.0, 0.0, *rotation)
+    b = (2.0, 0.0, 0.0, *so3.multiply(rotation, about(axis, 10.0 ** power, sign)))
+    cosine = sum(map(math.prod, zip(a[3:], b[3:], strict=True)))
+    assume(abs(cosine) >= 1.0)
+    assert se3.interpolate_pair((*a, *b), 0.5, as_tf2=True) == (1.0, 0.0, 0.0, *rotation)
+
+
+# --- both forms
+
+
+ARGUMENTS = {
+    (so3, 'multiply'): 'qq',
+    (so3, 'conjugate'): 'q',
+    (so3, 'rotate'): 'qv',
+    (so3, 'slerp_weights'): 'cr',
+    (so3, 'slerp'): 'qqr',
+    (so3, 'exp'): 'w',
+    (so3, 'log'): 'q',
+    (so3, 'as_matrix'): 'q',
+    (so3, 'from_matrix'): 'R',
+    (se3, 'compose'): 'pp',
+    (se3, 'inverse'): 'p',
+    (se3, 'apply'): 'pv',
+    (se3, 'interpolate'): 'ppr',
+    (se3, 'exp'): 't',
+    (se3, 'log'): 'p',
+    (se3, 'as_matrix'): 'p',
+    (se3, 'from_matrix'): 'T',
+}
+
+
+def special_rotation_vectors(rng, count):
+    """Return rotation vectors of every size: none, tiny, where a series ends, half a turn."""
+    sizes = [0.0, 1e-12, 1e-7, 1e-3, np.nextafter(1e-3, 1), 0.1, 1.0, math.pi - 1e-9, math.pi]
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    return directions * np.resize(sizes, count)[:, None]
+
+
+def arguments(kind, rng, count):
+    """Return (count, ...) arguments of a kind, and how each looks in the scalar form."""
+    w = special_rotation_vectors(rng, count)
+    q = so3.exp_many(w) * rng.choice([1.0, -1.0], size=(count, 1))
+    v = rng.normal(size=(count, 3)) * np.resize([1.0, MILLION, 1e-9], count)[:, None]
+    pose = np.concatenate([v, q], axis=-1)
+    array = {
+        'q': q,
+        'v': v,
+        'w': w,
+        'p': pose,
+        't': np.concatenate([v, w], axis=-1),
+        'r': np.resize([0.0, 1.0, 0.5, 0.123], count),
+        'c': np.resize([1.0, -1.0, 0.0, 0.7, -0.7, 1.0 - 1e-16, 1e-6 - 1.0, 1.0 + 3e-16], count),
+        'R': so3.as_matrix_many(q),
+        'T': se3.as_matrix_many(pose),
+    }[kind]
+    if array.ndim == 1:
+        return array, array.tolist()
+    return array, [tuple(row) if array.ndim == 2 else row for row in array.tolist()]
+
+
+def pairs_of_forms():
+    return [
+        (module, name) for module in (so3, se3) for name in vars(module)
+        if not name.startswith('_') and f'{name}_many' in vars(module)
+    ]
+
+
+def test_every_pair_of_forms_is_compared():
+    assert set(pairs_of_forms()) == set(ARGUMENTS)
+
+
+@pytest.mark.parametrize(('module', 'name'), pairs_of_forms())
+def test_scalar_and_vectorised_form_agree(module, name):
+    rng = np.random.default_rng(3)
+    arrays, scalars = zip(*(arguments(kind, rng, 72) for kind in ARGUMENTS[module, name]),
+                          strict=True)
+    expected = [getattr(module, name)(*values) for values in zip(*scalars, strict=True)]
+    assert_equal_forms(getattr(module, f'{name}_many')(*arrays), expected)
+
+
+@pytest.mark.parametrize(('module', 'name'), pairs_of_forms())
+def test_vectorised_form_broadcasts(module, name):
+    rng = np.random.default_rng(4)
+    kinds = ARGUMENTS[module, name]
+    arrays, scalars = zip(*(arguments(kind, rng, 3 + i) for i, kind in enumerate(kinds)),
+                          strict=True)
+    spread = [np.reshape(array, (*(len(array) if i == k else 1 for k in range(len(kinds))),
+                                 *array.shape[1:])) for i, array in enumerate(arrays)]
+    results = getattr(module, f'{name}_many')(*spread)
+    expected = [getattr(module, name)(*values) for values in itertools.product(*scalars)]
+    assert_equal_forms(results, expected, tuple(map(len, arrays)))
+
+
+def assert_equal_forms(results, expected, shape=(-1,)):
+    """Hold an array, or a tuple of them, to the scalar form's results, in a few ulps."""
+    results = np.stack(results, axis=-1) if isinstance(results, tuple) else results
+    assert shape == (-1,) or results.shape[:len(shape)] == shape
+    expected = np.array(expected)
+    results = results.reshape(-1, *expected.shape[1:])
+    assert results.shape == expected.shape
+    scale = np.abs(expected).reshape(len(expected), -1).max(axis=-1)
+    errors = np.abs(results - expected).reshape(len(expected), -1).max(axis=-1)
+    assert (errors <= 1e-15 * np.maximum(scale, 1e-300) * 8).all()

@@ -1,0 +1,213 @@
+"""Many write and read at once: every answer is one that could have been given."""
+
+import sys
+import threading
+
+import numpy as np
+import pytest
+from strategies import assert_same_pose
+from tf_tree_py.core import (
+    BufferCore,
+    LATEST,
+    LookupException,
+    Pose,
+    Sample,
+    TransformException,
+)
+from tf_tree_py.core.sample import Batch
+
+TICK = 1000
+TICKS = 3000
+PATIENCE_S = 60.0  # only a deadlock lasts as long as that
+
+
+def pose_at(stamp):
+    """Return a pose whose seven numbers all tell its stamp, also between two ticks."""
+    ticks = stamp / TICK
+    return Pose.from_xyz_rpy(ticks, -2.0 * ticks, 0.5, yaw=1e-3 * ticks)
+
+
+def assert_tells_its_stamp(pose, stamp, edges):
+    """Hold a chain of so many edges to what its stamp says."""
+    expected = Pose()
+    for _ in range(edges):
+        expected @= pose_at(stamp)
+    assert_same_pose(pose, expected, 1e-9, reach=TICKS)
+
+
+@pytest.fixture(autouse=True)
+def eager_switches():
+    """Switch threads a thousand times as often as usual."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(5e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+class Crew:
+    """Threads, and what went wrong in them."""
+
+    def __init__(self):
+        self.errors = []
+        self.done = threading.Event()
+        self.writers, self.readers = [], []
+
+    def write(self, function, *arguments):
+        self.writers.append(threading.Thread(
+            target=self._guard, args=(function, *arguments), daemon=True))
+
+    def read(self, function, *arguments):
+        """Run a function again and again until the writers are done."""
+        def again_and_again():
+            while not self.done.is_set():
+                function(*arguments)
+
+        self.readers.append(threading.Thread(
+            target=self._guard, args=(again_and_again,), daemon=True))
+
+    def _guard(self, function, *arguments):
+        try:
+            function(*arguments)
+        except BaseException as error:
+            self.errors.append(error)
+            self.done.set()
+
+    def run(self):
+        for thread in (*self.readers, *self.writers):
+            thread.start()
+        for thread in self.writers:
+            thread.join(PATIENCE_S)
+        self.done.set()
+        for thread in self.readers:
+            thread.join(PATIENCE_S)
+        stuck = [thread for thread in (*self.writers, *self.readers) if thread.is_alive()]
+        assert not stuck, 'a deadlock'
+        if self.errors:
+            raise self.errors[0]
+
+
+def test_no_reader_sees_a_torn_pose():
+    buffer = BufferCore(200 * TICK)  # short, so that expired blocks are dropped meanwhile
+    crew = Crew()
+    edges = (('a', 'b'), ('b', 'c'))
+
+    def write_messages():
+        for tick in range(1, TICKS):
+            stamp = TICK * tick
+            poses = np.array([pose_at(stamp)] * 2)
+            if tick % 2:
+                buffer.insert_batch(Batch(edges, [stamp, stamp], poses))
+            else:
+                buffer.insert_many([Sample(*edge, stamp, pose_at(stamp)) for edge in edges])
+
+    def write_a_side_branch(child):
+        for tick in range(1, TICKS):
+            buffer.insert('a', child, TICK * tick, pose_at(TICK * tick))
+
+    def write_late():
+        for tick in range(1, TICKS):
+            newest = buffer.latest_common_time('a', 'b')
+            stamp = newest - (tick * 37) % (150 * TICK)
+            if stamp > 0:
+                buffer.insert('a', 'b', stamp, pose_at(stamp))
+
+    def change_the_structure():
+        for tick in range(TICKS):
+            parent = 'ab'[tick % 2]
+            buffer.insert(parent, 'tool', 0, Pose(1.0), static=True, authority='tool')
+
+    def read_latest():
+        stamp, pose = buffer.lookup_stamped('a', 'c')
+        assert_tells_its_stamp(pose, stamp, 2)
+        stamp, pose = buffer.lookup_stamped('a', 'd')
+        assert_tells_its_stamp(pose, stamp, 1)
+
+    def read_the_past():
+        stamp = buffer.latest_common_time('a', 'c')
+        for back in (0, 1, 333, TICK, 50 * TICK + 7, 150 * TICK):
+            try:
+                pose = buffer.lookup('a', 'c', max(stamp - back, 1))
+            except TransformException:
+                continue  # before the beginning, or out of the window by now
+            assert_tells_its_stamp(pose, max(stamp - back, 1), 2)
+
+    def read_what_changes():
+        stamp, pose = buffer.lookup_stamped('b', 'tool')
+        # On b it is one metre ahead for ever; on a, where b was at the stamp matters.
+        expected = Pose(1.0) if stamp == LATEST else pose_at(stamp).inverse() @ Pose(1.0)
+        assert_same_pose(pose, expected, 1e-9, reach=TICKS)
+        children = [edge.child for edge in buffer.edges()]
+        assert sorted(children) == ['b', 'c', 'd', 'e', 'tool']
+
+    for edge in (*edges, ('a', 'd'), ('a', 'e')):
+        buffer.insert(*edge, TICK, pose_at(TICK))
+    buffer.insert('a', 'tool', 0, Pose(1.0), static=True)
+    for function in (write_messages, write_late, change_the_structure):
+        crew.write(function)
+    for child in 'de':
+        crew.write(write_a_side_branch, child)
+    for function in (read_latest, read_the_past, read_what_changes):
+        crew.read(function)
+    crew.run()
+    assert buffer.statistics().accepted > 3 * TICKS
+
+
+def test_waiting_lookups_all_get_their_own_stamp():
+    buffer = BufferCore()
+    buffer.insert('a', 'b', TICK, pose_at(TICK))
+    crew = Crew()
+    ticks = range(2, 400)
+
+    def write():
+        for tick in ticks:
+            buffer.insert('a', 'b', TICK * tick, pose_at(TICK * tick))
+
+    def ask(first):
+        for tick in ticks[first::8]:
+            pose = buffer.lookup_within(PATIENCE_S, 'a', 'b', TICK * tick)
+            assert_tells_its_stamp(pose, TICK * tick, 1)
+
+    crew.write(write)
+    for first in range(8):
+        crew.write(ask, first)
+    crew.run()
+    assert len(buffer._waiters) == 0
+
+
+def test_no_answer_outlives_a_clear():
+    """Clearing, removing and filling again beside readers: an answer, or an error of tf2."""
+    buffer = BufferCore()
+    crew = Crew()
+
+    def fill():
+        for tick in range(1, TICKS):
+            buffer.insert('a', 'b', TICK * tick, pose_at(TICK * tick))
+            buffer.insert('b', 'c', TICK * tick, pose_at(TICK * tick))
+
+    def forget():
+        for tick in range(300):
+            buffer.clear()
+            if tick % 10 == 0:
+                buffer.remove_frame('c')
+                buffer.fail_waiters(LookupException('forgotten'))
+
+    def read():
+        try:
+            stamp, pose = buffer.lookup_stamped('a', 'c')
+        except TransformException as error:
+            assert str(error)
+        else:
+            assert_tells_its_stamp(pose, stamp, 2)
+
+    def wait():
+        try:
+            buffer.lookup_within(0.001, 'a', 'c', TICK * TICKS)
+        except TransformException as error:
+            assert error.waited_s is not None
+
+    crew.write(fill)
+    crew.write(forget)
+    crew.read(read)
+    crew.read(wait)
+    crew.run()
+    assert len(buffer._waiters) == 0

@@ -1,0 +1,376 @@
+import queue
+import threading
+import time
+
+from hypothesis import strategies as st
+from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
+import pytest
+from tf_tree_py.core import (
+    BufferCore,
+    ConnectivityException,
+    FutureExtrapolationException,
+    InvalidArgumentException,
+    LATEST,
+    LookupException,
+    PastExtrapolationException,
+    Pose,
+    Sample,
+    TransformException,
+)
+from tf_tree_py.core.errors import ANY_STRUCTURE
+from tf_tree_py.core.waiters import Waiter, Waiters
+
+SECOND = 1_000_000_000
+LONG_S = 30.0  # only a broken wait lasts as long as that
+
+
+# --- the lists alone
+
+
+class WaitersMachine(RuleBasedStateMachine):
+    """The sorted lines against a plain dict of who waits for what."""
+
+    def __init__(self):
+        super().__init__()
+        self.waiters = Waiters()
+        self.everybody = [Waiter(lambda: None) for _ in range(8)]
+        self.model = {}
+
+    children = st.sampled_from(['a', 'b', None])
+    numbers = st.integers(0, 7)
+
+    @rule(number=numbers, child=children, stamp=st.integers(0, 9))
+    def add(self, number, child, stamp):
+        self.waiters.add(self.everybody[number], (child, stamp))
+        self.model[number] = (child, stamp)
+
+    @rule(number=numbers)
+    def discard(self, number):
+        self.waiters.discard(self.everybody[number])
+        self.model.pop(number, None)
+
+    @rule(child=st.sampled_from('abc'), latest=st.integers(-1, 10))
+    def reach(self, child, latest):
+        ready = {number for number, (blocked_on, stamp) in self.model.items()
+                 if blocked_on == child and stamp <= latest}
+        self.take(self.waiters.take_reached(child, latest), ready)
+
+    @rule()
+    def take_all(self):
+        self.take(self.waiters.take_all(), set(self.model))
+
+    def take(self, taken, expected):
+        numbers = [self.everybody.index(waiter) for waiter in taken]
+        assert sorted(numbers) == sorted(expected)
+        for number in expected:
+            assert self.everybody[number].place is None
+            del self.model[number]
+
+    @invariant()
+    def everybody_stands_where_the_model_says(self):
+        assert len(self.waiters) == len(self.model)
+        assert bool(self.waiters) == bool(self.model)
+        for number, waiter in enumerate(self.everybody):
+            place = self.model.get(number)
+            assert (waiter.place and waiter.place[:2]) == place
+        assert all(line == sorted(line) for line in self.waiters._lines.values())
+        assert all(self.waiters._lines.values())
+
+
+TestWaitersStandInOrder = WaitersMachine.TestCase
+
+
+# --- waiting on a buffer
+
+
+class WatchedDeadline:
+    """A deadline far away that tells when its thread goes to sleep."""
+
+    def __init__(self):
+        self.sleeping = queue.Queue()
+
+    def wait(self, event):
+        self.sleeping.put(True)
+        return event.wait(LONG_S)
+
+    def elapsed_s(self):
+        return 0.0
+
+
+class ExpiredDeadline:
+    """A deadline that has passed, after 1.5 s."""
+
+    def wait(self, event):
+        return False
+
+    def elapsed_s(self):
+        return 1.5
+
+
+class Asker:
+    """A thread that waits for a lookup; ``result`` is what it got, or the error."""
+
+    def __init__(self, buffer, target, source, stamp):
+        self.buffer = buffer
+        self.arguments = target, source, stamp
+        self.tries = 0
+        self.deadline = WatchedDeadline()
+        self.thread = threading.Thread(target=self._run, daemon=True)
+        self.thread.start()
+
+    def _run(self):
+        try:
+            self.result = self.buffer.wait_for(self._ask, self.deadline)
+        except TransformException as error:
+            self.result = error
+
+    def _ask(self):
+        self.tries += 1
+        return self.buffer.lookup(*self.arguments)
+
+    def sleeps(self):
+        """Return once the thread has gone to sleep, again if it was woken."""
+        self.deadline.sleeping.get(timeout=LONG_S)
+        return self
+
+    def joined(self):
+        self.thread.join(LONG_S)
+        assert not self.thread.is_alive()
+        return self.result
+
+
+@pytest.fixture
+def buffer():
+    """Return a buffer with one edge at 10 s; nobody may be left waiting in it."""
+    buffer = BufferCore(10 * SECOND)
+    buffer.insert('map', 'base', 10 * SECOND, Pose(1.0))
+    yield buffer
+    assert len(buffer._waiters) == 0
+
+
+def test_what_is_there_is_not_waited_for(buffer):
+    asker = Asker(buffer, 'map', 'base', 10 * SECOND)
+    assert asker.joined() == Pose(1.0)
+    assert asker.deadline.sleeping.empty()
+
+
+def test_lookup_wakes_when_its_stamp_arrives(buffer):
+    asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert asker.joined() == Pose(2.0)
+    assert asker.tries == 2
+
+
+def test_lookup_between_two_samples_wakes_with_the_second(buffer):
+    asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
+    buffer.insert('map', 'base', 12 * SECOND, Pose(3.0))
+    assert asker.joined() == Pose(2.0)
+
+
+def test_only_those_whose_stamp_was_reached_are_woken(buffer):
+    buffer.insert('map', 'other', SECOND, Pose())
+    askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (14, 12, 13, 11)]
+    assert len(buffer._waiters) == 4
+    # Another edge wakes nobody.
+    buffer.insert('map', 'other', 99 * SECOND, Pose())
+    assert len(buffer._waiters) == 4
+    buffer.insert('map', 'base', 12 * SECOND, Pose(3.0))
+    assert len(buffer._waiters) == 2
+    assert [askers[i].joined() for i in (1, 3)] == [Pose(3.0), Pose(2.0)]
+    buffer.insert('map', 'base', 20 * SECOND, Pose(3.0))
+    assert [askers[i].joined() for i in (0, 2)] == [Pose(3.0)] * 2
+    assert [asker.tries for asker in askers] == [2] * 4
+
+
+def test_late_sample_wakes_who_waits_for_an_older_stamp(buffer):
+    asker = Asker(buffer, 'map', 'base', 9 * SECOND).sleeps()
+    buffer.insert('map', 'base', 8 * SECOND, Pose(3.0))
+    assert asker.joined() == Pose(2.0)
+
+
+def test_late_sample_before_the_epoch_wakes_too():
+    buffer = BufferCore(100)
+    buffer.insert('map', 'base', -10, Pose(1.0))
+    asker = Asker(buffer, 'map', 'base', -20).sleeps()
+    buffer.insert('map', 'base', -30, Pose(3.0))
+    assert asker.joined() == Pose(2.0)
+
+
+@pytest.mark.parametrize('static', [True, False])
+def test_unknown_frame_wakes_when_it_is_published(buffer, static):
+    asker = Asker(buffer, 'map', 'camera', LATEST).sleeps()
+    buffer.insert('base', 'camera', 10 * SECOND, Pose(1.0), static=static)
+    assert asker.joined() == Pose(2.0)
+
+
+def test_two_trees_wake_when_they_are_joined(buffer):
+    buffer.insert('island', 'tree', 0, Pose(1.0), static=True)
+    asker = Asker(buffer, 'base', 'tree', 10 * SECOND).sleeps()
+    buffer.insert('base', 'island', 0, Pose(1.0), static=True)
+    assert asker.joined() == Pose(2.0)
+
+
+def test_lookup_that_needs_two_edges_wakes_for_each(buffer):
+    buffer.insert('base', 'arm', 10 * SECOND, Pose(1.0))
+    asker = Asker(buffer, 'map', 'arm', 11 * SECOND).sleeps()
+    buffer.insert('map', 'base', 11 * SECOND, Pose(1.0))
+    asker.sleeps()
+    assert len(buffer._waiters) == 1
+    buffer.insert('base', 'arm', 11 * SECOND, Pose(1.0))
+    assert asker.joined() == Pose(2.0)
+
+
+def test_cleared_edge_wakes_with_its_first_new_sample(buffer):
+    buffer.clear()
+    asker = Asker(buffer, 'map', 'base', 5 * SECOND).sleeps()
+    buffer.insert('map', 'base', 4 * SECOND, Pose(1.0))
+    asker.sleeps()
+    buffer.insert('map', 'base', 6 * SECOND, Pose(3.0))
+    assert asker.joined() == Pose(2.0)
+
+
+def test_whole_message_wakes_after_its_last_transform(buffer):
+    asker = Asker(buffer, 'map', 'lens', 11 * SECOND).sleeps()
+    buffer.insert_many(
+        Sample(parent, child, 11 * SECOND, Pose(1.0))
+        for parent, child in (('base', 'camera'), ('camera', 'lens'), ('map', 'base')))
+    assert asker.joined() == Pose(3.0)
+    assert asker.tries == 2
+
+
+def test_refused_sample_wakes_nobody(buffer):
+    asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
+    assert buffer.insert('map', 'base', 11 * SECOND, Pose(float('nan')))
+    assert buffer.insert('base', 'map', 11 * SECOND, Pose())
+    assert len(buffer._waiters) == 1
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert asker.joined() == Pose(2.0)
+    assert asker.tries == 2
+
+
+def test_many_wait_for_one_sample(buffer):
+    askers = [Asker(buffer, 'map', 'base', 11 * SECOND) for _ in range(20)]
+    for asker in askers:
+        asker.sleeps()
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert [asker.joined() for asker in askers] == [Pose(2.0)] * 20
+
+
+# --- giving up
+
+
+@pytest.mark.parametrize(('target', 'source', 'stamp', 'error'), [
+    ('map', 'base', 11 * SECOND, FutureExtrapolationException),
+    ('map', 'base', 9 * SECOND, PastExtrapolationException),
+    ('map', 'nowhere', LATEST, LookupException),
+    ('map', 'tree', LATEST, ConnectivityException),
+])
+def test_timeout_raises_the_querys_own_error_and_says_how_long_it_waited(
+        buffer, target, source, stamp, error):
+    buffer.insert('island', 'tree', 0, Pose(1.0), static=True)
+    with pytest.raises(error, match=r'waited 1\.500 s for it') as raised:
+        buffer.wait_for(lambda: buffer.lookup(target, source, stamp), ExpiredDeadline())
+    assert raised.value.waited_s == 1.5
+    assert (raised.value.target_frame, raised.value.source_frame) == (target, source)
+
+
+def test_error_without_a_wait_says_nothing_of_one(buffer):
+    with pytest.raises(FutureExtrapolationException) as raised:
+        buffer.lookup('map', 'base', 11 * SECOND)
+    assert raised.value.waited_s is None
+    assert 'waited' not in str(raised.value)
+
+
+@pytest.mark.parametrize(('target', 'source', 'stamp', 'error'), [
+    ('/map', 'base', LATEST, InvalidArgumentException),
+    ('map', 'base', 1, PastExtrapolationException),
+    ('map', 'base', 20 * SECOND - 1, PastExtrapolationException),
+])
+def test_what_can_never_succeed_fails_at_once(buffer, target, source, stamp, error):
+    buffer.insert('map', 'base', 30 * SECOND, Pose(1.0))
+    buffer.insert('map', 'base', 30 * SECOND, Pose(1.0))
+    asker = Asker(buffer, target, source, stamp)
+    assert isinstance(asker.joined(), error)
+    assert asker.tries == 1
+    assert asker.deadline.sleeping.empty()
+    assert asker.result.waited_s is None
+
+
+def test_wait_ends_when_the_window_moves_past_its_stamp(buffer):
+    asker = Asker(buffer, 'map', 'base', 9 * SECOND).sleeps()
+    buffer.insert('map', 'base', 40 * SECOND, Pose(1.0))
+    error = asker.joined()
+    assert isinstance(error, PastExtrapolationException)
+    assert error.blocked_on is None
+    assert error.waited_s == 0.0
+
+
+def test_lookup_within_waits_by_the_wall(buffer):
+    begin = time.monotonic()
+    with pytest.raises(FutureExtrapolationException, match='waited 0.0'):
+        buffer.lookup_within(0.03, 'map', 'base', 11 * SECOND)
+    assert time.monotonic() - begin >= 0.03
+    timer = threading.Timer(0.01, buffer.insert, ('map', 'base', 11 * SECOND, Pose(2.0)))
+    timer.start()
+    assert buffer.lookup_within(LONG_S, 'map', 'base', 11 * SECOND) == Pose(2.0)
+    timer.join()
+
+
+def test_failed_waiters_get_the_reason_each_for_itself(buffer):
+    askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (11, 12)]
+    askers.append(Asker(buffer, 'map', 'nowhere', LATEST).sleeps())
+    reason = TransformException('the clock jumped back')
+    buffer.fail_waiters(reason)
+    errors = [asker.joined() for asker in askers]
+    for error in errors:
+        assert type(error) is TransformException
+        assert 'the clock jumped back (waited' in str(error)
+    # One exception raised in three threads would mix up their tracebacks.
+    assert len({id(error) for error in (*errors, reason)}) == 4
+
+
+def test_those_who_come_after_a_failure_wait_again(buffer):
+    buffer.fail_waiters(TransformException('nobody is there'))
+    asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert asker.joined() == Pose(2.0)
+
+
+def test_error_of_another_kind_leaves_nobody_behind(buffer):
+    def broken():
+        raise ZeroDivisionError('a bug in the query')
+
+    with pytest.raises(ZeroDivisionError, match='a bug'):
+        buffer.wait_for(broken, WatchedDeadline())
+
+
+def test_interrupted_wait_leaves_nobody_behind(buffer):
+    class Interrupted(WatchedDeadline):
+        def wait(self, event):
+            assert len(buffer._waiters) == 1
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        buffer.wait_for(lambda: buffer.lookup('map', 'base', 11 * SECOND), Interrupted())
+
+
+def test_wake_is_called_without_the_lock(buffer):
+    """A waiter whose wake-up itself asks the buffer, from another thread, gets an answer."""
+    answers = queue.Queue()
+
+    def wake():
+        thread = threading.Thread(
+            target=lambda: answers.put(buffer.lookup('map', 'base', 10 * SECOND)), daemon=True)
+        thread.start()
+        thread.join(LONG_S)
+
+    buffer._waiters.add(Waiter(wake), ('base', 11 * SECOND))
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert answers.get_nowait() == Pose(1.0)
+
+
+def test_structure_blocks_under_a_name_of_its_own():
+    assert ANY_STRUCTURE == (None, LATEST)
+    with pytest.raises(LookupException) as raised:
+        BufferCore().lookup('a', 'b')
+    assert raised.value.blocked_on == ANY_STRUCTURE

@@ -1,0 +1,166 @@
+"""
+TFMessages in bytes, sound ones and any others.
+
+FUZZ_MESSAGES=1000000 fuzzes as many; a run of the tests has a few thousand.
+"""
+
+import os
+import random
+import struct
+
+from hypothesis import given, strategies as st
+import pytest
+from tf_tree_py.core import BufferCore, TransformException
+from tf_tree_py.core.wire import read, WireError, WireReader
+
+FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
+
+IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+MOVED = (1.0, -2.0, 3.0, 0.5, 0.5, -0.5, 0.5)
+
+
+def serialize(transforms, order='<'):
+    """Write (parent, child, sec, nanosec, pose) as CDR, field by field."""
+    data = bytearray()
+
+    def align(size):
+        data.extend(bytes(-len(data) % size))
+
+    def string(text):
+        encoded = text.encode() + b'\0'
+        align(4)
+        data.extend(struct.pack(order + 'I', len(encoded)) + encoded)
+
+    data.extend(struct.pack(order + 'I', len(transforms)))
+    for parent, child, sec, nanosec, pose in transforms:
+        align(4)
+        data.extend(struct.pack(order + 'iI', sec, nanosec))
+        string(parent)
+        string(child)
+        align(8)
+        data.extend(struct.pack(order + '7d', *pose))
+    return (b'\0\1\0\0' if order == '<' else b'\0\0\0\0') + bytes(data)
+
+
+def as_transforms(batch):
+    return [(parent, child, stamp // 10**9, stamp % 10**9, pose)
+            for parent, child, stamp, pose in batch.samples()]
+
+
+names = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
+transforms = st.tuples(
+    names, names, st.integers(-2**31, 2**31 - 1), st.integers(0, 10**9 - 1),
+    st.tuples(*[st.floats(allow_nan=False)] * 7))
+messages = st.lists(transforms, max_size=5)
+
+
+@given(messages, st.sampled_from('<>'))
+def test_message_is_read_as_it_was_written(message, order):
+    assert as_transforms(read(serialize(message, order))) == message
+
+
+@given(st.lists(messages, min_size=2, max_size=6))
+def test_reader_that_remembers_reads_as_one_that_does_not(several):
+    reader = WireReader()
+    for message in several * 2:
+        assert as_transforms(reader.read(serialize(message))) == message
+
+
+def test_layout_of_the_same_length_is_told_apart_by_any_name():
+    reader = WireReader()
+    for parent, child in [('map', 'odom'), ('map', 'base'), ('mop', 'odom'), ('map', 'odom')]:
+        for second in ('a', 'b'):
+            message = [(parent, child, 1, 2, MOVED), ('odom', second, 1, 2, MOVED)]
+            assert as_transforms(reader.read(serialize(message))) == message
+
+
+def test_padding_may_hold_anything():
+    reader = WireReader()
+    message = [('ab', 'abcd', 1, 2, MOVED)]
+    data = bytearray(serialize(message))
+    assert as_transforms(reader.read(bytes(data))) == message
+    # The byte behind 'ab\0', up to the next multiple of four.
+    assert data[23] == 0
+    data[23] = 0xA5
+    assert as_transforms(reader.read(bytes(data))) == message
+
+
+def test_ever_new_names_do_not_fill_the_memory():
+    reader = WireReader()
+    for number in range(2000):
+        reader.read(serialize([('map', f'frame{number:05}', 1, 2, IDENTITY)]))
+    assert sum(map(len, reader._layouts.values())) <= 256
+
+
+@pytest.mark.parametrize(('data', 'problem'), [
+    (b'', 'not CDR'),
+    (b'\x00\x01', 'truncated at byte 4 of 2'),
+    (b'\x00\x07\x00\x00\x00\x00\x00\x00', 'not CDR: it begins with the bytes 00 07 00 00'),
+    (b'\x00\x01\x00\x00\xff\xff\xff\xff', '8 bytes cannot hold 4294967295 transforms'),
+    (serialize([('map', 'odom', 1, 2, IDENTITY)])[:-1], 'cannot hold 1 transforms|truncated'),
+    (serialize([('map', 'odom', 1, 2, IDENTITY)]) + bytes(8), '8 bytes are left over'),
+    (serialize([('map', 'odom', 1, 2, IDENTITY)]).replace(b'map\0', b'maps'), 'end with NUL'),
+    (serialize([('map', 'odom', 1, 2, IDENTITY)]).replace(b'map\0', b'm\xff\xff\0'), 'not UTF-8'),
+    (serialize([('map', 'odom', 1, 2, IDENTITY)]).replace(b'\4\0\0\0map', b'\4\0\0\x7fmap'),
+     'truncated'),
+])
+def test_what_is_no_message_is_an_error_that_says_why(data, problem):
+    with pytest.raises(WireError, match=problem):
+        read(data)
+
+
+def test_a_message_of_nothing_is_sound():
+    assert read(serialize([])).samples() == []
+
+
+def mutated(rng, data):
+    """Damage a message in one of the ways that messages get damaged."""
+    data = bytearray(data)
+    kind = rng.randrange(5)
+    if kind == 0:
+        return bytes(data[:rng.randrange(len(data) + 1)])
+    if kind == 1:
+        return bytes(data) + rng.randbytes(rng.randrange(1, 20))
+    if kind == 2:
+        return rng.randbytes(rng.randrange(len(data)))
+    for _ in range(rng.randrange(1, 8)):
+        data[rng.randrange(len(data))] = rng.randrange(256)
+    if kind == 3:
+        data[:4] = b'\0\1\0\0'
+    return bytes(data)
+
+
+def outcome(read_message, data):
+    """Return what a message holds, bit by bit, or that it is none."""
+    try:
+        batch = read_message(data)
+    except WireError:
+        return None
+    return list(batch.edges), list(batch.stamps), batch.poses.tobytes()
+
+
+def test_no_bytes_do_harm():
+    rng = random.Random(20)
+    reader = WireReader()
+    buffer = BufferCore()
+    odom, base = (('map', 'odom', 10, 7, MOVED), ('odom', 'base_link', 10, 7, MOVED))
+    sound = [serialize([odom]), serialize([odom, base]), serialize([base])]
+    buffer.insert_batch(read(sound[1]))
+    for _ in range(FUZZ_MESSAGES):
+        data = mutated(rng, rng.choice(sound))
+        remembered = outcome(reader.read, data)
+        assert remembered == outcome(read, data)
+        if remembered is not None:
+            buffer.insert_batch(read(data))
+    assert_all_poses_are_sound(buffer)
+
+
+def assert_all_poses_are_sound(buffer):
+    for child, history in buffer._tree.histories.items():
+        for stamp in (history.oldest_stamp, history.latest_stamp):
+            try:
+                pose = buffer.lookup(history.parent, child, stamp)
+            except TransformException:
+                continue
+            assert all(abs(number) < float('inf') for number in pose)
+            assert sum(number * number for number in pose[3:]) == pytest.approx(1.0, abs=1e-9)

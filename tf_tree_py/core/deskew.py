@@ -1,0 +1,46 @@
+"""
+Points that were taken over time, moved to one time.
+
+A spinning lidar takes a tenth of a second for a scan; on a robot that moves,
+each point was seen from another place. Two times and a frame that stays put
+meanwhile undo that: ``lookup_full`` for every point.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import se3
+from .errors import InvalidArgumentException
+from .queries import Queries
+
+
+def deskew(tree: Queries, points: npt.ArrayLike, stamps: npt.ArrayLike, target_frame: str,
+           source_frame: str, reference_stamp: int, fixed_frame: str = 'odom') -> Any:
+    """
+    Return where points would have been seen from the target, all at one time.
+
+    target_p = (target <- fixed at reference_stamp) (fixed <- source at stamp) source_p.
+    To keep a scan in its own frame, pass that frame as target and as source.
+
+    :param tree: a buffer or a snapshot.
+    :param points: (N, 3) metres, each in the source frame at its own stamp.
+    :param stamps: (N,) integer nanoseconds, when each point was taken.
+    :param reference_stamp: nanoseconds; ``LATEST`` for the newest possible.
+    :param fixed_frame: what stays put and has no jumps; by REP 105 that is odom, not map.
+    :return: (N, 3) metres, of the points' own floating type. NaN stays NaN.
+    :raises InvalidArgumentException: shapes that do not fit, stamps that are no integers.
+    :raises TransformException: as ``lookup_many``; the scan must lie inside the buffer.
+    """
+    array = np.asarray(points)
+    count = np.shape(stamps)
+    if array.ndim != 2 or array.shape[1] != 3 or count != array.shape[:1]:
+        raise InvalidArgumentException(
+            f'points are (N, 3) and stamps (N,), one for each, not {array.shape} and {count}')
+    frozen = tree.snapshot()
+    target_T_fixed = frozen.lookup(target_frame, fixed_frame, reference_stamp)
+    fixed_T_source = frozen.lookup_many(fixed_frame, source_frame, stamps)
+    moved = se3.apply_many(target_T_fixed, se3.apply_many(fixed_T_source, array))
+    kind = array.dtype if array.dtype.kind == 'f' else np.dtype(float)
+    return moved.astype(kind, copy=False)
