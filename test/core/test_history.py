@@ -93,11 +93,21 @@ class HistoryMachine(RuleBasedStateMachine):
     @rule(stamp=st.integers(-20, 200), parent=st.sampled_from('pppq'), packed=st.booleans())
     def insert_anywhere(self, stamp, parent, packed):
         self.arrive(stamp, parent, packed)
+        self.look_beside(stamp)
 
     @precondition(lambda self: self.naive.samples)
     @rule(back=st.integers(-3, 70), parent=st.sampled_from('pppq'), packed=st.booleans())
     def insert_near_the_newest(self, back, parent, packed):
-        self.arrive(self.naive.samples[0][0] - back, parent, packed)
+        stamp = self.naive.samples[0][0] - back
+        self.arrive(stamp, parent, packed)
+        self.look_beside(stamp)
+
+    @precondition(lambda self: self.naive.samples)
+    @rule(data=st.data(), parent=st.sampled_from('pppq'))
+    def insert_at_a_stamp_that_is_there(self, data, parent):
+        stamp, _, _ = data.draw(st.sampled_from(self.naive.samples))
+        self.arrive(stamp, parent, False)
+        self.look_beside(stamp)
 
     @rule(count=st.integers(50, 250), step=st.integers(0, 3), parent=st.sampled_from('ppq'),
           packed=st.booleans())
@@ -119,7 +129,9 @@ class HistoryMachine(RuleBasedStateMachine):
     @precondition(lambda self: self.naive.samples)
     @rule(data=st.data())
     def look_beside_a_sample(self, data):
-        stamp, _, _ = data.draw(st.sampled_from(self.naive.samples))
+        self.look_beside(data.draw(st.sampled_from(self.naive.samples))[0])
+
+    def look_beside(self, stamp):
         for near in (stamp - 1, stamp, stamp + 1):
             self.compare(near)
 
@@ -190,6 +202,14 @@ def test_last_arrival_with_a_stamp_is_the_one_found():
     assert history.sample(20) == pose_number(3)
     assert history_of((20, 2), (20, 3)).sample(20) == pose_number(3)
     assert history_of((20, 2), (20, 3), (30, 4)).sample(20) == pose_number(3)
+
+
+def test_late_arrival_with_a_stamp_that_is_there_is_the_one_found():
+    history = history_of((10, 1), (20, 2), (30, 4), (20, 3))
+    assert history.sample(20) == pose_number(3)
+    # As in tf2, what lies before leads to the first of them, what lies after from the last.
+    assert history.sample(15)[0] == 1.5
+    assert history.sample(25)[0] == 3.5
 
 
 def test_one_nanosecond_outside_is_extrapolation():

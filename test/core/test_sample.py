@@ -1,6 +1,6 @@
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import about, assert_same_rotation, axes, components
@@ -98,6 +98,7 @@ any_poses = st.one_of(
 
 
 @given(st.lists(any_poses, max_size=4))
+@example([(0.0, 0.0, 0.0, 1e-160, 2e-160, 3e-160, 4e-160)])
 def test_many_poses_are_judged_and_normalised_as_each_is(poses):
     each = [check(pose=pose) for pose in poses]
     many = unit_poses(np.reshape(np.array(poses, dtype=float), (-1, 7)))

@@ -13,6 +13,7 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
+from tf_tree_py.core.history import DynamicHistory, StaticHistory
 
 SECOND = 1_000_000_000
 
@@ -96,6 +97,21 @@ def test_refused_loop_is_told_frame_by_frame_with_both_publishers():
     assert "from 'tracker'" in text
     assert "stop 'tracker', or the other" in text
     assert text.startswith("Refused transform 'base_link' -> 'map'")
+
+
+@pytest.mark.parametrize('static', [True, False])
+def test_new_frame_is_hung_below_a_long_chain_without_climbing_it(monkeypatch, static):
+    kind = StaticHistory if static else DynamicHistory
+    climbed = []
+    nearest_parent = kind.nearest_parent
+    monkeypatch.setattr(kind, 'nearest_parent', lambda history, stamp: (
+        climbed.append(history) or nearest_parent(history, stamp)))
+    buffer = BufferCore()
+    chain(buffer, [f'f{number}' for number in range(300)], static=static)
+    assert not climbed
+    # The probe works: this one has to look.
+    assert buffer.insert('f299', 'f0', 1, place(1))[0].kind is Kind.LOOP
+    assert climbed
 
 
 def test_refused_frame_of_a_loop_may_hang_elsewhere():

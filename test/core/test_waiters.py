@@ -167,6 +167,26 @@ def test_lookup_between_two_samples_wakes_with_the_second(buffer):
     assert asker.joined() == Pose(2.0)
 
 
+def test_latest_waits_for_the_slowest_edge_to_catch_up(buffer):
+    """The newest common time lies before the other edge began; only the slow one can cure that."""
+    buffer.insert('base', 'arm', 30 * SECOND, Pose(0.5))
+    asker = Asker(buffer, 'map', 'arm', LATEST).sleeps()
+    buffer.insert('map', 'base', 30 * SECOND, Pose(2.0))
+    assert asker.joined() == Pose(2.5)
+
+
+def test_query_is_tried_once_more_when_time_is_up(buffer):
+    answers = iter([FutureExtrapolationException('not yet', blocked_on=('base', LATEST)), 'now'])
+
+    def query():
+        answer = next(answers)
+        if isinstance(answer, TransformException):
+            raise answer
+        return answer
+
+    assert buffer.wait_for(query, ExpiredDeadline()) == 'now'
+
+
 def test_only_those_whose_stamp_was_reached_are_woken(buffer):
     buffer.insert('map', 'other', SECOND, Pose())
     askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (14, 12, 13, 11)]
@@ -345,13 +365,15 @@ def test_error_of_another_kind_leaves_nobody_behind(buffer):
 
 
 def test_interrupted_wait_leaves_nobody_behind(buffer):
-    class Interrupted(WatchedDeadline):
-        def wait(self, event):
-            assert len(buffer._waiters) == 1
-            raise KeyboardInterrupt
+    deadline = WatchedDeadline()
 
+    def interrupt(event):
+        assert len(buffer._waiters) == 1
+        raise KeyboardInterrupt
+
+    deadline.wait = interrupt
     with pytest.raises(KeyboardInterrupt):
-        buffer.wait_for(lambda: buffer.lookup('map', 'base', 11 * SECOND), Interrupted())
+        buffer.wait_for(lambda: buffer.lookup('map', 'base', 11 * SECOND), deadline)
 
 
 def test_wake_is_called_without_the_lock(buffer):

@@ -157,7 +157,7 @@ class BufferCore(Queries):
         """
         event = threading.Event()
         waiter = Waiter(event.set)
-        slept = False
+        slept = over = False
         try:
             while True:
                 with self._lock:
@@ -168,13 +168,11 @@ class BufferCore(Queries):
                     try:
                         return query()
                     except TransformException as error:
-                        if error.blocked_on is None:
+                        if over or error.blocked_on is None:
                             raise
                         self._waiters.add(waiter, error.blocked_on)
-                        reason = error
                 slept = True
-                if not deadline.wait(event):
-                    raise reason
+                over = not deadline.wait(event)
         except TransformException as error:
             if slept:
                 error.waited_s = deadline.elapsed_s()

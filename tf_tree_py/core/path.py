@@ -53,6 +53,11 @@ class Path:
                 common = stamp
         return common
 
+    def slowest_edge(self) -> DynamicHistory | None:
+        """Return the edge that the latest common time hangs on; None if nothing moves."""
+        return min((edge for edge in self._dynamic if edge.latest_stamp),
+                   key=lambda edge: edge.latest_stamp or LATEST, default=None)
+
     def span(self) -> tuple[int, int]:
         """Return the oldest and the newest stamp that every moving edge has data for."""
         oldest, latest = _BEGINNING, _END

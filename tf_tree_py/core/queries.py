@@ -11,7 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import se3
-from .errors import InvalidArgumentException, TransformException
+from .errors import (
+    InvalidArgumentException,
+    PastExtrapolationException,
+    TransformException,
+)
 from .many import Stamps
 from .path import Path
 from .pose import Pose
@@ -80,12 +84,25 @@ class Queries:
                     return self._own_stamp(target_frame, stamp), se3.IDENTITY
                 path = self._tree.path(target_frame, source_frame, stamp)
                 if stamp == LATEST:
-                    stamp = path.latest_common_time()
-                    if not path.fixed:
-                        path = self._tree.path(target_frame, source_frame, stamp)
+                    return self._latest(path, target_frame, source_frame)
                 return stamp, path.pose_at(stamp)
         except TransformException as error:
             error.target_frame, error.source_frame = target_frame, source_frame
+            raise
+
+    def _latest(self, path: Path, target_frame: str,
+                source_frame: str) -> tuple[int, PoseTuple]:
+        """Return the pose at the latest common time, and that time."""
+        stamp = path.latest_common_time()
+        try:
+            if path.fixed:
+                return stamp, path.pose_at(stamp)
+            return stamp, self._tree.path(target_frame, source_frame, stamp).pose_at(stamp)
+        except PastExtrapolationException as error:
+            # The slowest edge has to catch up with the one that had no data at its stamp.
+            slowest = path.slowest_edge()
+            if slowest is not None:
+                error.blocked_on = (slowest.child, LATEST)
             raise
 
     def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,

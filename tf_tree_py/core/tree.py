@@ -162,6 +162,8 @@ class Tree:
 
     def _loop(self, parent: str, child: str, times: Sequence[int]) -> list[History]:
         """Return the edges from a parent up to its would-be child; none if it is not up there."""
+        if child not in self.frames:
+            return []  # nothing hangs on a new name: the climb would be in vain
         for stamp in times:
             edges: list[History] = []
             frame: str | None = parent
@@ -283,7 +285,7 @@ class Tree:
 
     def _find_path(self, target: str, source: str, stamp: int) -> Path:
         source_edges, source_frames = self._climb(source, stamp, (target,))
-        target_edges, target_frames = self._climb(target, stamp, source_frames)
+        target_edges, target_frames = self._climb(target, stamp, set(source_frames))
         fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         if target_frames[-1] not in source_frames:
             raise self._not_joined(target_frames, source_frames, stamp)
@@ -343,15 +345,14 @@ class Tree:
             stamp = self._latest_of_all(target)
         poses = {target: se3.IDENTITY}
         for history, known, frame, upwards in self._steps_from(target, stamp):
-            target_T_known = poses.get(known)
-            if target_T_known is None:
+            if known not in poses:
                 continue
             try:
-                parent_T_child = history.sample(stamp)
+                pose = history.sample(stamp)
             except ExtrapolationException:
                 continue
-            known_T_frame = se3.inverse(parent_T_child) if upwards else parent_T_child
-            poses[frame] = se3.compose(target_T_known, known_T_frame)
+            poses[frame] = se3.compose_chain(
+                (poses[known], se3.inverse(pose) if upwards else pose))
         return poses
 
     def _latest_of_all(self, target: str) -> int:
