@@ -1,11 +1,16 @@
 """Who publishes on a topic, as far as the graph tells."""
 
+from contextlib import suppress
+import math
 import time
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
 _REFRESH_S = 1.0
-_UNKNOWN = 'unknown_publisher'
+_RETRY_S = 0.05
+# What the graph says of an endpoint before its node has announced itself.
+_UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
 
 
 class Authority:
@@ -13,29 +18,34 @@ class Authority:
     The name of the node that publishes on a topic, or of those that do.
 
     A received message does not say who sent it; the graph says who might have. So
-    with several publishers the honest answer is ``one of a, b``. Asked anew at
-    most once a second.
+    with several publishers the honest answer is ``one of a, b``. The graph is asked
+    anew at most once a second, and more often while a name is missing: the first
+    message may be here before it.
+
+    :ivar placeholder: what the name is until then.
     """
 
     def __init__(self, node: Node, topic: str) -> None:
         self._node = node
         self._topic = topic
-        self._asked = -_REFRESH_S
-        self._name = _UNKNOWN
+        self._ask_at = -math.inf
+        self.placeholder = self._name = f'unknown publisher of {topic}'
 
     def name(self) -> str:
         """Return the publisher's full node name, or all candidates."""
         now = time.monotonic()
-        if now - self._asked >= _REFRESH_S:
-            self._asked = now
-            self._name = self._ask()
+        if now >= self._ask_at:
+            # Once the listener is closed, the last answer stands.
+            with suppress(InvalidHandle):
+                self._name = self._ask()
+            self._ask_at = now + (_RETRY_S if self._name == self.placeholder else _REFRESH_S)
         return self._name
 
     def _ask(self) -> str:
-        names = sorted({
+        names = {
             f'{info.node_namespace.rstrip("/")}/{info.node_name}'
             for info in self._node.get_publishers_info_by_topic(self._topic)
-        })
-        if len(names) > 1:
-            return 'one of ' + ', '.join(names)
-        return names[0] if names else _UNKNOWN
+        }
+        if not names or _UNNAMED in names:
+            return self.placeholder
+        return names.pop() if len(names) == 1 else 'one of ' + ', '.join(sorted(names))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 import copy
+import threading
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -51,12 +52,15 @@ class StaticTransformBroadcaster:
         self.pub_tf = node.create_publisher(
             TFMessage, TF_STATIC_TOPIC, qos or static_broadcaster_qos())
         self._sent: dict[str, TransformStamped] = {}
+        self._lock = threading.Lock()
 
     def sendTransform(self, transform: Transforms) -> None:
         """Publish one ``TransformStamped`` or several, with all those before."""
-        for message in _as_list(transform):
-            self._sent[message.child_frame_id] = copy.deepcopy(with_float_fields(message))
-        self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))
+        messages = [copy.deepcopy(with_float_fields(message)) for message in _as_list(transform)]
+        # Of two threads, the last to publish must be the one that holds all.
+        with self._lock:
+            self._sent.update((message.child_frame_id, message) for message in messages)
+            self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))
 
 
 def _as_list(transform: Transforms) -> list[TransformStamped]:

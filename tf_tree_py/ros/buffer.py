@@ -6,28 +6,31 @@ Only translation happens here; every answer is ``BufferCore``'s.
 
 from collections.abc import Callable
 import threading
+import time
 from typing import Any, TypeVar
+import weakref
 
 from geometry_msgs.msg import TransformStamped
-from rclpy.clock import Clock, JumpHandle, JumpThreshold, TimeJump
+from rclpy.clock import Clock, TimeJump
+from rclpy.context import Context
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
 from rclpy.time import Time
 from tf2_msgs.srv import FrameGraph
-from tf_tree_py.core import report
+from tf_tree_py.core import EdgeInfo, report
+from tf_tree_py.core.audit import LookupAudit
 from tf_tree_py.core.buffer_core import BufferCore, DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.errors import ClockJumpException, TransformException
 from tf_tree_py.core.incidents import Incident
 
-from .clock import deadline
+from .authority import Authority
+from .clock import ClockDeadline, ClockWatch
 from .convert import as_nanoseconds, as_sample, transform_stamped
 from .incident_log import IncidentLog
 
 Answer = TypeVar('Answer')
 
-_ON_JUMP_BACK = JumpThreshold(
-    min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True)
 _NO_TIME = Duration()
 
 
@@ -43,7 +46,7 @@ class Buffer(BufferCore):
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
-                 wall_guard: Duration | None = None) -> None:
+                 wall_guard: Duration | None = None, audit: bool = False) -> None:
         """
         Make an empty buffer.
 
@@ -52,18 +55,30 @@ class Buffer(BufferCore):
         :param max_frames: how many frame names are let in, against a hostile publisher.
         :param wall_guard: with simulated time, the longest that a lookup may wait by
             the wall, should ``/clock`` stand still; None: as long as it does.
+        :param audit: watch what lookups ask for; ``self.audit`` tells, else it is None.
         """
         super().__init__(None if cache_time is None else as_nanoseconds(cache_time),
                          max_frames=max_frames)
         self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
-        self._clock: Clock | None = None
-        self._jump_handle: JumpHandle | None = None
-        self._feeding_threads: set[int] = set()
+        self._watch = ClockWatch(self._on_jump_back)
+        self._feeds = 0
+        # Not their identifiers: those are given to other threads later.
+        self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
+        self._authorities: dict[str, Authority] = {}
         self.log_to(rclpy.logging.get_logger('tf_tree_py'))
         if node is not None:
             self.log_to(node.get_logger())
-            self.use_clock(node.get_clock())
+            self._watch.follow(node.get_clock(), node.context)
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
+        self.audit = LookupAudit(self, self._now) if audit else None
+        if self.audit is not None:
+            # On this object only: a buffer without an audit pays nothing for it.
+            self.lookup = self.audit.watch(self.lookup)
+            self.lookup_transform = self.audit.watch(self.lookup_transform, as_nanoseconds)
+
+    def _now(self) -> int:
+        simulated = self._watch.simulated_now()
+        return time.time_ns() if simulated is None else simulated
 
     # --- feeding
 
@@ -97,10 +112,32 @@ class Buffer(BufferCore):
         self.record(incident)
         self._incident_log.report([incident])
 
-    def fed_by(self, thread_id: int | None) -> None:
+    def begin_feed(self, clock: Clock, context: Context) -> None:
+        """Go by the clock of a listener, as long as it delivers transforms."""
+        with self._lock:
+            self._feeds += 1
+        self._watch.follow(clock, context)
+
+    def end_feed(self, clock: Clock, context: Context) -> None:
+        """Let a listener go; after the last one nobody waits any longer."""
+        self._watch.leave(clock, context)
+        with self._lock:
+            self._feeds -= 1
+            deserted = self._feeds == 0
+        if deserted:
+            self._watch.release()
+
+    def fed_by(self, thread: threading.Thread) -> None:
         """Note a thread that delivers transforms, and therefore must not wait for them."""
-        if thread_id is not None:
-            self._feeding_threads.add(thread_id)
+        self._feeding_threads.add(thread)
+
+    def no_longer_fed_by(self, thread: threading.Thread) -> None:
+        """Let a thread wait again that delivered transforms."""
+        self._feeding_threads.discard(thread)
+
+    def name_later(self, authority: Authority) -> None:
+        """Ask an authority for the name that it did not know yet, when it is wanted."""
+        self._authorities[authority.placeholder] = authority
 
     def log_to(self, logger: Any) -> None:
         """Write what is odd about arriving transforms to an rclpy logger."""
@@ -110,11 +147,7 @@ class Buffer(BufferCore):
 
     def use_clock(self, clock: Clock) -> None:
         """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
-        if self._jump_handle is not None:
-            self._jump_handle.unregister()
-        self._clock = clock
-        self._jump_handle = clock.create_jump_callback(
-            _ON_JUMP_BACK, post_callback=self._on_jump_back)
+        self._watch.follow(clock)
 
     def _on_jump_back(self, jump: TimeJump) -> None:
         self.clear()
@@ -196,13 +229,26 @@ class Buffer(BufferCore):
         except TransformException as error:
             if error.blocked_on is None:
                 raise
-            if threading.get_ident() in self._feeding_threads:
+            if threading.current_thread() in self._feeding_threads:
                 error.hint = ('Not waited: this very thread delivers the transforms, so waiting '
                               'in it would only delay them')
                 raise
-        return self.wait_for(query, deadline(self._clock, duration, self._wall_guard_s))
+        deadline = ClockDeadline(self._watch, duration, self._wall_guard_s)
+        try:
+            return self.wait_for(query, deadline)
+        except TransformException as error:
+            error.hint = deadline.why_early or error.hint
+            raise
 
     # --- listing
+
+    def edges(self) -> list[EdgeInfo]:
+        """Return every edge that has data, in order of its child's first appearance."""
+        edges = super().edges()
+        names = {placeholder: authority.name()
+                 for placeholder, authority in self._authorities.items()}
+        return [edge._replace(authority=names.get(edge.authority, edge.authority))
+                for edge in edges]
 
     def all_frames_as_yaml(self) -> str:
         """Return what is stored of every edge, as tf2 writes it."""

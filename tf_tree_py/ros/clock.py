@@ -1,56 +1,165 @@
 """Waiting by a ROS clock, which may stand still, run at its own pace, or jump back."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import math
 import threading
 import time
+import weakref
 
-from rclpy.clock import Clock, JumpHandle, JumpThreshold, ROSClock
+from rclpy.clock import Clock, ClockChange, JumpThreshold, ROSClock, TimeJump
+from rclpy.context import Context
 from rclpy.duration import Duration
-from tf_tree_py.core.deadline import Deadline, WallDeadline
 from tf_tree_py.core.stamp import as_seconds
 
 _EVERY_TICK = JumpThreshold(min_forward=Duration(nanoseconds=1),
                             min_backward=Duration(nanoseconds=-1))
 
 
-class SimDeadline:
+class ClockWatch:
     """
-    A timeout by a simulated clock: as long as ``/clock`` stands still, so does it.
+    The clock that a buffer goes by, and those who sleep by it.
 
-    Every tick of the clock wakes the waiter; nothing is polled.
+    Clocks come and go with the nodes that drive them; the newest counts. There is one
+    jump callback for everybody, because rclpy walks through a clock's callbacks by
+    index: one that is removed in the middle of a tick makes it skip another.
     """
 
-    def __init__(self, clock: Clock, timeout: int, wall_guard_s: float | None) -> None:
+    def __init__(self, on_jump_back: Callable[[TimeJump], None]) -> None:
+        self._on_jump_back = on_jump_back
+        self._lock = threading.Lock()
+        self._clocks: list[tuple[Clock, Context | None]] = []
+        self._clock: tuple[Clock | None, Context | None] = (None, None)
+        self._unregister: weakref.finalize | None = None
+        self._sleepers: dict[threading.Event, float] = {}
+        self.released = 0
+        """How often ``release`` was called."""
+
+    def follow(self, clock: Clock, context: Context | None = None) -> None:
+        """Go by a clock from now on, as long as the context that drives it is alive."""
+        with self._lock:
+            self._clocks.append((clock, context))
+            self._attend()
+
+    def leave(self, clock: Clock, context: Context | None = None) -> None:
+        """Go by the clock before again, if there was one."""
+        with self._lock:
+            self._clocks.remove((clock, context))
+            self._attend()
+
+    def simulated_now(self) -> int | None:
+        """Return the simulated time in nanoseconds; None when time is not simulated."""
+        clock, context = self._clock
+        if not isinstance(clock, ROSClock) or not clock.ros_time_is_active:
+            return None
+        # What nobody drives any more would stand still for ever.
+        return clock.now().nanoseconds if context is None or context.ok() else None
+
+    @contextmanager
+    def waking(self, event: threading.Event, end: float) -> Iterator[None]:
+        """Set the event when the simulated time reaches the end, or another clock counts."""
+        self._sleepers[event] = end
+        try:
+            yield
+        finally:
+            del self._sleepers[event]
+
+    def release(self) -> None:
+        """End every wait that has begun."""
+        self.released += 1
+        self._wake_until(math.inf)
+
+    def _attend(self) -> None:
+        """Be called by the newest clock alone, so that a jump is told once."""
+        if self._unregister is not None:
+            self._unregister()
+            self._unregister = None
+        self._clock = self._clocks[-1] if self._clocks else (None, None)
+        clock = self._clock[0]
+        if clock is not None:
+            handle = clock.create_jump_callback(_EVERY_TICK, post_callback=_weakly(self._on_tick))
+            # The clock keeps a bare pointer to the handle, which must not die before.
+            self._unregister = weakref.finalize(self, handle.unregister)
+            self._unregister.atexit = False
+        self._wake_until(math.inf)
+
+    def _on_tick(self, jump: TimeJump) -> None:
+        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
+            self._on_jump_back(jump)
+        clock = self._clock[0]
+        if self._sleepers and clock is not None:
+            self._wake_until(clock.now().nanoseconds)
+
+    def _wake_until(self, time: float) -> None:
+        for event, end in list(self._sleepers.items()):
+            if end <= time:
+                event.set()
+
+
+class ClockDeadline:
+    """
+    A timeout by the clock that a buffer goes by.
+
+    Simulated time times out at its own pace, and not at all while it stands still;
+    otherwise it is the wall's monotonic time. Nothing is polled.
+
+    :ivar why_early: why the wait ended before its time, '' if it did not.
+    """
+
+    def __init__(self, watch: ClockWatch, timeout: int, wall_guard_s: float | None) -> None:
         """
         Begin now.
 
         :param timeout: nanoseconds of the clock.
-        :param wall_guard_s: give up after so many seconds of wall time whatever the
-            clock does; None: never.
+        :param wall_guard_s: give up after so many seconds of wall time whatever a
+            simulated clock does; None: never.
         """
-        self._clock = clock
-        self._begin = clock.now().nanoseconds
-        self._end = self._begin + timeout
-        self._guard = None if wall_guard_s is None else time.monotonic() + wall_guard_s
+        self.why_early = ''
+        self._watch = watch
+        self._released = watch.released
+        self._wall_begin = time.monotonic()
+        self._begin = self._now = watch.simulated_now()
+        wall_s = as_seconds(timeout) if self._begin is None else wall_guard_s
+        self._wall_end = None if wall_s is None else self._wall_begin + wall_s
+        self._end = math.inf if self._begin is None else self._begin + timeout
 
     def wait(self, event: threading.Event) -> bool:
-        """Sleep until the event is set or the clock ticked (True), or time is up (False)."""
-        with self._wake_on_tick(event):
-            if self._clock.now().nanoseconds >= self._end:
+        """Sleep until there is reason to look again (True), or time is up (False)."""
+        with self._watch.waking(event, self._end):
+            if self._is_over():
                 return event.is_set()
-            if self._guard is None:
+            if self._wall_end is None:
                 return event.wait()
-            return event.wait(max(0.0, self._guard - time.monotonic()))
+            if event.wait(max(0.0, self._wall_end - time.monotonic())):
+                return True
+            if self._begin is not None:
+                self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
+                                  'wall time, the wall_guard: is anybody publishing /clock?')
+            return False
 
     def elapsed_s(self) -> float:
-        """Return the seconds of the clock since the wait began."""
-        return as_seconds(self._clock.now().nanoseconds - self._begin)
+        """Return the seconds since the wait began, simulated ones if time is."""
+        if self._begin is None or self._now is None:
+            return time.monotonic() - self._wall_begin
+        return as_seconds(self._now - self._begin)
 
-    def _wake_on_tick(self, event: threading.Event) -> JumpHandle:
-        return self._clock.create_jump_callback(_EVERY_TICK, post_callback=lambda _: event.set())
+    def _is_over(self) -> bool:
+        if self._watch.released != self._released:
+            self.why_early = 'Given up: the listener was closed, or ROS was shut down'
+            return True
+        if self._begin is None:
+            return False
+        self._now = self._watch.simulated_now()
+        return self._now is None or self._now >= self._end
 
 
-def deadline(clock: Clock | None, timeout: int, wall_guard_s: float | None) -> Deadline:
-    """Return the deadline that a clock asks for: simulated time if it has that, else the wall."""
-    if isinstance(clock, ROSClock) and clock.ros_time_is_active:
-        return SimDeadline(clock, timeout, wall_guard_s)
-    return WallDeadline(as_seconds(timeout))
+def _weakly(method: Callable[[TimeJump], None]) -> Callable[[TimeJump], None]:
+    """Return a method as a function that does not keep its object alive."""
+    reference = weakref.WeakMethod(method)
+
+    def call(jump: TimeJump) -> None:
+        alive = reference()
+        if alive is not None:
+            alive(jump)
+
+    return call

@@ -1,10 +1,12 @@
 """Feeding a buffer from /tf and /tf_static."""
 
+import functools
 import secrets
 import threading
 from typing import Any
 import weakref
 
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -60,32 +62,31 @@ class TransformListener:
         topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
         topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
         buffer.log_to(node.get_logger())
-        self._subscriptions = [
-            self._home.create_subscription(
-                TFMessage, topic, _Feed(buffer, self._home, topic, static).receive,
-                profile, raw=True)
-            for topic, static, profile in (
-                (node.resolve_topic_name(name), static, profile)
-                for name, static, profile in topics)
+        self._feeds = [
+            _Feed(buffer, self._home, node.resolve_topic_name(topic), static, profile)
+            for topic, static, profile in topics
         ]
-        buffer.use_clock(self._home.get_clock())
+        feed_of = self._home.get_clock(), node.context
+        buffer.begin_feed(*feed_of)
+        self._end_feed = functools.partial(buffer.end_feed, *feed_of)
         if spin_thread:
-            self._receiver = Receiver(self._home)
-            buffer.fed_by(self._receiver.thread_id)
+            self._receiver = Receiver(self._home, self._end_feed)
+            buffer.fed_by(self._receiver.thread)
             # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
             node.add_post_set_parameters_callback(self._follow_clock)
-            self._finalizer = weakref.finalize(self, self._receiver.stop)
+            weakref.finalize(self, self._receiver.stop)
 
     def close(self) -> None:
         """Stop listening; what is in the buffer stays there."""
-        if self._receiver is not None:
-            self._receiver.close()
-            self._receiver = None
+        feeds, self._feeds = self._feeds, []
+        receiver, self._receiver = self._receiver, None
+        if receiver is not None:
             self.node.remove_post_set_parameters_callback(self._follow_clock)
-        elif self._home is self.node:
-            for subscription in self._subscriptions:
-                self.node.destroy_subscription(subscription)
-        self._subscriptions.clear()
+            receiver.close()
+        elif feeds:
+            for feed in feeds:
+                feed.close()
+            self._end_feed()
 
     def unregister(self) -> None:
         """Stop listening: tf2's name for ``close``."""
@@ -100,25 +101,40 @@ class TransformListener:
     def _follow_clock(self, parameters: list[Parameter]) -> None:
         """Switch to simulated time and back when the node does."""
         changed = [parameter for parameter in parameters if parameter.name == _USE_SIM_TIME]
-        if changed and self._receiver is not None:
+        receiver = self._receiver
+        if changed and receiver is not None and self.node.context.ok():
             self._home.set_parameters(changed)
-            self._receiver.wake()
+            receiver.wake()
 
 
 class _Feed:
     """What arrives on one topic, on its way into the buffer."""
 
-    def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool) -> None:
+    def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
+                 qos: QoSProfile | int) -> None:
         self._buffer = buffer
         self._node = node
         self._static = static
+        self._thread: threading.Thread | None = None
         self._reader = WireReader()
         self._authority = Authority(node, topic)
+        buffer.name_later(self._authority)
+        # In a group of its own, for one of the node's callbacks may block and wait for this.
+        self._subscription = node.create_subscription(
+            TFMessage, topic, self._receive, qos, raw=True,
+            callback_group=MutuallyExclusiveCallbackGroup())
 
-    def receive(self, data: bytes) -> None:
+    def close(self) -> None:
+        """Stop receiving; for those whose subscription no receiver owns."""
+        self._node.destroy_subscription(self._subscription)
+        if self._thread is not None:
+            self._buffer.no_longer_fed_by(self._thread)
+
+    def _receive(self, data: bytes) -> None:
         authority = self._authority.name()
         if isinstance(self._node.executor, SingleThreadedExecutor):
-            self._buffer.fed_by(threading.get_ident())
+            self._thread = threading.current_thread()
+            self._buffer.fed_by(self._thread)
         try:
             batch = self._reader.read(data)
         except WireError as error:
@@ -130,7 +146,11 @@ class _Feed:
 def _companion(node: Node) -> Node:
     """Return a small node beside another, which its executor does not see."""
     clock_topic = node.resolve_topic_name('/clock')
-    overrides: list[Any] = [node.get_parameter(_USE_SIM_TIME)]
+    overrides: list[Any] = [
+        node.get_parameter(_USE_SIM_TIME),
+        # A service that the receiver would never answer.
+        Parameter('start_type_description_service', value=False),
+    ]
     return Node(
         f'transform_listener_impl_{secrets.token_hex(6)}',
         context=node.context,

@@ -8,15 +8,20 @@ they are missing, an executor of our own spins the node instead.
 """
 
 import atexit
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 import threading
 import traceback
 from typing import Any
 import weakref
 
+from rclpy.context import Context
+from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerGuardCondition
 from rclpy.subscription import Subscription
 
 try:
@@ -26,7 +31,10 @@ except ImportError:  # pragma: no cover - every rclpy so far has it
     HAS_WAIT_SET = False
 
 _FOREVER = -1
+# Ctrl-C wakes us a moment before it ends the context, and then tells nobody.
+_AFTER_A_WAKE_NS = 1_000_000_000
 _running: 'weakref.WeakSet[Receiver]' = weakref.WeakSet()
+_contexts: 'weakref.WeakSet[Context]' = weakref.WeakSet()
 
 # So that a flood on one topic does not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
@@ -38,88 +46,161 @@ class Receiver:
 
     The thread ends with ``close``, or when the context shuts down. It owns the
     node and destroys it at its end, so that nothing is destroyed while in use.
+
+    :ivar thread: the thread.
     """
 
-    def __init__(self, node: Node, *, use_wait_set: bool = HAS_WAIT_SET) -> None:
+    def __init__(self, node: Node, on_end: Callable[[], object], *,
+                 use_wait_set: bool = HAS_WAIT_SET) -> None:
+        """
+        Begin to serve.
+
+        :param node: whose subscriptions; it now belongs to the receiver.
+        :param on_end: called by the thread as the last thing.
+        """
         self._node = node
+        self._on_end = on_end
         self._closing = False
-        self._wake = node.create_guard_condition(lambda: None)
-        self._executor: SingleThreadedExecutor | None = None
-        if not use_wait_set:
-            self._executor = SingleThreadedExecutor(context=node.context)
-            self._executor.add_node(node)
-        self._thread = threading.Thread(
-            target=self._run, name=f'{node.get_name()} receiver', daemon=True)
-        node.context.on_shutdown(self.stop)
-        self._thread.start()
+        self._wake: GuardCondition
+        if use_wait_set:
+            # Ctrl-C does not tell those who registered for the end of the context.
+            self._wake = SignalHandlerGuardCondition(context=node.context)
+        else:
+            self._wake = node.create_guard_condition(lambda: None)
+        self.thread = threading.Thread(
+            target=self._run, args=(self._serve if use_wait_set else self._spin,),
+            name=f'{node.get_name()} receiver', daemon=True)
         _running.add(self)
+        _stop_with(node.context)
+        self.thread.start()
 
     @property
-    def thread_id(self) -> int | None:
-        """The identifier of the thread, as ``threading.get_ident`` gives it."""
-        return self._thread.ident
+    def context(self) -> Context:
+        """The context that it ends with."""
+        return self._node.context
 
     def wake(self) -> None:
         """Look at the node's subscriptions anew."""
-        # Once the thread has ended, the node is gone with it.
+        # Once the thread has ended, so has this.
         with suppress(InvalidHandle):
             self._wake.trigger()
 
     def stop(self) -> None:
         """Tell the thread to end."""
         self._closing = True
-        if self._executor is not None:
-            self._executor.shutdown(timeout_sec=0.0)
         self.wake()
 
     def close(self) -> None:
         """End the thread, and wait for it unless called from it."""
         self.stop()
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
+        if threading.current_thread() is not self.thread:
+            self.thread.join()
 
-    def _run(self) -> None:
+    def _run(self, loop: Callable[[], None]) -> None:
         try:
-            if self._executor is not None:
-                self._executor.spin()
-            else:
-                self._serve()
-        except ExternalShutdownException:
-            pass
+            loop()
+        except Exception:
+            # As below: not our fault if the context has ended between two calls.
+            if self._goes_on():
+                raise
         finally:
+            self._wake.destroy()
             self._node.destroy_node()
+            self._on_end()
+
+    def _goes_on(self) -> bool:
+        return not self._closing and self.context.ok()
+
+    def _spin(self) -> None:
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self._node)
+        while self._goes_on():
+            try:
+                executor.spin_once(timeout_sec=_AFTER_A_WAKE_NS / 1e9)
+            except ExternalShutdownException:
+                break
+            except Exception:  # noqa: B902 - whatever it is, the next message must get through
+                self._complain('a callback')
+        executor.shutdown()
 
     def _serve(self) -> None:
-        while not self._closing and self._node.context.ok():
+        timeout = _FOREVER
+        while self._goes_on():
             # The clock's subscription comes and goes with use_sim_time.
             subscriptions = list(self._node.subscriptions)
-            with ExitStack() as in_use:
-                for entity in (*subscriptions, self._wake):
-                    in_use.enter_context(entity.handle)
-                self._wait(subscriptions)
+            events = [event for subscription in subscriptions
+                      for event in subscription.event_handlers]
+            # It may also go just now.
+            with suppress(InvalidHandle), ExitStack() as in_use:
+                for entity in (self._wake.handle, *events,
+                               *(subscription.handle for subscription in subscriptions)):
+                    in_use.enter_context(entity)
+                woken, ready = self._wait(subscriptions, events, timeout)
+                timeout = _AFTER_A_WAKE_NS if woken else _FOREVER
+                for event in ready:
+                    self._tell(event)
                 for subscription in subscriptions:
                     self._drain(subscription)
 
-    def _wait(self, subscriptions: list[Subscription]) -> None:
+    def _wait(self, subscriptions: Sequence[Subscription], events: Sequence[EventHandler],
+              timeout: int) -> tuple[bool, list[EventHandler]]:
+        """
+        Sleep until there is something to take.
+
+        :return: whether the guard condition ended the sleep, and the events that happened.
+        """
         wait_set: Any = _rclpy.WaitSet(
-            len(subscriptions), 1, 0, 0, 0, 0, self._node.context.handle)
+            len(subscriptions), 1, 0, 0, 0, len(events), self.context.handle)
         wait_set.clear_entities()
         for subscription in subscriptions:
             wait_set.add_subscription(subscription.handle)
+        for event in events:
+            event.add_to_wait_set(wait_set)
         wait_set.add_guard_condition(self._wake.handle)
-        wait_set.wait(_FOREVER)
+        wait_set.wait(timeout)
+        ready = [event for event in events if event.is_ready(wait_set)]
+        return bool(wait_set.get_ready_entities('guard_condition')), ready
+
+    def _tell(self, event: EventHandler) -> None:
+        """Let rclpy log which publishers cannot be heard, as their QoS or type is another."""
+        try:
+            event.callback(event.take_data())
+        except Exception:  # noqa: B902 - whatever it is, the next message must get through
+            self._complain('an event')
 
     def _drain(self, subscription: Subscription) -> None:
         handle: Any = subscription.handle
         for _ in range(_MAX_TAKEN_AT_ONCE):
-            taken = handle.take_message(subscription.msg_type, subscription.raw)
-            if taken is None:
-                return
             try:
+                taken = handle.take_message(subscription.msg_type, subscription.raw)
+                if taken is None:
+                    return
                 subscription.callback(taken[0])
             except Exception:  # noqa: B902 - whatever it is, the next message must get through
-                self._node.get_logger().error(
-                    f'a callback of {subscription.topic_name} failed:\n{traceback.format_exc()}')
+                self._complain(f'a callback of {subscription.topic_name}')
+
+    def _complain(self, what: str) -> None:
+        # When the context ends, rclpy raises anything.
+        if self._goes_on():
+            self._node.get_logger().error(f'{what} failed:\n{traceback.format_exc()}')
+
+
+def _stop_with(context: Context) -> None:
+    """
+    Let the end of a context stop its receivers.
+
+    Once a context: what registers there can never be taken out again, and a weak method
+    of each receiver would complain if it died with the interpreter.
+    """
+    def stop_all() -> None:
+        for receiver in list(_running):
+            if receiver.context is ended():
+                receiver.stop()
+
+    if context not in _contexts:
+        _contexts.add(context)
+        ended = weakref.ref(context)
+        context.on_shutdown(stop_all)
 
 
 @atexit.register

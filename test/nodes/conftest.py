@@ -1,0 +1,60 @@
+"""Real rclpy over real DDS, on this machine alone and on a domain of this process alone."""
+
+import os
+import threading
+
+from programs import executable, Program
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from tf_tree_py import Buffer, TransformListener
+
+# What rclpy.init reads, here and in the processes that tests start.
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+
+
+@pytest.fixture(autouse=True)
+def no_thread_is_left():
+    before = set(threading.enumerate())
+    yield
+    assert set(threading.enumerate()) <= before
+
+
+@pytest.fixture
+def context():
+    context = Context()
+    rclpy.init(context=context, args=[])
+    yield context
+    context.try_shutdown()
+
+
+@pytest.fixture
+def buffer(context):
+    """Return a buffer that hears what is published."""
+    node = Node('asking', context=context)
+    buffer = Buffer()
+    with TransformListener(buffer, node):
+        yield buffer
+    node.destroy_node()
+
+
+@pytest.fixture
+def start_program():
+    """Start programs that are gone at the end of the test."""
+    programs = []
+
+    def start(*command):
+        programs.append(Program(*command))
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        program.kill()
+
+
+@pytest.fixture
+def start(start_program):
+    """Start executables of this package that are gone at the end of the test."""
+    return lambda name, *arguments: start_program(*executable(name, *arguments))

@@ -1,0 +1,67 @@
+"""The examples run as they are."""
+
+from pathlib import Path
+import sys
+import threading
+
+from geometry_msgs.msg import PointStamped
+from programs import PATIENCE_S
+import pytest
+from rclpy.node import Node
+from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
+from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.ros.convert import as_nanoseconds
+
+EXAMPLES = Path(__file__).parents[2] / 'examples'
+WITHOUT_ROS = """
+import runpy, sys
+for name in ('rclpy', 'geometry_msgs', 'tf2_msgs', 'std_msgs', 'builtin_interfaces'):
+    sys.modules[name] = None
+runpy.run_path(sys.argv[1])
+"""
+
+
+def test_notebook_runs_without_ros(start_program):
+    notebook = start_program(sys.executable, '-c', WITHOUT_ROS, str(EXAMPLES / 'notebook_core.py'))
+    assert notebook.end() == 0, notebook.output
+    assert 'by hand as by lookup: True' in notebook.output
+    assert 'FutureExtrapolationException' in notebook.output
+
+
+def test_detection_is_placed_where_it_was_when_it_was_seen(start_program, context):
+    program = start_program(sys.executable, str(EXAMPLES / 'detection_in_map.py'))
+    robot = FiveFramePublisher(context=context)
+    node = Node('detector', context=context)
+    answers, came = [], threading.Event()
+
+    def answer(message):
+        answers.append(message)
+        came.set()
+
+    def detect():
+        message = PointStamped()
+        message.header.frame_id = 'camera'
+        message.header.stamp = node.get_clock().now().to_msg()
+        message.point.x = 1.5
+        publisher.publish(message)
+
+    node.create_subscription(PointStamped, 'detection_in_map', answer, 10)
+    publisher = node.create_publisher(PointStamped, 'detection', 10)
+    node.create_timer(0.1, detect)
+    with spun_in_background(robot), spun_in_background(node):
+        assert came.wait(PATIENCE_S), program.output
+    program.interrupt()
+    assert program.end() == 0
+    assert 'Traceback' not in program.output
+
+    motion, message = robot.motion, answers[0]
+    stamp = as_nanoseconds(message.header.stamp)
+    world_T_camera = (motion.world_T_odom(stamp) @ motion.odom_T_base_link(stamp)
+                      @ motion.base_link_T_camera)
+    p = message.point
+    assert message.header.frame_id == 'world'
+    assert (p.x, p.y, p.z) == pytest.approx(world_T_camera @ (1.5, 0.0, 0.0), abs=1e-3)
+
+
+def test_node_of_the_example_stays_short():
+    assert len((EXAMPLES / 'detection_in_map.py').read_text().splitlines()) < 40

@@ -1,0 +1,143 @@
+"""What five_frame_listener says while data comes, before it comes, and when it stops coming."""
+
+from contextlib import contextmanager
+import math
+import queue
+import re
+import signal
+
+from programs import PATIENCE_S
+import pytest
+from rclpy.parameter import Parameter
+from tf_tree_py.core import Pose
+from tf_tree_py.nodes import five_frame_listener
+from tf_tree_py.nodes.bad_input import BadInput
+from tf_tree_py.nodes.five_frame_listener import FiveFrameListener
+from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
+from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.ros.convert import transform_stamped
+
+
+def listener(context, **parameters):
+    parameters = {'rate_hz': 20.0, 'timeout_s': 0.2, **parameters}
+    return FiveFrameListener(context=context, parameter_overrides=[
+        Parameter(name, value=value) for name, value in parameters.items()])
+
+
+class Said:
+    """What the listener says, line by line."""
+
+    def __init__(self):
+        self.lines = queue.Queue()
+
+    def next(self):
+        return self.lines.get(timeout=PATIENCE_S)
+
+    def next_of_another_kind(self, kind):
+        while kind in (line := self.next()):
+            pass
+        return line
+
+
+@pytest.fixture
+def said(monkeypatch):
+    said = Said()
+    monkeypatch.setattr(five_frame_listener, 'say', said.lines.put)
+    return said
+
+
+@contextmanager
+def publishing(context):
+    node = FiveFramePublisher(context=context)
+    with spun_in_background(node):
+        yield node
+
+
+def test_answers_are_the_true_pose_at_the_stamp(context, said):
+    with publishing(context) as publisher, spun_in_background(listener(context)):
+        line = said.next_of_another_kind('waiting')
+        for _ in range(5):
+            stamp, x, y, z, roll, pitch, yaw, age = map(float, re.findall(r'-?\d+\.?\d*', line))
+            truth = publisher.motion.world_T_gripper(round(stamp * 1e3) * 1_000_000)
+            # The stamp is printed to a millisecond, in which the gripper moves this much.
+            assert (x, y, z) == pytest.approx(truth.translation, abs=3e-3)
+            angles = Pose.from_xyz_rpy(0, 0, 0, *map(math.radians, (roll, pitch, yaw)))
+            turned = Pose(0, 0, 0, *truth.rotation).inverse() @ angles
+            assert math.hypot(*turned.as_rotation_vector()) < 3e-3
+            assert 0 <= age < 1000
+            line = said.next()
+
+
+def test_what_is_missing_is_said_once_and_again_when_it_stops(context, said):
+    with spun_in_background(listener(context)):
+        assert said.next().startswith('waiting for world -> gripper: "world" passed to')
+        with publishing(context):
+            assert 'xyz' in said.next()
+        stopped = said.next_of_another_kind('xyz')
+        assert stopped.startswith('no new data of world -> gripper: ')
+        assert ('world -> odom, odom -> base_link, base_link -> gripper, '
+                'sent by /five_frame_publisher, ended ') in stopped
+        with publishing(context):
+            assert 'xyz' in said.next()
+        assert said.next_of_another_kind('xyz').startswith('no new data of')
+    assert said.lines.empty()
+
+
+def test_only_edges_between_the_two_that_stopped_are_named(context, said):
+    node = listener(context)
+    now = node.get_clock().now().nanoseconds
+    for parent, child, newest_s in (('sun', 'world', -9), ('world', 'odom', -9),
+                                    ('odom', 'gripper', 9), ('gripper', 'finger', -9)):
+        for stamp in (now - 9_000_000_000, now + newest_s * 1_000_000_000):
+            node.buffer.set_transform(transform_stamped(parent, child, stamp, Pose()), 'me')
+    with spun_in_background(node):
+        line = said.next()
+    assert re.fullmatch(r'waiting for world -> gripper: world -> odom, sent by me, ended 9\.\d+ s '
+                        'before the moment asked for', line)
+
+
+def test_sim_time_without_a_clock_is_told(context, said):
+    with spun_in_background(listener(context, use_sim_time=True)):
+        assert 'nothing has come on /clock' in said.next()
+
+
+def test_data_by_another_clock_is_told(context, said):
+    node = listener(context)
+    node.buffer.set_transform(transform_stamped('world', 'gripper', 5_000_000_000, Pose()))
+    with spun_in_background(node):
+        assert 'use_sim_time' in said.next()
+
+
+@pytest.mark.parametrize(('name', 'value', 'message'), [
+    ('rate_hz', 1000.0, 'rate_hz has to be a number from 0.01 to 100.0'),
+    ('timeout_s', -1.0, 'timeout_s has to be'),
+    ('source_frame', '/gripper', 'without a leading slash'),
+    ('target_frame', '', 'not empty'),
+])
+def test_parameter_that_cannot_be_is_refused(context, name, value, message):
+    with pytest.raises(BadInput, match=message):
+        listener(context, **{name: value})
+
+
+def test_two_processes_with_the_listener_first(start):
+    listening = start('five_frame_listener', '--ros-args', '-p', 'rate_hz:=10')
+    listening.wait_for('waiting for world -> gripper')
+    publishing = start('five_frame_publisher')
+    listening.wait_for('xyz', count=3)
+    publishing.interrupt()
+    assert publishing.end() == 0
+    assert publishing.output == ''
+    listening.wait_for('no new data of world -> gripper')
+    listening.interrupt()
+    assert listening.end() == 0
+    assert listening.output.count('waiting for') == 1
+    assert listening.output.count('no new data') == 1
+    assert 'Traceback' not in listening.output
+
+
+def test_sigterm_is_a_normal_end_too(start):
+    listening = start('five_frame_listener')
+    listening.wait_for('Where gripper is in world')
+    listening.interrupt(signal.SIGTERM)
+    assert listening.end() == 0
+    assert 'Traceback' not in listening.output

@@ -1,0 +1,101 @@
+"""What the tests of the ROS layer share: messages, and waiting for what has no event."""
+
+import time
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.duration import Duration
+from rclpy.parameter import Parameter
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
+from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
+
+# Nothing takes this long unless it is broken.
+PATIENCE_S = 20.0
+PATIENCE = Duration(seconds=PATIENCE_S)
+LATEST = Time()
+SIM_TIME = {'parameter_overrides': [Parameter('use_sim_time', value=True)]}
+
+
+def at(seconds):
+    """Return seconds as a ``Time``."""
+    return Time(nanoseconds=round(seconds * 1e9))
+
+
+def lasting(seconds):
+    """Return seconds as a ``Duration``."""
+    return Duration(nanoseconds=round(seconds * 1e9))
+
+
+def transform(parent, child, seconds=1.0, x=0.0, **rotation):
+    """Return a ``TransformStamped`` that moves along x."""
+    message = TransformStamped()
+    message.header.frame_id = parent
+    message.header.stamp = at(seconds).to_msg()
+    message.child_frame_id = child
+    message.transform.translation.x = x
+    for name, value in rotation.items():
+        setattr(message.transform.rotation, name, value)
+    return message
+
+
+def until(condition):
+    """Wait for what rclpy tells no event of: the graph, a waiter's place in a line, the log."""
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end, 'it never came true'
+        time.sleep(0.002)
+
+
+def until_waiting(buffer, count=1):
+    """Wait until so many threads wait inside a buffer."""
+    until(lambda: len(buffer._waiters) >= count)
+
+
+class Talker:
+    """Publishes transforms once somebody hears them: a volatile topic forgets the rest."""
+
+    def __init__(self, node):
+        self.node = node
+        self._dynamic = self._static = self._raw = None
+
+    def move(self, *transforms, listeners=1):
+        if self._dynamic is None:
+            self._dynamic = TransformBroadcaster(self.node)
+        self.until_heard(self._dynamic.pub_tf, listeners)
+        self._dynamic.sendTransform(transforms)
+
+    def fix(self, *transforms):
+        if self._static is None:
+            self._static = StaticTransformBroadcaster(self.node)
+        self._static.sendTransform(transforms)
+
+    def send(self, message, topic='/tf', listeners=1):
+        """Publish a TFMessage, or bytes that go out as they are."""
+        if self._raw is None or self._raw.topic_name != topic:
+            self._raw = self.node.create_publisher(TFMessage, topic, 1000)
+        self.until_heard(self._raw, listeners)
+        self._raw.publish(message)
+
+    def until_heard(self, publisher, listeners=1):
+        until(lambda: publisher.get_subscription_count() >= listeners)
+
+
+class SimClock:
+    """Publishes /clock."""
+
+    def __init__(self, node):
+        self.publisher = node.create_publisher(Clock, '/clock', 10)
+
+    def show(self, seconds, *buffers):
+        """Set the time, and wait until the buffers go by it."""
+        until(lambda: self.publisher.get_subscription_count() >= len(buffers))
+        self.publisher.publish(Clock(clock=at(seconds).to_msg()))
+        for buffer in buffers:
+            until(lambda buffer=buffer: simulated_seconds(buffer) == seconds)
+
+
+def simulated_seconds(buffer):
+    """Return the simulated time that a buffer goes by, None if it goes by the wall."""
+    now = buffer._watch.simulated_now()
+    return None if now is None else now / 1e9

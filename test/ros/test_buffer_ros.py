@@ -1,0 +1,200 @@
+"""The buffer as ROS users know it: messages in, messages out, its service and its listing."""
+
+import threading
+
+import pytest
+from rclpy.duration import Duration
+from rclpy.time import Time
+from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until
+from tf2_msgs.srv import FrameGraph
+from tf_tree_py import (
+    Buffer,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    Statistics,
+)
+import yaml
+
+TURN = {'z': 0.5**0.5, 'w': 0.5**0.5}
+
+
+@pytest.fixture
+def buffer():
+    buffer = Buffer()
+    for second in (1.0, 2.0, 3.0):
+        buffer.set_transform(transform('map', 'odom', second, x=second), '/localiser')
+    buffer.set_transform(transform('odom', 'base', 2.0, x=1.0, **TURN), '/odometry')
+    buffer.set_transform(transform('odom', 'base', 4.0, x=1.0, **TURN), '/odometry')
+    buffer.set_transform_static(transform('base', 'camera', x=0.5), '/calibration')
+    return buffer
+
+
+def test_answer_takes_coordinates_in_the_source_to_the_target(buffer):
+    found = buffer.lookup_transform('map', 'camera', at(2.5))
+    assert (found.header.frame_id, found.child_frame_id) == ('map', 'camera')
+    assert found.header.stamp == at(2.5).to_msg()
+    t, q = found.transform.translation, found.transform.rotation
+    assert (t.x, t.y, t.z) == pytest.approx((3.5, 0.5, 0.0))
+    assert (q.x, q.y, q.z, q.w) == pytest.approx((0.0, 0.0, TURN['z'], TURN['w']))
+
+
+@pytest.mark.parametrize('time', [
+    Time(), Time(seconds=0).to_msg(), transform('a', 'b', 0.0).header.stamp, Duration()])
+def test_time_zero_is_the_latest_common_time(buffer, time):
+    assert buffer.lookup_transform('map', 'camera', time).header.stamp.sec == 3
+    assert buffer.get_latest_common_time('map', 'camera') == at(3.0)
+
+
+def test_latest_common_time_of_statics_is_zero(buffer):
+    assert buffer.get_latest_common_time('base', 'camera') == Time()
+    with pytest.raises(LookupException):
+        buffer.get_latest_common_time('base', 'nowhere')
+
+
+def test_stamp_of_a_message_is_a_time(buffer):
+    stamp = transform('a', 'b', 2.0).header.stamp
+    assert buffer.lookup_transform('map', 'odom', stamp).transform.translation.x == 2.0
+    assert buffer.can_transform('map', 'odom', stamp)
+
+
+def test_full_lookup_goes_through_the_fixed_frame(buffer):
+    found = buffer.lookup_transform_full('odom', at(3.0), 'odom', at(1.0), 'map')
+    assert found.transform.translation.x == -2.0
+    assert found.header.stamp.sec == 3
+    assert buffer.can_transform_full('odom', at(3.0), 'odom', at(1.0), 'map')
+    assert not buffer.can_transform_full('odom', at(3.0), 'odom', at(0.5), 'map')
+
+
+def test_frame_to_itself_is_the_identity_also_when_nobody_knows_it(buffer):
+    found = buffer.lookup_transform('nowhere', 'nowhere', at(5.0))
+    assert found == transform('nowhere', 'nowhere', 5.0)
+    assert buffer.lookup_transform('odom', 'odom', LATEST).header.stamp.sec == 3
+
+
+def test_answers_do_not_share_anything(buffer):
+    first = buffer.lookup_transform('map', 'odom', LATEST)
+    first.transform.translation.x = 99.0
+    first.header.stamp.sec = 99
+    second = buffer.lookup_transform('map', 'odom', LATEST)
+    assert (second.transform.translation.x, second.header.stamp.sec) == (3.0, 3)
+
+
+def test_callers_message_is_not_kept(buffer):
+    message = transform('map', 'odom', 5.0, x=5.0)
+    buffer.set_transform(message, 'me')
+    message.transform.translation.x = 99.0
+    message.header.frame_id = 'elsewhere'
+    assert buffer.lookup_transform('map', 'odom', at(5.0)).transform.translation.x == 5.0
+
+
+def test_cache_time_is_a_duration():
+    buffer = Buffer(Duration(seconds=2.5))
+    assert buffer.cache_time == 2_500_000_000
+    assert Buffer().cache_time == 10_000_000_000
+    assert Buffer(cache_time=lasting(1.0)).cache_time == 1_000_000_000
+
+
+def test_leading_slash_is_dropped_on_insertion_and_refused_in_questions(buffer):
+    buffer.set_transform(transform('/base', '/gripper', 4.0), 'me')
+    assert buffer.can_transform('base', 'gripper', LATEST)
+    with pytest.raises(InvalidArgumentException):
+        buffer.lookup_transform('/base', 'gripper', LATEST)
+
+
+def test_statistics_count_what_was_taken(buffer):
+    counts = buffer.statistics()
+    assert isinstance(counts, Statistics)
+    assert (counts.accepted, counts.refused, counts.frames) == (6, 0, 4)
+
+
+def test_clear_keeps_names_and_statics(buffer):
+    buffer.clear()
+    assert buffer.can_transform('base', 'camera', LATEST)
+    assert not buffer.can_transform('map', 'odom', LATEST)
+    with pytest.raises(ExtrapolationException):
+        buffer.lookup_transform('map', 'odom', at(2.0))
+
+
+# --- listing
+
+YAML = """\
+odom: 
+  parent: 'map'
+  broadcaster: '/localiser'
+  rate: 1.500
+  most_recent_transform: 3.000000
+  oldest_transform: 1.000000
+  buffer_length: 2.000
+base: 
+  parent: 'odom'
+  broadcaster: '/odometry'
+  rate: 1.000
+  most_recent_transform: 4.000000
+  oldest_transform: 2.000000
+  buffer_length: 2.000
+camera: 
+  parent: 'base'
+  broadcaster: '/calibration'
+  rate: 10000.000
+  most_recent_transform: 0.000000
+  oldest_transform: 0.000000
+  buffer_length: 0.000
+"""  # noqa: W291 - so does tf2
+
+
+def test_frames_are_listed_as_yaml_as_tf2_writes_it(buffer):
+    assert buffer.all_frames_as_yaml() == YAML
+    parsed = yaml.safe_load(buffer.all_frames_as_yaml())
+    assert parsed['odom'] == {
+        'parent': 'map', 'broadcaster': '/localiser', 'rate': 1.5,
+        'most_recent_transform': 3.0, 'oldest_transform': 1.0, 'buffer_length': 2.0}
+    assert list(parsed) == ['odom', 'base', 'camera']
+
+
+def test_empty_buffer_is_an_empty_list():
+    assert Buffer().all_frames_as_yaml() == '[]'
+    assert yaml.safe_load(Buffer().all_frames_as_yaml()) == []
+    assert Buffer().all_frames_as_string() == ''
+
+
+def test_frames_are_listed_as_text_as_tf2_writes_it(buffer):
+    assert buffer.all_frames_as_string() == (
+        'Frame odom exists with parent map.\n'
+        'Frame base exists with parent odom.\n'
+        'Frame camera exists with parent base.\n')
+
+
+@pytest.mark.parametrize('namespace', ['', '/robot'])
+def test_frames_are_served(make_node, spin, namespace):
+    node = make_node('holding', namespace=namespace)
+    buffer = Buffer(node=node)
+    asking = make_node('asking')
+    client = asking.create_client(FrameGraph, f'{namespace}/tf2_frames')
+    spin(node)
+    spin(asking)
+    assert client.wait_for_service(PATIENCE_S)
+
+    def ask():
+        answered = threading.Event()
+        future = client.call_async(FrameGraph.Request())
+        future.add_done_callback(lambda _: answered.set())
+        assert answered.wait(PATIENCE_S)
+        return future.result().frame_yaml
+
+    assert ask() == '[]'
+    buffer.set_transform(transform('map', 'odom', 3.0), '/localiser')
+    assert ask() == buffer.all_frames_as_yaml()
+    assert yaml.safe_load(ask())['odom']['parent'] == 'map'
+
+
+def test_buffer_without_a_node_serves_nothing(node):
+    Buffer()
+    assert 'tf2_frames' not in str(node.get_service_names_and_types())
+
+
+def test_listing_names_the_publishing_node(node, listen, talker):
+    buffer = listen(node)
+    talker.move(transform('map', 'odom', 3.0))
+    buffer.lookup_transform('map', 'odom', LATEST, PATIENCE)
+    until(lambda: "broadcaster: '/talking'" in buffer.all_frames_as_yaml())

@@ -1,0 +1,131 @@
+"""Between messages and numbers."""
+
+import copy
+import math
+from types import SimpleNamespace
+
+from builtin_interfaces.msg import Duration as DurationMessage, Time as TimeMessage
+from geometry_msgs.msg import TransformStamped
+import numpy as np
+import pytest
+from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
+from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.time import Time
+from ros_helpers import transform
+from tf_tree_py import InvalidArgumentException, Pose
+from tf_tree_py.core import Sample
+from tf_tree_py.ros import convert
+
+POSE = (1.0, -2.0, 3.5, 0.5, -0.5, 0.5, -0.5)
+SECOND = 1_000_000_000
+
+
+@pytest.mark.parametrize(('time', 'nanoseconds'), [
+    (Time(), 0),
+    (Time(seconds=3, nanoseconds=4), 3 * SECOND + 4),
+    (Time(nanoseconds=2**62, clock_type=ClockType.ROS_TIME), 2**62),
+    (Time(seconds=5).to_msg(), 5 * SECOND),
+    (TimeMessage(sec=-1, nanosec=999_999_999), -1),
+    (TransformStamped().header.stamp, 0),
+    (Duration(seconds=-2), -2 * SECOND),
+    (Duration(nanoseconds=7), 7),
+    (DurationMessage(sec=1, nanosec=1), SECOND + 1),
+    (SimpleNamespace(nanoseconds=12), 12),
+    (SimpleNamespace(sec=2, nanosec=3), 2 * SECOND + 3),
+])
+def test_every_kind_of_time_becomes_nanoseconds(time, nanoseconds):
+    assert convert.as_nanoseconds(time) == nanoseconds
+    assert type(convert.as_nanoseconds(time)) is int
+
+
+@pytest.mark.parametrize('wrong', [None, 1, 1.5, '1', object(), SimpleNamespace(sec=1)])
+def test_what_is_no_time_is_refused_with_a_hint(wrong):
+    with pytest.raises(InvalidArgumentException, match=r'is no time: pass an rclpy\.time\.Time'):
+        convert.as_nanoseconds(wrong)
+
+
+@pytest.mark.parametrize('stamp', [0, 1, SECOND - 1, SECOND, -1, -SECOND, 2**31 * SECOND - 1,
+                                   -2**31 * SECOND])
+def test_nanoseconds_become_a_time_message_and_back(stamp):
+    message = convert.time_message(stamp)
+    assert 0 <= message.nanosec < SECOND
+    assert convert.as_nanoseconds(message) == stamp
+
+
+@pytest.mark.parametrize('stamp', [0, 1, 17 * SECOND + 123_456_789, -1])
+@pytest.mark.parametrize('pose', [POSE, (0.0,) * 6 + (1.0,), (math.pi, 1e300, -0.0) + POSE[3:]])
+@pytest.mark.parametrize('names', [('map', 'base_link'), ('a', ''), ('Küche', '机器人/手')])
+def test_slotted_message_equals_the_public_one(names, pose, stamp):
+    slotted = convert.slotted_transform_stamped(*names, stamp, pose)
+    public = convert.public_transform_stamped(*names, stamp, pose)
+    assert slotted == public
+    assert repr(slotted) == repr(public)
+    assert serialize_message(slotted) == serialize_message(public)
+    assert copy.deepcopy(slotted) == public
+
+
+def test_slotted_message_is_as_good_as_any_to_its_owner():
+    message = convert.slotted_transform_stamped('a', 'b', SECOND, POSE)
+    other = convert.slotted_transform_stamped('a', 'b', SECOND, POSE)
+    message.transform.translation.x = 9.0
+    message.header.stamp.sec = 8
+    message.header.frame_id = 'c'
+    assert (other.transform.translation.x, other.header.stamp.sec) == (1.0, 1)
+    assert deserialize_message(serialize_message(message), TransformStamped) == message
+
+
+def test_slots_are_used_where_the_messages_have_those_known():
+    assert convert.slots_are_known()
+    assert convert.transform_stamped is convert.slotted_transform_stamped
+
+
+@pytest.mark.parametrize('slots', [['_sec', '_nanosec'], ['_sec', '_nanosec', '_more'], []])
+def test_other_slots_are_noticed(monkeypatch, slots):
+    monkeypatch.setitem(convert._KNOWN_SLOTS, TimeMessage, slots)
+    assert not convert.slots_are_known()
+
+
+def test_message_becomes_a_sample():
+    message = convert.public_transform_stamped('map', 'base', 3 * SECOND + 5, POSE)
+    assert convert.as_sample(message) == Sample('map', 'base', 3 * SECOND + 5, POSE)
+
+
+def test_pose_is_read_from_a_transform_stamped_or_not():
+    message = convert.public_transform_stamped('map', 'base', 0, POSE)
+    for source in (message, message.transform):
+        pose = convert.as_pose(source)
+        assert isinstance(pose, Pose)
+        assert pose == POSE
+
+
+def test_pose_becomes_a_transform_message():
+    assert convert.as_pose(convert.transform_message(Pose(*POSE))) == POSE
+    assert convert.as_pose(convert.transform_message(np.array(POSE))) == POSE
+
+
+def test_ints_in_a_message_are_read_as_numbers():
+    message = transform('a', 'b')
+    message.transform.translation.x = 2
+    message.transform.rotation.w = 1
+    pose = convert.as_sample(message).pose
+    assert pose == (2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    assert {type(number) for number in pose} == {float}
+
+
+def test_message_of_floats_is_passed_on_itself():
+    message = transform('a', 'b', x=1.0)
+    assert convert.with_float_fields(message) is message
+
+
+@pytest.mark.parametrize('number', [2, True, np.float64(2.0), np.int64(2), np.float32(2.0)])
+@pytest.mark.parametrize('field', ['translation.x', 'translation.z', 'rotation.x', 'rotation.w'])
+def test_other_numbers_are_serialized_as_what_they_are(number, field):
+    message = transform('a', 'b', seconds=4.0)
+    part, axis = field.split('.')
+    setattr(getattr(message.transform, part), axis, number)
+    fixed = convert.with_float_fields(message)
+    assert getattr(getattr(message.transform, part), axis) is number, 'the caller still has his'
+    arrived = deserialize_message(serialize_message(fixed), TransformStamped)
+    assert getattr(getattr(arrived.transform, part), axis) == float(number)
+    assert (arrived.header, arrived.child_frame_id) == (message.header, 'b')

@@ -1,0 +1,151 @@
+"""What users import, and that it is called as tf2's is."""
+
+import inspect
+import subprocess
+import sys
+import textwrap
+
+import pytest
+from rclpy.duration import Duration
+import tf_tree_py
+from tf_tree_py import (
+    Buffer,
+    BufferCore,
+    StaticTransformBroadcaster,
+    TransformBroadcaster,
+    TransformListener,
+)
+
+REQUIRED = inspect.Parameter.empty
+
+
+def parameters(function):
+    """Return the names that tf2's callers may use, with defaults; durations in nanoseconds."""
+    return {name: getattr(parameter.default, 'nanoseconds', parameter.default)
+            for name, parameter in inspect.signature(function).parameters.items()
+            if name != 'self'}
+
+
+def run_without_rclpy(code):
+    blocker = """
+        import sys
+
+        class Blocker:
+            def find_spec(self, name, path=None, target=None):
+                if name.split('.')[0] in {'rclpy', 'geometry_msgs', 'tf2_msgs', 'std_msgs'}:
+                    raise ModuleNotFoundError(f'No module named {name!r}', name=name)
+
+        sys.meta_path.insert(0, Blocker())
+    """
+    return subprocess.run(
+        [sys.executable, '-c', textwrap.dedent(blocker) + textwrap.dedent(code)],
+        capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize('name', tf_tree_py.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(tf_tree_py, name) is not None
+    assert name in dir(tf_tree_py)
+
+
+def test_public_names_are_listed_once_and_in_order():
+    assert tf_tree_py.__all__ == sorted(set(tf_tree_py.__all__), key=str.lower)
+
+
+def test_star_import_gives_the_public_names():
+    names = {}
+    exec('from tf_tree_py import *', names)
+    assert set(tf_tree_py.__all__) <= names.keys()
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="module 'tf_tree_py' has no attribute 'Bufer'"):
+        _ = tf_tree_py.Bufer
+    assert not hasattr(tf_tree_py, 'Bufer')
+
+
+def test_without_ros_one_sentence_says_what_to_install():
+    done = run_without_rclpy("""
+        import tf_tree_py
+
+        assert tf_tree_py.BufferCore().frames() == []
+        for name in tf_tree_py.__all__:
+            try:
+                getattr(tf_tree_py, name)
+            except ImportError as error:
+                print(error)
+    """)
+    assert (done.returncode, done.stderr) == (0, '')
+    names = ['Buffer', 'StaticTransformBroadcaster', 'TransformBroadcaster', 'TransformListener']
+    for name, line in zip(names, done.stdout.splitlines(), strict=True):
+        assert line.startswith(f'tf_tree_py.{name} needs ROS 2, and ')
+        assert ' is not installed: source a ROS 2 installation, or let scripts/setup' in line
+
+
+def test_importing_the_package_does_not_import_ros():
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys, tf_tree_py; print("rclpy" in sys.modules)'],
+        capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == 'False'
+
+
+def test_buffer_is_made_as_in_tf2():
+    names = parameters(Buffer)
+    assert list(names)[:2] == ['cache_time', 'node']
+    assert names['cache_time'] is names['node'] is None
+    assert issubclass(Buffer, BufferCore)
+
+
+@pytest.mark.parametrize(('method', 'expected'), [
+    ('lookup_transform',
+     {'target_frame': REQUIRED, 'source_frame': REQUIRED, 'time': REQUIRED, 'timeout': 0}),
+    ('lookup_transform_full',
+     {'target_frame': REQUIRED, 'target_time': REQUIRED, 'source_frame': REQUIRED,
+      'source_time': REQUIRED, 'fixed_frame': REQUIRED, 'timeout': 0}),
+    ('can_transform',
+     {'target_frame': REQUIRED, 'source_frame': REQUIRED, 'time': REQUIRED, 'timeout': 0,
+      'return_debug_tuple': False}),
+    ('can_transform_full',
+     {'target_frame': REQUIRED, 'target_time': REQUIRED, 'source_frame': REQUIRED,
+      'source_time': REQUIRED, 'fixed_frame': REQUIRED, 'timeout': 0,
+      'return_debug_tuple': False}),
+    ('get_latest_common_time', {'target_frame': REQUIRED, 'source_frame': REQUIRED}),
+    ('all_frames_as_yaml', {}),
+    ('all_frames_as_string', {}),
+    ('clear', {}),
+])
+def test_buffer_is_asked_as_in_tf2(method, expected):
+    names = parameters(getattr(Buffer, method))
+    assert names == expected
+    assert list(names) == list(expected)
+
+
+def test_timeout_defaults_to_an_empty_duration():
+    default = inspect.signature(Buffer.lookup_transform).parameters['timeout'].default
+    assert default == Duration()
+
+
+@pytest.mark.parametrize('method', ['set_transform', 'set_transform_static'])
+def test_transforms_are_set_as_in_tf2(method):
+    names = parameters(getattr(Buffer, method))
+    assert list(names) == ['transform', 'authority']
+
+
+def test_listener_is_made_as_in_tf2():
+    signature = inspect.signature(TransformListener)
+    positional = [name for name, parameter in signature.parameters.items()
+                  if parameter.kind is parameter.POSITIONAL_OR_KEYWORD]
+    assert positional == ['buffer', 'node']
+    names = parameters(TransformListener)
+    assert names['qos'] is names['static_qos'] is None
+    assert (names['tf_topic'], names['tf_static_topic']) == ('/tf', '/tf_static')
+    assert names['static_only'] is False
+    # Here tf2 has False, and its True spins the user's node: this one never does.
+    assert names['spin_thread'] is True
+    assert parameters(TransformListener.unregister) == {}
+
+
+@pytest.mark.parametrize('kind', [TransformBroadcaster, StaticTransformBroadcaster])
+def test_broadcasters_are_made_and_used_as_in_tf2(kind):
+    assert parameters(kind) == {'node': REQUIRED, 'qos': None}
+    assert parameters(kind.sendTransform) == {'transform': REQUIRED}

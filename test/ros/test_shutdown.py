@@ -1,0 +1,258 @@
+"""How a process ends that has a listener: as one that has none, at once and quietly."""
+
+import contextlib
+import itertools
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+
+import pytest
+import rclpy
+from ros_helpers import LATEST, PATIENCE, PATIENCE_S, transform, until_waiting
+from tf_tree_py import Buffer, LookupException, TransformBroadcaster, TransformListener
+
+BEGIN = """
+    import sys
+    import threading
+
+    import rclpy
+    from rclpy.duration import Duration
+    from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+    from rclpy.parameter import Parameter
+    from rclpy.time import Time
+    from tf_tree_py import Buffer, TransformException, TransformListener
+
+    HOUR = Duration(seconds=3600)
+
+    def ready():
+        print('ready', flush=True)
+
+    def wait_for_ever():
+        try:
+            buffer.lookup_transform('a', 'b', Time(), HOUR)
+        except TransformException as error:
+            print(type(error).__name__, error, flush=True)
+
+    def until_waiting():
+        while not len(buffer._waiters):
+            threading.Event().wait(0.001)
+
+    rclpy.init()
+    node = rclpy.create_node('ending')
+    buffer = Buffer(node=node)
+"""
+LISTEN = 'listener = TransformListener(buffer, node)'
+
+
+def run(code, send=None, listen=LISTEN):
+    """Run a process, send it a signal when it is ready; return its exit code and outputs."""
+    program = textwrap.dedent(BEGIN) + listen + '\n' + textwrap.dedent(code)
+    process = subprocess.Popen(
+        [sys.executable, '-X', 'faulthandler', '-c', program],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        first = process.stdout.readline()
+        if send is not None and first:
+            process.send_signal(send)
+        out, err = process.communicate(timeout=PATIENCE_S)
+    finally:
+        process.kill()
+    return process.returncode, first + out, err
+
+
+def test_signal_ends_a_spinning_node_cleanly(pool):
+    results = pool.map(lambda number: run("""
+        timer = node.create_timer(0.0, lambda: (ready(), timer.cancel()))
+        try:
+            rclpy.spin(node)
+        except (KeyboardInterrupt, ExternalShutdownException):
+            pass
+        finally:
+            node.destroy_node()
+            rclpy.try_shutdown()
+        for thread in threading.enumerate():
+            if 'receiver' in thread.name:
+                thread.join()
+        print('threads', threading.active_count())
+    """, number), [signal.SIGINT, signal.SIGTERM])
+    for code, out, err in results:
+        assert (code, err) == (0, '')
+        assert 'threads 1' in out, 'the receiver ended though nobody closed it'
+
+
+def test_ctrl_c_that_nobody_catches_looks_as_without_a_listener(pool):
+    spin = """
+        node.create_timer(0.0, ready)
+        rclpy.spin(node)
+    """
+    for code, _, err in pool.map(lambda listen: run(spin, signal.SIGINT, listen), [LISTEN, '']):
+        assert code == -signal.SIGINT
+        assert err.count('Traceback') == 1
+        assert err.strip().splitlines()[-1] == 'KeyboardInterrupt'
+        assert 'tf_tree_py' not in err
+
+
+def test_ctrl_c_interrupts_a_lookup_of_the_main_thread():
+    code, out, err = run("""
+        threading.Thread(target=lambda: (until_waiting(), ready()), daemon=True).start()
+        try:
+            wait_for_ever()
+        except KeyboardInterrupt:
+            print('interrupted')
+    """, signal.SIGINT)
+    assert (code, err) == (0, '')
+    assert 'interrupted' in out
+
+
+def test_ctrl_c_ends_the_lookups_of_other_threads(pool):
+    """They would keep the process alive for an hour, or for ever while /clock stands still."""
+    results = pool.map(lambda simulated: run(f"""
+        node.set_parameters([Parameter('use_sim_time', value={simulated})])
+        threading.Thread(target=wait_for_ever).start()
+        until_waiting()
+        node.get_clock()._set_ros_time_is_active(False)
+        node.create_timer(0.0, ready)
+        try:
+            rclpy.spin(node)
+        except KeyboardInterrupt:
+            print('interrupted')
+    """, signal.SIGINT), [True, False])
+    for code, out, err in results:
+        assert (code, err) == (0, '')
+        assert 'interrupted' in out
+        assert 'LookupException' in out
+        assert 'Given up: the listener was closed, or ROS was shut down' in out
+
+
+def test_ctrl_c_ends_a_callback_of_a_multi_threaded_executor_that_waits():
+    code, out, err = run("""
+        executor = MultiThreadedExecutor()
+        executor.add_node(node)
+        threading.Thread(target=lambda: (until_waiting(), ready()), daemon=True).start()
+        executor.create_task(wait_for_ever)
+        try:
+            executor.spin()
+        except (KeyboardInterrupt, ExternalShutdownException):
+            print('interrupted')
+    """, signal.SIGINT)
+    assert (code, err) == (0, '')
+    assert 'interrupted' in out
+    assert 'Given up' in out
+
+
+def test_process_that_just_ends_does_so_quietly(pool):
+    ends = ['', 'rclpy.shutdown()', 'node.destroy_node(); rclpy.shutdown(); listener.close()',
+            'sys.exit(0)', 'del node, listener, buffer']
+    results = pool.map(lambda end: run(f"""
+        ready()
+        {end}
+    """), ends)
+    for end, result in zip(ends, results, strict=True):
+        assert (end, *result) == (end, 0, 'ready\n', '')
+
+
+def test_process_that_ends_while_messages_pour_in_does_so_quietly():
+    code, _, err = run("""
+        from geometry_msgs.msg import TransformStamped
+        from tf_tree_py import TransformBroadcaster
+
+        broadcaster = TransformBroadcaster(node)
+        message = TransformStamped(child_frame_id='b')
+        message.header.frame_id = 'a'
+
+        def pour():
+            while True:
+                message.header.stamp.nanosec += 1
+                broadcaster.sendTransform(message)
+
+        for _ in range(3):
+            TransformListener(buffer, node)
+        threading.Thread(target=pour, daemon=True).start()
+        buffer.lookup_transform('a', 'b', Time(), HOUR)
+        ready()
+    """)
+    assert (code, err) == (0, '')
+
+
+def test_exception_of_the_program_is_the_one_that_is_shown():
+    code, _, err = run("""
+        ready()
+        raise ValueError('of the program')
+    """)
+    assert code == 1
+    assert err.count('Traceback') == 1
+    assert err.strip().splitlines()[-1] == 'ValueError: of the program'
+
+
+# --- in this process
+
+
+def test_shutdown_of_the_context_ends_listener_and_waits(context, node, pool):
+    buffer = Buffer()
+    TransformListener(buffer, node)
+    (thread,) = [thread for thread in threading.enumerate() if 'receiver' in thread.name]
+    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
+    until_waiting(buffer)
+    context.shutdown()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+    with pytest.raises(LookupException, match='Given up'):
+        asked.result(PATIENCE_S)
+
+
+def test_listener_may_be_closed_after_its_context(context, node):
+    listener = TransformListener(Buffer(), node)
+    context.shutdown()
+    listener.close()
+    listener.close()
+
+
+def test_one_context_may_end_while_another_goes_on(context, node, listen, talker):
+    buffer = listen(node)
+    other = rclpy.Context()
+    rclpy.init(context=other, args=[])
+    elsewhere = rclpy.create_node('elsewhere', context=other)
+    TransformListener(Buffer(), elsewhere)
+    elsewhere.destroy_node()
+    other.shutdown()
+    talker.move(transform('map', 'base'))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+
+
+def test_contexts_that_end_while_messages_pour_in(capfd):
+    """The receiver may be anywhere between two calls of rclpy when its context ends."""
+    def pour(broadcaster):
+        with contextlib.suppress(Exception):  # which end with the context too
+            for second in itertools.count(1):
+                broadcaster.sendTransform(transform('map', 'base', second))
+
+    for _ in range(20):
+        context = rclpy.Context()
+        rclpy.init(context=context, args=[])
+        node = rclpy.create_node('short', context=context)
+        buffer = Buffer()
+        TransformListener(buffer, node)
+        pouring = threading.Thread(target=pour, args=(TransformBroadcaster(node),))
+        pouring.start()
+        buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+        context.shutdown()
+        pouring.join(PATIENCE_S)
+        node.destroy_node()
+    for thread in threading.enumerate():
+        if 'receiver' in thread.name:
+            thread.join(PATIENCE_S)
+    err = capfd.readouterr().err
+    assert 'Traceback' not in err
+    assert 'failed' not in err
+
+
+def test_listeners_may_be_made_and_closed_by_many_threads_at_once(node, pool):
+    def turn(_):
+        for _ in range(10):
+            with TransformListener(Buffer(), node):
+                pass
+
+    list(pool.map(turn, range(4)))
+    assert node.get_subscriptions_info_by_topic('/tf') == []

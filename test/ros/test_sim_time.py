@@ -1,0 +1,229 @@
+"""Simulated time over a real /clock."""
+
+import threading
+
+import pytest
+from rclpy.parameter import Parameter
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    SIM_TIME,
+    simulated_seconds,
+    transform,
+    until,
+    until_waiting,
+)
+from rosgraph_msgs.msg import Clock
+from tf_tree_py import (
+    Buffer,
+    ClockJumpException,
+    LookupException,
+    TransformListener,
+)
+
+
+@pytest.fixture
+def node(make_node):
+    return make_node('asking', **SIM_TIME)
+
+
+@pytest.fixture
+def buffer(node, listen, sim_clock):
+    buffer = listen(node)
+    sim_clock.show(10.0, buffer)
+    return buffer
+
+
+def switch(node, simulated):
+    (result,) = node.set_parameters([Parameter('use_sim_time', value=simulated)])
+    assert result.successful
+
+
+def test_clock_that_is_not_heard_yet_stands_still(node, listen):
+    assert simulated_seconds(listen(node)) == 0.0
+
+
+def test_paused_clock_does_not_time_out(buffer, node, listen, talker, pool):
+    asked = pool.submit(buffer.lookup_transform, 'map', 'base', at(11.0), lasting(0.001))
+    until_waiting(buffer)
+    guarded = listen(node, Buffer(wall_guard=lasting(0.05)))
+    with pytest.raises(LookupException, match='wall_guard'):
+        guarded.lookup_transform('map', 'base', at(11.0), lasting(0.001))
+    assert not asked.done(), 'though 50 times its timeout went by on the wall'
+    talker.move(transform('map', 'base', 11.0), listeners=2)
+    assert asked.result(PATIENCE_S).header.stamp.sec == 11
+
+
+def test_moving_clock_times_out_at_its_own_pace(buffer, sim_clock, pool):
+    asked = pool.submit(buffer.lookup_transform, 'map', 'base', LATEST, lasting(100.0))
+    until_waiting(buffer)
+    for seconds in (50.0, 109.0):
+        sim_clock.show(seconds, buffer)
+    assert not asked.done()
+    sim_clock.show(110.0, buffer)
+    with pytest.raises(LookupException, match=r'\(waited 100\.000 s for it\)'):
+        asked.result(PATIENCE_S)
+
+
+def test_wall_guard_ends_the_wait_for_a_clock_that_stands_still(node, listen):
+    buffer = listen(node, Buffer(wall_guard=lasting(0.03)))
+    with pytest.raises(LookupException, match=r'Given up after 0\.0\d* s of wall time, the '
+                                              r'wall_guard: is anybody publishing /clock\?'):
+        buffer.lookup_transform('map', 'base', LATEST, lasting(5.0))
+
+
+def test_clock_ticks_while_the_users_executor_is_blocked(node, listen, sim_clock, spin):
+    """The node's own clock is served by the executor that waits here; the companion's is not."""
+    buffer = listen(node, Buffer(node=node))
+    sim_clock.show(10.0, buffer)
+    spin(node)
+    failure = []
+    ended = threading.Event()
+
+    def ask():
+        timer.cancel()
+        try:
+            buffer.lookup_transform('map', 'base', LATEST, lasting(2.0))
+        except LookupException as error:
+            failure.append(error)
+        ended.set()
+
+    timer = node.create_timer(0.001, ask)
+    # A timer of a simulated clock needs a tick of its own.
+    until(lambda: sim_clock.show(11.0, buffer) or len(buffer._waiters))
+    sim_clock.show(20.0, buffer)
+    assert ended.wait(PATIENCE_S)
+    assert failure[0].waited_s >= 2.0
+
+
+def test_jump_back_forgets_what_moves(buffer, talker, sim_clock):
+    talker.fix(transform('base', 'camera'))
+    talker.move(transform('map', 'base', 10.0))
+    buffer.lookup_transform('map', 'camera', LATEST, PATIENCE)
+    sim_clock.show(2.0, buffer)
+    assert not buffer.can_transform('map', 'base', LATEST)
+    assert buffer.can_transform('base', 'camera', LATEST)
+    talker.move(transform('map', 'base', 2.0))
+    assert buffer.lookup_transform('map', 'camera', LATEST, PATIENCE).header.stamp.sec == 2
+
+
+def test_jump_back_fails_those_who_wait(buffer, sim_clock, pool):
+    asked = [pool.submit(buffer.lookup_transform, 'map', 'base', LATEST, PATIENCE),
+             pool.submit(buffer.can_transform, 'map', 'base', LATEST, PATIENCE, True)]
+    until_waiting(buffer, 2)
+    sim_clock.show(9.0, buffer)
+    with pytest.raises(ClockJumpException, match=r'The clock jumped by -1\.000 s'):
+        asked[0].result(PATIENCE_S)
+    found, why = asked[1].result(PATIENCE_S)
+    assert not found
+    assert 'The clock jumped' in why
+
+
+def test_jump_back_is_told_once_to_two_listeners_of_one_buffer(
+        node, make_node, listen, sim_clock, talker):
+    buffer = listen(node)
+    listen(make_node('second', **SIM_TIME), buffer)
+    sim_clock.show(10.0, buffer)
+    until(lambda: sim_clock.publisher.get_subscription_count() == 4)
+    talker.move(transform('map', 'base', 10.0), listeners=2)
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    sim_clock.show(1.0, buffer)
+    talker.move(transform('map', 'base', 1.0), listeners=2)
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    sim_clock.show(2.0, buffer)
+    assert buffer.can_transform('map', 'base', at(1.0))
+
+
+def test_buffer_without_a_node_notices_the_listeners_clock(node, listen, sim_clock):
+    buffer = listen(node, Buffer())
+    sim_clock.show(10.0, buffer)
+    buffer.set_transform(transform('a', 'b', 10.0), 'me')
+    sim_clock.show(1.0, buffer)
+    assert not buffer.can_transform('a', 'b', LATEST)
+
+
+def test_simulated_time_may_be_switched_on_and_off_later(make_node, listen, sim_clock, talker):
+    node = make_node('changing')
+    buffer = listen(node)
+    assert simulated_seconds(buffer) is None
+    talker.move(transform('map', 'base', 5.0))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    switch(node, True)
+    assert not buffer.can_transform('map', 'base', LATEST), 'another kind of time begins'
+    sim_clock.show(7.0, buffer)
+    talker.move(transform('map', 'base', 6.0))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    switch(node, False)
+    assert simulated_seconds(buffer) is None
+    switch(node, True)
+    sim_clock.show(8.0, buffer)
+    talker.move(transform('map', 'base', 8.0))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+
+
+def test_switch_fails_those_who_wait_by_the_other_time(make_node, listen, pool):
+    node = make_node('changing')
+    buffer = listen(node)
+    for simulated in (True, False):
+        asked = pool.submit(buffer.lookup_transform, 'map', 'base', LATEST, PATIENCE)
+        until_waiting(buffer)
+        switch(node, simulated)
+        with pytest.raises(ClockJumpException, match='or changed its source'):
+            asked.result(PATIENCE_S)
+
+
+def test_switching_back_and_forth_while_messages_flow(make_node, listen, talker, sim_clock, pool):
+    node = make_node('changing')
+    buffer = listen(node)
+    stop = threading.Event()
+
+    def flood():
+        second = 1
+        while not stop.is_set():
+            second += 1
+            talker.move(transform('map', 'base', second))
+            sim_clock.publisher.publish(Clock())
+
+    flooding = pool.submit(flood)
+    for turn in range(60):
+        switch(node, turn % 2 == 0)
+    stop.set()
+    flooding.result(PATIENCE_S)
+    talker.move(transform('map', 'fresh', 1e6))
+    buffer.lookup_transform('map', 'fresh', LATEST, PATIENCE)
+
+
+def test_buffer_goes_by_its_nodes_clock_again_when_the_listener_is_closed(node, sim_clock, spin):
+    buffer = Buffer(node=node)
+    spin(node)
+    with TransformListener(buffer, node):
+        sim_clock.show(10.0, buffer)
+    sim_clock.show(11.0, buffer)
+
+
+def test_closing_the_listener_ends_a_wait_by_its_clock(node, sim_clock, pool):
+    buffer = Buffer()
+    listener = TransformListener(buffer, node)
+    sim_clock.show(10.0, buffer)
+    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, lasting(1.0))
+    until_waiting(buffer)
+    listener.close()
+    with pytest.raises(LookupException, match='Given up: the listener was closed'):
+        asked.result(PATIENCE_S)
+
+
+def test_end_of_the_context_ends_a_wait_for_a_clock_that_will_never_tick(
+        context, node, sim_clock, pool):
+    buffer = Buffer(node=node)
+    TransformListener(buffer, node)
+    sim_clock.show(10.0, buffer)
+    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, lasting(1.0))
+    until_waiting(buffer)
+    context.shutdown()
+    with pytest.raises(LookupException, match='Given up: the listener was closed, or ROS was'):
+        asked.result(PATIENCE_S)
+    with pytest.raises(LookupException, match=r'\(waited 0\.01'):
+        buffer.lookup_transform('a', 'b', LATEST, lasting(0.01))

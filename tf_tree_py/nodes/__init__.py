@@ -1,0 +1,1 @@
+"""Executables that stay up: the robot of five frames, who looks at it, and static transforms."""

@@ -1,0 +1,40 @@
+"""What a person wrote and cannot be: checks of names and numbers, and no ROS."""
+
+from argparse import ArgumentTypeError
+import math
+
+
+class BadInput(Exception):
+    """One sentence for the person who can mend it; executables end with it, no traceback."""
+
+
+def frame_name(what: str, name: object) -> str:
+    """
+    Return a name that can be looked up.
+
+    :param what: whose name it is, should it be none.
+    :raises BadInput: it is not a string, empty, or has a leading slash.
+    """
+    if not isinstance(name, str) or not name or name.startswith('/'):
+        raise BadInput(f'{what} has to be a frame name, not empty and without a leading slash; '
+                       f'{name!r} is none')
+    return name
+
+
+def number(text: str) -> float:
+    """Return a finite number of the command line."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ArgumentTypeError(f'{text!r} is not a finite number')
+    return value
+
+
+def positive_number(text: str) -> float:
+    """Return a number of the command line that is greater than zero."""
+    value = number(text)
+    if value <= 0.0:
+        raise ArgumentTypeError(f'{text} is not greater than zero')
+    return value

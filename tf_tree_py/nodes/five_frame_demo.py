@@ -1,0 +1,95 @@
+"""The robot of five frames and somebody who looks at it, in one terminal."""
+
+from collections.abc import Sequence
+import math
+import sys
+import time
+
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+from tf_tree_py.core import Pose
+from tf_tree_py.core.stamp import format_stamp
+
+from .bad_input import positive_number
+from .five_frame_listener import ASKING, columns, FiveFrameListener, say
+from .five_frame_publisher import FiveFramePublisher, SETTINGS as PUBLISHER_SETTINGS
+from .parameters import describe
+from .running import Parser, run, spin, spun_in_background
+
+NAME = 'five_frame_demo'
+
+_DESCRIPTION = """\
+Shows a robot of five frames and where its gripper is, in one terminal.
+
+A publisher sends the transforms over DDS, as five_frame_publisher does; a listener
+receives them and asks where the gripper is, as five_frame_listener does. The true
+motion is known here, so every answer is held against it. Ctrl-C ends."""
+
+_INTRODUCTION = """\
+Live, over DDS: where the gripper of a moving robot is in the world, at each line's moment.
+(age: how long the answer took to come; off: how far it is from the true motion)"""
+
+
+class DemoListener(FiveFrameListener):
+    """A listener that knows the truth, and how far its answers are from it."""
+
+    def __init__(self, publisher: FiveFramePublisher) -> None:
+        """
+        Begin to listen and to ask.
+
+        :param publisher: whose gripper it is.
+        """
+        # Whatever its frames are called.
+        frames = publisher.frames
+        names = {'target_frame': frames.world, 'source_frame': frames.gripper, 'frame_prefix': ''}
+        super().__init__(parameter_overrides=[
+            Parameter(name, value=value) for name, value in names.items()])
+        self._motion = publisher.motion
+        self._begin = time.monotonic()
+        self._ages = [0]
+        self._distances = [0.0]
+        self._angles = [0.0]
+
+    def answer(self, stamp: int, pose: Pose, age: int) -> None:
+        """Tell where the gripper is, and how far from where it truly was."""
+        error = self._motion.world_T_gripper(stamp).inverse() @ pose
+        self._ages.append(age)
+        self._distances.append(math.hypot(*error.translation))
+        self._angles.append(math.hypot(*error.as_rotation_vector()))
+        say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms  '
+            f'off {self._distances[-1] * 1e3:.3f} mm')
+
+    def summary(self) -> str:
+        """Return what there is to say at the end."""
+        counts = self.buffer.statistics()
+        mean_age = sum(self._ages) / max(1, self.answered)
+        return (
+            f'{time.monotonic() - self._begin:.1f} s: {self.answered} of {self.asked} lookups '
+            f'answered, {mean_age / 1e6:.0f} ms after the moment asked for on average, '
+            f'{max(self._ages) / 1e6:.0f} ms at most.\n'
+            f'Furthest from the true motion: {max(self._distances) * 1e3:.3f} mm, '
+            f'{math.degrees(max(self._angles)):.4f} deg. '
+            f'{counts.accepted} transforms received, {counts.refused} refused.')
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the executable; return its exit status."""
+    parser = Parser(NAME, _DESCRIPTION, describe((*PUBLISHER_SETTINGS, *ASKING)))
+    parser.add_argument('--seconds', type=positive_number, metavar='N',
+                        help='end by itself after so long')
+    arguments = parser.parse_args(parser.own_arguments(argv))
+    return run(NAME, argv, lambda ended: _demo(ended, arguments.seconds))
+
+
+def _demo(ended: Future, seconds: float | None) -> None:
+    say(_INTRODUCTION)
+    publisher = FiveFramePublisher()
+    with spun_in_background(publisher):
+        listener = DemoListener(publisher)
+        ended.add_done_callback(listener.give_up)
+        spin(listener, ended, seconds)
+    say(listener.summary())
+
+
+if __name__ == '__main__':
+    sys.exit(main())

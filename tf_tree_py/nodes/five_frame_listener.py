@@ -1,0 +1,189 @@
+"""Where the gripper is in the world, asked again and again of what arrives on /tf."""
+
+from collections.abc import Mapping, Sequence
+from math import degrees
+import sys
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.task import Future
+from tf_tree_py.core import (
+    EdgeInfo,
+    FutureExtrapolationException,
+    LATEST,
+    Pose,
+    TransformException,
+)
+from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
+from tf_tree_py.ros import Buffer, TransformListener
+from tf_tree_py.ros.convert import as_pose
+
+from .bad_input import frame_name
+from .five_frame_motion import Frames
+from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .running import Parser, run, spin
+
+NAME = 'five_frame_listener'
+
+_DESCRIPTION = """\
+Prints where one frame is in another, the gripper in the world unless told otherwise.
+
+Each line answers the question "where is it now?", asked with the stamp of that
+moment: the lookup waits until every edge on the way has data as new as that. The
+age is how old the answer is when it is printed: as long as that wait. Start it
+before or after the publisher, as you like. Ctrl-C ends."""
+
+ASKING = (
+    Setting('rate_hz', 2.0, 'how often to ask where it is', (0.01, 100.0)),
+    Setting('timeout_s', 0.5, 'how long to wait for an answer, seconds', (0.0, 60.0)),
+)
+SETTINGS = (
+    Setting('target_frame', Frames().world, 'in whose coordinates'),
+    Setting('source_frame', Frames().gripper, 'the frame whose place is asked for'),
+    *ASKING,
+    FRAME_PREFIX,
+)
+
+# Data this far behind is not late: somebody's clock shows another time.
+_ANOTHER_CLOCK = from_seconds(3600.0)
+
+
+def say(line: str) -> None:
+    """Write a line at once, into a pipe too."""
+    print(line, flush=True)
+
+
+class FiveFrameListener(Node):
+    """
+    Asks on a timer where the source frame is now, and tells.
+
+    What is missing is said once, then it stays silent until there is an answer.
+
+    :ivar buffer: what has arrived.
+    :ivar asked: how often was asked.
+    :ivar answered: how often there was an answer.
+    """
+
+    def __init__(self, **node_options: Any) -> None:
+        """
+        Begin to listen and to ask.
+
+        :param node_options: as rclpy's ``Node`` takes them.
+        :raises BadInput: a parameter that cannot be.
+        """
+        super().__init__(NAME, **node_options)
+        values = declare(self, SETTINGS)
+        prefix = values[FRAME_PREFIX.name]
+        self.target_frame, self.source_frame = (
+            frame_name(f'parameter {name}', prefix + values[name])
+            for name in ('target_frame', 'source_frame'))
+        self._timeout = Duration(nanoseconds=from_seconds(values['timeout_s']))
+        # Should simulated time stand still, the wall ends the wait.
+        self.buffer = Buffer(node=self, wall_guard=self._timeout)
+        self._listener = TransformListener(self.buffer, self)
+        self.asked = self.answered = 0
+        self._silent = False
+        # By a clock that always goes, to be able to say that simulated time does not.
+        self._ticks = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / values['rate_hz'], self._ask, clock=self._ticks)
+
+    def destroy_node(self) -> None:
+        """Stop listening, and destroy the node."""
+        self._listener.close()
+        super().destroy_node()
+
+    def give_up(self, _: object = None) -> None:
+        """Wait no longer, nor say why: it is over. From any thread."""
+        self._silent = True
+        self.buffer.fail_waiters(TransformException('given up'))
+
+    def _ask(self) -> None:
+        self.asked += 1
+        stamp = self.get_clock().now()
+        if stamp.nanoseconds == LATEST:
+            self._not_answered('simulated time: nothing has come on /clock yet')
+            return
+        try:
+            transform = self.buffer.lookup_transform(
+                self.target_frame, self.source_frame, stamp, self._timeout)
+        except TransformException as error:
+            self._not_answered(self._missing(error))
+        else:
+            self.answered += 1
+            self._silent = False
+            age = self.get_clock().now() - stamp
+            self.answer(stamp.nanoseconds, as_pose(transform), age.nanoseconds)
+
+    def answer(self, stamp: int, pose: Pose, age: int) -> None:
+        """
+        Tell where the source frame is.
+
+        :param stamp: when, nanoseconds.
+        :param pose: ``target_T_source``.
+        :param age: how old that is by now, nanoseconds.
+        """
+        say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms')
+
+    def _not_answered(self, missing: str) -> None:
+        if self._silent:
+            return
+        self._silent = True
+        what = 'no new data of' if self.answered else 'waiting for'
+        say(f'{what} {self.target_frame} -> {self.source_frame}: {missing}')
+
+    def _missing(self, error: TransformException) -> str:
+        if not isinstance(error, FutureExtrapolationException) or error.requested is None:
+            return str(error)
+        late = [edge for edge in self._edges_between() if edge.latest < error.requested]
+        if not late:  # it has come this very moment
+            return str(error)
+        edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
+        senders = ', '.join(sorted({edge.authority for edge in late}))
+        behind = error.requested - min(edge.latest for edge in late)
+        hint = '; do both go by one clock (use_sim_time)?' if behind > _ANOTHER_CLOCK else ''
+        return (f'{edges}, sent by {senders}, ended {format_span(behind)} before '
+                f'the moment asked for{hint}')
+
+    def _edges_between(self) -> list[EdgeInfo]:
+        """Return the moving edges between the two frames, each branch from the top down."""
+        above = {edge.child: edge for edge in self.buffer.edges()}
+        source, target = _climb(above, self.source_frame), _climb(above, self.target_frame)
+        # What both climb over lies above where they meet.
+        return [edge for edge in (*reversed(source), *reversed(target))
+                if not edge.static and not (edge in source and edge in target)]
+
+
+def _climb(above: Mapping[str, EdgeInfo], frame: str) -> list[EdgeInfo]:
+    edges: list[EdgeInfo] = []
+    while frame in above:
+        edges.append(above[frame])
+        frame = edges[-1].parent
+    return edges
+
+
+def columns(pose: Pose) -> str:
+    """Return a pose so that many lines stand neatly below each other."""
+    # Adding 0.0 makes of -0.0 a plain zero.
+    roll, pitch, yaw = (round(degrees(angle), 2) + 0.0 for angle in pose.as_rpy())
+    return (f'xyz {pose.x:7.3f} {pose.y:7.3f} {pose.z:7.3f} m  '
+            f'rpy {roll:7.2f} {pitch:7.2f} {yaw:7.2f} deg')
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the executable; return its exit status."""
+    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
+    parser.parse_args(parser.own_arguments(argv))
+    return run(NAME, argv, _work)
+
+
+def _work(ended: Future) -> None:
+    node = FiveFrameListener()
+    say(f'Where {node.source_frame} is in {node.target_frame}, asked anew for each line:')
+    ended.add_done_callback(node.give_up)
+    spin(node, ended)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

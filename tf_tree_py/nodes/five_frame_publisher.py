@@ -1,0 +1,104 @@
+"""The robot of five frames, as if its drivers ran: /tf and /tf_static."""
+
+from collections.abc import Callable, Sequence
+import sys
+from typing import Any
+
+from rclpy.node import Node
+from tf_tree_py.core import Pose
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.ros import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.convert import transform_stamped
+
+from .bad_input import BadInput, frame_name
+from .five_frame_motion import FiveFrameMotion, Frames
+from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .running import Parser, run, spin
+
+NAME = 'five_frame_publisher'
+
+_DESCRIPTION = """\
+Publishes a robot of five frames: world -> odom -> base_link -> {camera, gripper}.
+
+odom -> base_link drives a circle, base_link -> gripper is an arm that reaches out
+and back, and world -> odom drifts slowly, as a localiser's correction does: these
+three on /tf, each stamped with the time at which it is true. base_link -> camera
+is calibration: it goes out once, on /tf_static. Ctrl-C ends."""
+
+_RATES = (0.1, 1000.0)
+
+SETTINGS = (
+    Setting('radius', 2.0, 'of the circle that the robot drives, metres', (0.01, 1000.0)),
+    Setting('lap_time_s', 20.0, 'how long it takes once round, seconds', (0.1, 86400.0)),
+    Setting('drive_rate_hz', 50.0, 'how often odom -> base_link is sent', _RATES),
+    Setting('arm_rate_hz', 50.0, 'how often base_link -> gripper is sent', _RATES),
+    Setting('drift_rate_hz', 10.0, 'how often world -> odom is sent', _RATES),
+    *(Setting(f'{role}_frame', name, f'what the frame {role} is called')
+      for role, name in Frames()._asdict().items()),
+    FRAME_PREFIX,
+)
+
+
+class FiveFramePublisher(Node):
+    """
+    Publishes where the five frames are.
+
+    :ivar frames: what they are called, prefix and all.
+    :ivar motion: the truth that is published.
+    """
+
+    def __init__(self, **node_options: Any) -> None:
+        """
+        Begin to publish.
+
+        :param node_options: as rclpy's ``Node`` takes them.
+        :raises BadInput: a parameter that cannot be.
+        """
+        super().__init__(NAME, **node_options)
+        values = declare(self, SETTINGS)
+        self.frames = frames = _frames(values)
+        self.motion = motion = FiveFrameMotion(values['radius'],
+                                               from_seconds(values['lap_time_s']))
+        self._broadcaster = TransformBroadcaster(self)
+        self._static_broadcaster = StaticTransformBroadcaster(self)
+        self._static_broadcaster.sendTransform(transform_stamped(
+            frames.base_link, frames.camera, self._now(), motion.base_link_T_camera))
+        # A timer each, as the three would be three programs on a robot.
+        self._send_at(values['drift_rate_hz'], frames.world, frames.odom, motion.world_T_odom)
+        self._send_at(values['drive_rate_hz'], frames.odom, frames.base_link,
+                      motion.odom_T_base_link)
+        self._send_at(values['arm_rate_hz'], frames.base_link, frames.gripper,
+                      motion.base_link_T_gripper)
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+    def _send_at(self, rate_hz: float, parent: str, child: str,
+                 pose_at: Callable[[int], Pose]) -> None:
+        def send() -> None:
+            # Late or early, the stamp says when, and the pose is that of the stamp.
+            stamp = self._now()
+            self._broadcaster.sendTransform(
+                transform_stamped(parent, child, stamp, pose_at(stamp)))
+
+        self.create_timer(1.0 / rate_hz, send)
+
+
+def _frames(values: dict[str, Any]) -> Frames:
+    prefix = values[FRAME_PREFIX.name]
+    names = [frame_name(f'parameter {role}_frame', prefix + values[f'{role}_frame'])
+             for role in Frames._fields]
+    if len(set(names)) < len(names):
+        raise BadInput(f'the five frames need five names, not {", ".join(names)}')
+    return Frames(*names)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the executable; return its exit status."""
+    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
+    parser.parse_args(parser.own_arguments(argv))
+    return run(NAME, argv, lambda ended: spin(FiveFramePublisher(), ended))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,85 @@
+"""
+ROS parameters, each described once: for the node, for ``--help``, for the error text.
+
+None of them can change while the node runs; who tries is told so.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.node import Node
+
+from .bad_input import BadInput
+
+
+@dataclass(frozen=True)
+class Setting:
+    """
+    One parameter of a node: a string, or with limits a number.
+
+    :ivar limits: the least and the most that a number may be.
+    """
+
+    name: str
+    default: str | float
+    meaning: str
+    limits: tuple[float, float] | None = None
+
+    def check(self, given: Any) -> str | float:
+        """
+        Return a given value in the parameter's type.
+
+        :raises BadInput: it is of another type, or out of range.
+        """
+        if self.limits is None:
+            if isinstance(given, str):
+                return given
+            raise BadInput(f'parameter {self.name} has to be a string, not {given!r}')
+        lowest, highest = self.limits
+        # ROS tells 2 from 2.0, and people do not. A bool is an int to Python, and none here.
+        if type(given) in (int, float) and lowest <= given <= highest:
+            return float(given)
+        raise BadInput(f'parameter {self.name} has to be a number from {lowest} to {highest}, '
+                       f'not {given!r}')
+
+    def descriptor(self) -> ParameterDescriptor:
+        """Return what ``ros2 param describe`` shows."""
+        ranges = []
+        if self.limits is not None:
+            lowest, highest = self.limits
+            ranges.append(FloatingPointRange(from_value=lowest, to_value=highest))
+        return ParameterDescriptor(
+            description=self.meaning, read_only=True, floating_point_range=ranges)
+
+
+FRAME_PREFIX = Setting('frame_prefix', '', 'goes before every frame name, such as robot1/')
+
+
+def declare(node: Node, settings: Iterable[Setting]) -> dict[str, Any]:
+    """
+    Declare parameters, and return their values by name.
+
+    :raises BadInput: one has a wrong type or is out of its range.
+    """
+    return {setting.name: _declare(node, setting) for setting in settings}
+
+
+def _declare(node: Node, setting: Setting) -> str | float:
+    # Twice: first to see what is given whatever its type, then with its type for good.
+    anything = ParameterDescriptor(dynamic_typing=True)
+    value = setting.check(node.declare_parameter(setting.name, setting.default, anything).value)
+    node.undeclare_parameter(setting.name)
+    node.declare_parameter(setting.name, value, setting.descriptor(), ignore_override=True)
+    return value
+
+
+def describe(settings: Iterable[Setting]) -> str:
+    """Return the part of a ``--help`` text that lists parameters."""
+    lines = ['ROS parameters (--ros-args -p NAME:=VALUE, or --ros-args --params-file FILE):']
+    for setting in settings:
+        limits = '' if setting.limits is None else ', {} to {}'.format(*setting.limits)
+        lines += [f'  {setting.name} (default {setting.default!r})',
+                  f'      {setting.meaning}{limits}']
+    return '\n'.join(lines)

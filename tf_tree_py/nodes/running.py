@@ -1,0 +1,139 @@
+"""How every executable starts, runs and ends: Ctrl-C is a normal end, a mistake one sentence."""
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+import os
+import signal
+import sys
+import threading
+from typing import Any, NoReturn
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from rclpy.utilities import remove_ros_args
+
+from .bad_input import BadInput
+
+
+class Parser(argparse.ArgumentParser):
+    """Command line arguments beside ROS's own; what is wrong with them is one sentence."""
+
+    def __init__(self, prog: str, description: str, epilog: str = '', **options: Any) -> None:
+        super().__init__(prog=prog, description=description, epilog=epilog, allow_abbrev=False,
+                         formatter_class=argparse.RawDescriptionHelpFormatter, **options)
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with status 2, as every command does that is called wrongly."""
+        self.exit(2, f'{self.prog}: {message} (--help tells more)\n')
+
+    def own_arguments(self, argv: Sequence[str] | None) -> list[str]:
+        """Return the arguments that are not for ROS, without the program's name."""
+        try:
+            return list(remove_ros_args(argv))[1:]
+        except RuntimeError as error:
+            self.error(_sentence(error))
+
+
+def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -> int:
+    """
+    Do something with ROS, until it is done or somebody ends it; the process ends next.
+
+    :param argv: the whole command line; None: this process's.
+    :param work: makes nodes and spins them until its argument is done.
+    :return: the exit status.
+    """
+    ended = _on_signal()
+    try:
+        _init(argv)
+        work(ended)
+    except BadInput as error:
+        print(f'{prog}: {error}', file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # The reader of our output has left, as `| head` does. There is nobody to tell, and the
+        # interpreter, which flushes once more at its end, must not try to.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    finally:
+        rclpy.try_shutdown()
+        # While Python ends, which gives every other handler up.
+        _handle_signals(signal.SIG_IGN)
+    return 0
+
+
+def _on_signal() -> Future:
+    """
+    Return what is done when Ctrl-C, or SIGTERM, comes, and keep these from doing more.
+
+    Left to themselves, rclpy would shut its context down while nodes are at work, and
+    Python raise KeyboardInterrupt between any two lines. Here they wake a thread, at
+    once, also while the main thread waits in C; and however often somebody presses
+    Ctrl-C, the cleaning up runs to its end.
+    """
+    ended = Future()
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
+    signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
+    _handle_signals(lambda *_: None)
+
+    def wait() -> None:
+        os.read(read_end, 1)
+        ended.set_result(None)
+
+    threading.Thread(target=wait, name='signals', daemon=True).start()
+    return ended
+
+
+def _handle_signals(handler: Any) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+
+
+def _init(argv: Sequence[str] | None) -> None:
+    try:
+        rclpy.init(args=None if argv is None else list(argv),
+                   signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        raise BadInput(_sentence(error)) from error
+
+
+def _sentence(error: Exception) -> str:
+    """Return what rcl has to say, without the places in its source."""
+    text = str(error).split(', at /')[0]
+    # Of arguments that it does not know it gives no more than the list.
+    return f'unknown ROS arguments {text}' if text.startswith('[') else text
+
+
+def spin(node: Node, ended: Future, seconds: float | None = None) -> None:
+    """Serve a node until something is done or so many seconds have passed; then destroy it."""
+    with _executor_of(node) as executor:
+        executor.spin_until_future_complete(ended, seconds)
+
+
+@contextmanager
+def spun_in_background(node: Node) -> Iterator[None]:
+    """Serve a node in a thread of its own, meanwhile; then destroy it."""
+    done = Future()
+    with _executor_of(node) as executor:
+        thread = threading.Thread(
+            target=executor.spin_until_future_complete, args=(done,), name=node.get_name())
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set_result(None)
+            thread.join()
+
+
+@contextmanager
+def _executor_of(node: Node) -> Iterator[SingleThreadedExecutor]:
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    try:
+        yield executor
+    finally:
+        executor.shutdown()
+        node.destroy_node()

@@ -1,0 +1,153 @@
+"""Static transforms from a command line or a file: tf2's program, and many at once."""
+
+from argparse import SUPPRESS
+from collections.abc import Sequence
+import secrets
+import sys
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.task import Future
+from tf_tree_py.ros import StaticTransformBroadcaster
+from tf_tree_py.ros.convert import transform_stamped
+
+from .bad_input import BadInput, number
+from .running import Parser, run, spin
+from .static_transforms import (
+    ANGLES,
+    FRAMES,
+    from_words,
+    from_yaml,
+    QUATERNION,
+    StaticTransform,
+    TRANSLATION,
+)
+
+NAME = 'static_transform_publisher'
+
+_USAGE = """\
+static_transform_publisher [--x X] [--y Y] [--z Z]
+           [--qx QX] [--qy QY] [--qz QZ] [--qw QW | --roll ROLL --pitch PITCH --yaw YAW]
+           --frame-id PARENT --child-frame-id CHILD
+       static_transform_publisher --yaml FILE"""
+
+_DESCRIPTION = """\
+Publishes transforms that never change on /tf_static, also to whoever comes later.
+
+The transform takes coordinates in the child frame to coordinates in the parent: it is
+where the child is, seen from the parent. What is not given is zero, and qw one."""
+
+_EPILOG = """\
+Such a file says the same with the same words, as often as there are transforms:
+
+  transforms:
+    - {frame_id: base_link, child_frame_id: camera, x: 0.25, z: 0.5, pitch: 0.26}
+    - {frame_id: base_link, child_frame_id: lidar, z: 0.7, qz: 0.6, qw: 0.8}
+
+The old forms of tf2 still work, and warn: X Y Z YAW PITCH ROLL PARENT CHILD (mind the
+order of the angles), and X Y Z QX QY QZ QW PARENT CHILD."""
+
+_OLD_FORMS = {
+    8: (*TRANSLATION, 'yaw', 'pitch', 'roll', *FRAMES),
+    9: (*TRANSLATION, *QUATERNION, *FRAMES),
+}
+_OLD_FORM_WARNING = 'Old-style arguments are deprecated; see --help for new-style arguments'
+
+
+class StaticTransformPublisher(Node):
+    """Publishes transforms once, and stays for those who come later."""
+
+    def __init__(self, transforms: Sequence[StaticTransform], **node_options: Any) -> None:
+        """
+        Publish.
+
+        :param transforms: at least one, each child once.
+        :param node_options: as rclpy's ``Node`` takes them.
+        """
+        # As in tf2, many of these may run without anybody giving them names.
+        super().__init__(f'{NAME}_{secrets.token_hex(8)}', **node_options)
+        stamp = self.get_clock().now().nanoseconds
+        self._broadcaster = StaticTransformBroadcaster(self)
+        self._broadcaster.sendTransform([
+            transform_stamped(parent, child, stamp, pose) for parent, child, pose in transforms])
+        self.get_logger().info('Spinning until stopped - publishing\n'
+                               + '\n'.join(map(str, transforms)))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the executable; return its exit status."""
+    parser = _parser()
+    flags, positional = _split(parser.own_arguments(argv))
+    words = vars(parser.parse_args(flags))
+    path = words.pop('yaml', None)
+    if path is not None and (words or positional):
+        parser.error('--yaml comes alone')
+    if positional:
+        if words:
+            parser.error('cannot specify both new-style (flags) and old-style (arguments)')
+        words = _old_words(parser, positional)
+    try:
+        transforms = [from_words(words)] if path is None else from_yaml(path)
+    except BadInput as error:
+        parser.error(str(error))
+    return run(NAME, argv, lambda ended: _work(ended, transforms, bool(positional)))
+
+
+def _work(ended: Future, transforms: Sequence[StaticTransform], old_form: bool) -> None:
+    node = StaticTransformPublisher(transforms)
+    if old_form:
+        node.get_logger().warning(_OLD_FORM_WARNING)
+    spin(node, ended)
+
+
+def _parser() -> Parser:
+    parser = Parser(NAME, _DESCRIPTION, _EPILOG, usage=_USAGE, argument_default=SUPPRESS)
+    for names, meaning in (
+            (TRANSLATION, 'of the translation, metres'),
+            (QUATERNION, 'of the rotation, a quaternion of any length but zero'),
+            (ANGLES, 'of the rotation, radians: roll about x first, then pitch, then yaw')):
+        for name in names:
+            parser.add_argument(f'--{name}', type=number, metavar=name.upper(), help=meaning)
+    parser.add_argument('--frame-id', metavar='PARENT', help='the parent frame')
+    parser.add_argument('--child-frame-id', metavar='CHILD', help='the child frame')
+    parser.add_argument('--yaml', metavar='FILE', help='many transforms at once, see below')
+    return parser
+
+
+def _split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """
+    Part the flags, each joined to its value, from the positional arguments of old.
+
+    argparse would take a negative number such as -1e-3 for a flag.
+    """
+    flags: list[str] = []
+    positional: list[str] = []
+    rest = iter(arguments)
+    for argument in rest:
+        if not argument.startswith('-') or _is_number(argument):
+            positional.append(argument)
+        elif argument in ('-h', '--help') or '=' in argument:
+            flags.append(argument)
+        else:
+            value = next(rest, None)
+            flags.append(argument if value is None else f'{argument}={value}')
+    return flags, positional
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _old_words(parser: Parser, positional: Sequence[str]) -> dict[str, str]:
+    names = _OLD_FORMS.get(len(positional))
+    if names is None:
+        parser.error(f'extra arguments that belong to no flag: {" ".join(positional)}')
+    return dict(zip(names, positional, strict=True))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,138 @@
+"""
+Static transforms as people write them, on a command line or in a YAML file; no ROS here.
+
+In both places the same words (``x``, ``yaw``, ``frame_id``), defaults and checks.
+"""
+
+from collections.abc import Iterable, Mapping
+import math
+from typing import Any, NamedTuple
+
+from tf_tree_py.core import BufferCore, LATEST, Pose
+
+from .bad_input import BadInput
+
+FRAMES = ('frame_id', 'child_frame_id')
+TRANSLATION = ('x', 'y', 'z')
+QUATERNION = ('qx', 'qy', 'qz', 'qw')
+ANGLES = ('roll', 'pitch', 'yaw')
+WORDS = (*FRAMES, *TRANSLATION, *QUATERNION, *ANGLES)
+
+_IN_FILE = 'transforms'
+
+
+class StaticTransform(NamedTuple):
+    """``parent_T_child``, for ever."""
+
+    parent: str
+    child: str
+    pose: Pose
+
+    def __str__(self) -> str:
+        return f'{self.parent} -> {self.child}: {self.pose}'
+
+
+def from_words(words: Mapping[str, Any]) -> StaticTransform:
+    """
+    Return the transform that words describe.
+
+    As in tf2: what is not given is zero, and qw one; any quaternion that is not all
+    zero will do, and is normalised.
+
+    :param words: some of ``WORDS`` and what each is.
+    :raises BadInput: it is none.
+    """
+    for word in words:
+        if word not in WORDS:
+            raise BadInput(f'{word!r} is not known: there are {", ".join(WORDS)}')
+    parent, child = (_frame(word, words.get(word)) for word in FRAMES)
+    if parent == child:
+        raise BadInput(f'the frame id and the child frame id are both {parent!r}')
+    translation = [_number(word, words.get(word, 0.0)) for word in TRANSLATION]
+    angles = [_number(word, words.get(word, 0.0)) for word in ANGLES]
+    quaternion = [_number(word, words.get(word, float(word == 'qw'))) for word in QUATERNION]
+    if not words.keys() & set(ANGLES):
+        if not any(quaternion):
+            raise BadInput('the quaternion is all zero; no rotation is 0 0 0 1')
+        return StaticTransform(parent, child, Pose.from_parts(translation, quaternion))
+    if words.keys() & set(QUATERNION):
+        raise BadInput('a rotation is either qx qy qz qw or roll pitch yaw, not both')
+    return StaticTransform(parent, child, Pose.from_xyz_rpy(*translation, *angles))
+
+
+def _frame(word: str, value: object) -> str:
+    word = word.replace('_', ' ')
+    if value is None:
+        raise BadInput(f'the {word} is not given')
+    if not isinstance(value, str):
+        raise BadInput(f'the {word} is {value!r}, which to YAML is no string: put it in quotes')
+    # A listener strips it too: old launch files still have it.
+    name = value.removeprefix('/')
+    if not name:
+        raise BadInput(f'the {word} is empty')
+    return name
+
+
+def _number(word: str, value: object) -> float:
+    # Some YAML readers take 1e-3 for a string, and 'true' is 1 to Python.
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise BadInput(f'{word} is {value!r}, which is no finite number')
+    return number
+
+
+def from_yaml(path: str) -> list[StaticTransform]:
+    """
+    Return the transforms that a file lists.
+
+    :raises BadInput: the file cannot be read, or what it says cannot be.
+    """
+    content = _load(path)
+    items = content.get(_IN_FILE) if isinstance(content, Mapping) else None
+    if not isinstance(items, list) or not items or len(content) > 1:
+        raise BadInput(f'{path} has to be a list with the name {_IN_FILE}, and nothing else')
+    return _consistent([_from_item(f'{path}, transform {i}', item)
+                        for i, item in enumerate(items, start=1)], path)
+
+
+def _load(path: str) -> Any:
+    try:
+        import yaml
+    except ModuleNotFoundError:
+        raise BadInput(
+            'reading YAML needs PyYAML: apt install python3-yaml, or pip install pyyaml') from None
+    try:
+        with open(path, encoding='utf-8') as file:
+            return yaml.safe_load(file)
+    except OSError as error:
+        raise BadInput(f'{path} cannot be read: {error.strerror}') from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise BadInput(f'{path} is not YAML: {" ".join(str(error).split())}') from error
+
+
+def _from_item(where: str, item: object) -> StaticTransform:
+    if not isinstance(item, Mapping):
+        raise BadInput(f'{where}: {item!r} has to be words and values, such as x: 1.0')
+    try:
+        return from_words(item)
+    except BadInput as error:
+        raise BadInput(f'{where}: {error}') from error
+
+
+def _consistent(transforms: Iterable[StaticTransform], path: str) -> list[StaticTransform]:
+    """Return transforms that may stand in one tree: each child once, and no loop."""
+    tree = BufferCore()
+    taken: dict[str, StaticTransform] = {}
+    for transform in transforms:
+        parent, child, pose = transform
+        if child in taken:
+            raise BadInput(f'{path}: {child!r} is there twice, under {taken[child].parent!r} and '
+                           f'under {parent!r}; a frame has one parent')
+        refused = tree.insert(parent, child, LATEST, pose, authority=path, static=True)
+        if refused:
+            raise BadInput(f'{path}: {parent!r} -> {child!r} {refused[0].kind.value}')
+        taken[child] = transform
+    return list(taken.values())
