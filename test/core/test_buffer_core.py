@@ -352,6 +352,17 @@ def test_frame_that_changes_parents_is_where_it_was_then(seconds, where):
     assert found == pytest.approx(at(*where), abs=1e-6)
 
 
+def test_latest_goes_the_way_that_was_right_at_the_common_time():
+    buffer = BufferCore()
+    buffer.insert('room', 'table', 0, at(x=5.0), static=True)
+    buffer.insert('table', 'box', 10, at(z=1.0))
+    buffer.insert('gripper', 'box', 30, at(z=-1.0))
+    for stamp in (10, 25):
+        buffer.insert('room', 'gripper', stamp, at(y=7.0))
+    # By the newest samples the box is in the gripper, which is known until 25: at 25 it was not.
+    assert buffer.lookup_stamped('room', 'box') == (25, at(x=5.0, z=1.0))
+
+
 def test_path_is_found_anew_for_every_stamp_of_a_changing_tree():
     buffer = carried_box()
     for seconds, parent in ((15, 'table'), (25, 'gripper'), (15, 'table'), (35, 'table')):

@@ -137,7 +137,21 @@ def test_batch_that_names_a_child_twice_is_taken_in_its_order():
     buffer = BufferCore()
     buffer.insert('table', 'box', 1, Pose())
     buffer.insert_batch(Batch(edges, [2, 2], np.array([Pose(), Pose()])))
-    assert [(edge.parent, edge.child) for edge in buffer.edges()] == [('table', 'box')]
+    (edge,) = buffer.edges()
+    assert (edge.parent, edge.child, edge.samples) == ('table', 'box', 3)
+    assert buffer.statistics().accepted == 3
+
+
+def test_batch_goes_on_after_one_that_needs_a_closer_look():
+    edges = (('a', 'a'), ('a', 'b'), ('new', 'a'), ('b', 'c'))
+    buffer = BufferCore()
+    for parent, child in ('ab', 'bc'):
+        buffer.insert(parent, child, 1, Pose())
+    (incident,) = buffer.insert_batch(Batch(edges, [2] * 4, np.array([Pose(5.0)] * 4)))
+    assert incident.kind is Kind.SELF_EDGE
+    assert {edge.child: (edge.samples, edge.latest) for edge in buffer.edges()} == {
+        'b': (2, 2), 'a': (1, 2), 'c': (2, 2)}
+    assert buffer.lookup('new', 'c') == Pose(15.0)
 
 
 def answer(buffer, target, source):

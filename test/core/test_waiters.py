@@ -88,8 +88,11 @@ class WatchedDeadline:
 
     def __init__(self):
         self.sleeping = queue.Queue()
+        self.was_set_before = False
 
     def wait(self, event):
+        # Nothing arrives in these tests before the thread sleeps.
+        self.was_set_before |= event.is_set()
         self.sleeping.put(True)
         return event.wait(LONG_S)
 
@@ -136,6 +139,7 @@ class Asker:
     def joined(self):
         self.thread.join(LONG_S)
         assert not self.thread.is_alive()
+        assert not self.deadline.was_set_before, 'woken without a reason'
         return self.result
 
 
@@ -200,6 +204,20 @@ def test_only_those_whose_stamp_was_reached_are_woken(buffer):
     buffer.insert('map', 'base', 20 * SECOND, Pose(3.0))
     assert [askers[i].joined() for i in (0, 2)] == [Pose(3.0)] * 2
     assert [asker.tries for asker in askers] == [2] * 4
+
+
+def test_next_sample_of_a_frame_that_once_changed_parents_wakes_nobody_else(buffer):
+    buffer.insert('map', 'box', 10 * SECOND, Pose(1.0))
+    buffer.insert('base', 'box', 11 * SECOND, Pose(1.0))
+    asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
+    buffer.insert('base', 'box', 12 * SECOND, Pose(1.0))
+    assert len(buffer._waiters) == 1
+    # That it changes again concerns all.
+    buffer.insert('map', 'box', 13 * SECOND, Pose(1.0))
+    asker.sleeps()
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert asker.joined() == Pose(2.0)
+    assert asker.tries == 3
 
 
 def test_late_sample_wakes_who_waits_for_an_older_stamp(buffer):

@@ -109,7 +109,7 @@ class Line:
 
     @property
     def meaning(self) -> str:
-        """What the distance tells."""
+        """Say what the distance tells."""
         if self.told:
             return 'that is what it cost'
         return 'that is what 100 ms cost' if self.latest else 'the latest would have cost that'

@@ -117,12 +117,12 @@ class DynamicHistory:
 
     @property
     def fixed_parent(self) -> bool:
-        """Whether all samples name one parent, so that a path through it can be kept."""
+        """Return whether all samples name one parent, so that a path through it can be kept."""
         return self._parents is None
 
     @property
     def oldest_stamp(self) -> int | None:
-        """The oldest stamp in the window, nanoseconds; None while there is no sample."""
+        """Return the oldest stamp in the window, nanoseconds; None while there is no sample."""
         return self._stamps[self._start] if self._stamps else None
 
     def append(self, stamp: int, pose: bytes) -> bool:

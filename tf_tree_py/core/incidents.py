@@ -42,7 +42,7 @@ class Incident:
 
     @property
     def refused(self) -> bool:
-        """Whether the transform was not taken."""
+        """Return whether the transform was not taken."""
         return self.kind not in REMARKS
 
     def __str__(self) -> str:
@@ -67,5 +67,5 @@ class Statistics:
 
     @property
     def refused(self) -> int:
-        """Transforms not taken, of all kinds."""
+        """Return how many transforms were not taken, of all kinds."""
         return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)

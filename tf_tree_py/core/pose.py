@@ -74,12 +74,12 @@ class Pose(NamedTuple):
 
     @property
     def translation(self) -> Vector3:
-        """The origin of the source frame in the target frame, metres."""
+        """Return the origin of the source frame in the target frame, metres."""
         return self[:3]
 
     @property
     def rotation(self) -> Quaternion:
-        """The unit quaternion, x y z w."""
+        """Return the unit quaternion, x y z w."""
         return self[3:]
 
     def as_matrix(self) -> Array:

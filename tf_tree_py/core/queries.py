@@ -55,7 +55,7 @@ class Queries:
 
     @property
     def cache_time(self) -> int:
-        """How much history each edge keeps, nanoseconds."""
+        """Return how much history each edge keeps, nanoseconds."""
         return self._tree.cache_time
 
     # --- one pose

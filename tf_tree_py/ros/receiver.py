@@ -76,7 +76,7 @@ class Receiver:
 
     @property
     def context(self) -> Context:
-        """The context that it ends with."""
+        """Return the context that it ends with."""
         return self._node.context
 
     def wake(self) -> None:
