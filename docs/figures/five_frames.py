@@ -7,15 +7,14 @@ python docs/figures/five_frames.py (needs matplotlib; no ROS)
 from pathlib import Path
 
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 import numpy as np
 from tf_tree_py.core import BufferCore, Pose
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.nodes.five_frame_motion import FiveFrameMotion
 
-matplotlib.use('Agg')
 matplotlib.rcParams['svg.hashsalt'] = 'tf_tree_py'
-
-import matplotlib.pyplot as plt  # noqa: E402
 
 NOW = from_seconds(26.5)
 IMAGES = Path(__file__).parents[1] / 'images'
@@ -34,7 +33,7 @@ def recorded(motion: FiveFrameMotion) -> BufferCore:
     return buffer
 
 
-def draw_axes(axes: plt.Axes, name: str, world_T_frame: Pose) -> None:
+def draw_axes(axes: Axes, name: str, world_T_frame: Pose) -> None:
     """Draw a frame's x (solid) and y (dashed) axis, and its name."""
     origin = np.array(world_T_frame.translation)
     for unit, style in (((0.25, 0.0, 0.0), '-'), ((0.0, 0.25, 0.0), (0, (2, 1)))):
@@ -48,7 +47,8 @@ def main() -> None:
     """Write the picture, as SVG and as PNG."""
     buffer = recorded(FiveFrameMotion())
     stamps = np.arange(NOW - from_seconds(7.9), NOW + 1, from_seconds(0.02))
-    figure, axes = plt.subplots(figsize=(6.4, 4.6))
+    figure = Figure(figsize=(6.4, 4.6))
+    axes = figure.subplots()
     for frame, style, width in (('base_link', '-', 2.2), ('gripper', ':', 1.6)):
         track = buffer.lookup_many('world', frame, stamps)
         axes.plot(track[:, 0], track[:, 1], style, color='0.6', lw=width,

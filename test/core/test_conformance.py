@@ -20,36 +20,36 @@ class Replay:
     """One buffer, and the recording's operations as calls on it."""
 
     def run(self, operation):
-        return getattr(self, operation['op'])(operation)
+        return getattr(self, 'run_' + operation['op'])(operation)
 
-    def new(self, operation):
+    def run_new(self, operation):
         self.buffer = BufferCore(operation['cache_time'])
 
-    def set(self, operation):
+    def run_set(self, operation):
         self.buffer.insert(operation['parent'], operation['child'], operation['stamp'],
                            pose_of(operation), authority=operation['authority'],
                            static=operation['static'])
 
-    def clear(self, operation):
+    def run_clear(self, operation):
         self.buffer.clear()
 
-    def lookup(self, operation):
+    def run_lookup(self, operation):
         return self.buffer.lookup_stamped(
             operation['target'], operation['source'], operation['time'])
 
-    def lookup_full(self, operation):
+    def run_lookup_full(self, operation):
         return self.buffer.lookup_full_stamped(
             operation['target'], operation['target_time'], operation['source'],
             operation['source_time'], operation['fixed'])
 
-    def can(self, operation):
+    def run_can(self, operation):
         try:
-            self.lookup(operation)
+            self.run_lookup(operation)
         except TransformException:
             return False
         return True
 
-    def latest_common_time(self, operation):
+    def run_latest_common_time(self, operation):
         return self.buffer.latest_common_time(operation['target'], operation['source'])
 
 
