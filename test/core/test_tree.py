@@ -278,6 +278,23 @@ def test_one_publisher_may_change_the_parent_without_a_word():
     assert buffer.lookup('gripper', 'box') == place(1)
 
 
+def test_frame_that_goes_back_and_forth_is_told_once_though_nobody_knows_who_sent_what():
+    buffer = BufferCore()
+    chain(buffer, ['table', 'box'], authority='one of /slam, /vision')
+    told = [buffer.insert(parent, 'box', 2 + number, place(1), authority='one of /slam, /vision')
+            for number, parent in enumerate(['gripper', 'table', 'gripper', 'table'])]
+    assert [len(incidents) for incidents in told] == [0, 1, 0, 0]
+    assert told[1][0].kind is Kind.SECOND_PARENT
+    assert "'one of /slam, /vision' says that its parent is 'gripper'" in str(told[1][0])
+
+
+def test_one_publisher_may_hand_a_frame_back_and_forth_without_a_word():
+    buffer = BufferCore()
+    chain(buffer, ['table', 'box'], authority='tracker')
+    for number, parent in enumerate(['gripper', 'table', 'gripper', 'table']):
+        assert not buffer.insert(parent, 'box', 2 + number, place(1), authority='tracker')
+
+
 def test_refused_old_sample_is_no_second_parent():
     buffer = BufferCore(10)
     buffer.insert('table', 'box', 100, place(1), authority='vision')

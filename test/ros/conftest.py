@@ -10,7 +10,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from ros_helpers import SimClock, Talker
+from ros_helpers import PATIENCE_S, SimClock, Talker
 from tf_tree_py import Buffer, TransformListener
 
 # What rclpy.init reads, here and in the processes that tests start.
@@ -21,8 +21,10 @@ os.environ['ROS_DOMAIN_ID'] = str(101 + os.getpid() % 100)
 @pytest.fixture(autouse=True)
 def no_thread_is_left():
     yield
-    left = [thread.name for thread in threading.enumerate() if 'receiver' in thread.name]
-    assert not left
+    for thread in threading.enumerate():
+        if thread.name.endswith(' receiver'):
+            thread.join(PATIENCE_S)
+            assert not thread.is_alive()
 
 
 @pytest.fixture

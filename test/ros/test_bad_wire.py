@@ -205,6 +205,28 @@ def test_two_publishers_that_fight_over_a_frame_are_told_once(node, make_node, l
         assert words in log()
 
 
+def test_fight_on_one_topic_is_told_once_with_both_names(node, make_node, listen, log):
+    buffer = listen(node)
+    odometry, slam = Talker(make_node('odometry')), Talker(make_node('slam'))
+    odometry.send(message(transform('odom', 'wheel', 1.0)))
+    slam.send(message(transform('map', 'table', 1.0)))
+    until(lambda: _both_are_known(buffer, odometry))
+    for i in range(3):
+        odometry.send(message(transform('odom', 'base', 1.0 + i)))
+        buffer.lookup_transform('odom', 'base', at(1.0 + i), PATIENCE)
+        slam.send(message(transform('map', 'base', 1.5 + i)))
+        buffer.lookup_transform('map', 'base', at(1.5 + i), PATIENCE)
+    assert incidents(buffer) == {Kind.SECOND_PARENT: 1}
+    until(lambda: 'two publishers' in log())
+    assert 'one of /odometry, /slam' in log()
+
+
+def _both_are_known(buffer, talker):
+    """Send until the listener has asked the graph anew, and return whether it names both."""
+    talker.send(message(transform('odom', 'wheel', 2.0)))
+    return any('one of' in edge.authority for edge in buffer.edges())
+
+
 def test_everything_wrong_in_one_message_costs_nothing_else(buffer, talker):
     send_and_settle(talker, buffer, message(
         transform('map', 'a', x=1.0), with_numbers('b', x=NAN), transform('', 'c'),

@@ -472,3 +472,12 @@ def test_closed_listeners_buffer_still_tells_who_sent_what(node, talker):
         buffer.lookup_transform('base', 'camera', LATEST, PATIENCE)
         until(lambda: authority_of(buffer, 'camera') == '/talking')
     assert authority_of(buffer, 'camera') == '/talking'
+
+
+@pytest.mark.parametrize('spin_thread', [True, False])
+def test_listing_still_works_when_ros_has_shut_down(context, node, spin_thread):
+    buffer = Buffer()
+    TransformListener(buffer, node, spin_thread=spin_thread)
+    buffer.set_transform(transform('map', 'base'), 'unknown publisher of /tf')
+    context.shutdown()
+    assert authority_of(buffer, 'base') == 'unknown publisher of /tf'

@@ -241,6 +241,10 @@ class DynamicHistory:
         twin._oldest_expires = self._oldest_expires
         return twin
 
+    def has_named(self, parent: str) -> bool:
+        """Return whether a stored sample names a parent."""
+        return parent == self.parent or parent in (self._parents or ())
+
     def _check_span(self, stamp: int) -> None:
         """Raise unless the stored span holds a stamp."""
         stamps = self._stamps

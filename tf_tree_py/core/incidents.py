@@ -5,6 +5,7 @@ Nothing here raises: a listener must survive whatever comes off the wire. What
 happened is told as an ``Incident`` to whoever inserted, and counted.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -26,6 +27,19 @@ class Kind(Enum):
 
 
 REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED})
+
+
+_ONE_OF = 'one of '
+
+
+def one_of(names: Collection[str]) -> str:
+    """Return the authority of what any of several publishers may have sent."""
+    return next(iter(names)) if len(names) == 1 else _ONE_OF + ', '.join(sorted(names))
+
+
+def is_ambiguous(authority: str) -> bool:
+    """Return whether an authority names several publishers, of which one it was."""
+    return authority.startswith(_ONE_OF)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from .errors import (
     LookupException,
 )
 from .history import DynamicHistory, History, pack_pose, POSE_BYTES, StaticHistory
-from .incidents import Incident, Kind
+from .incidents import Incident, is_ambiguous, Kind
 from .path import Path
 from .sample import Batch, is_sound, Sample
 from .se3 import PoseTuple
@@ -97,7 +97,6 @@ class Tree:
             return kept[1]
         if len(self._known) >= _MAX_KNOWN:
             self._known.clear()
-        self._steps.clear()
         known = []
         for parent, child in edges:
             history = self.histories.get(child)
@@ -227,8 +226,8 @@ class Tree:
                 Kind.KIND_CHANGE, parent, child, stamp, authority,
                 f'it was {before} from {history.authority!r} and is now {now}; '
                 'what was stored of it is gone'))
-        if (history.parent != parent and history.authority != authority
-                and (child, parent) not in self._fights):
+        if history.parent != parent and (child, parent) not in self._fights and (
+                history.authority != authority or _goes_back(history, parent, authority)):
             self._fights |= {(child, parent), (child, history.parent)}
             remarks.append(Incident(
                 Kind.SECOND_PARENT, parent, child, stamp, authority,
@@ -413,6 +412,12 @@ class Tree:
             del self.frames[frame]
         self._structure_changed()
         return True
+
+
+def _goes_back(history: History, parent: str, authority: str) -> bool:
+    """Return whether a frame returns to a parent and several publishers may be behind it."""
+    return (is_ambiguous(authority) and isinstance(history, DynamicHistory)
+            and history.has_named(parent))
 
 
 def _parent_of(history: History | None, stamp: int) -> str | None:

@@ -6,6 +6,7 @@ import time
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
+from tf_tree_py.core.incidents import one_of
 
 _REFRESH_S = 1.0
 _RETRY_S = 0.05
@@ -34,8 +35,8 @@ class Authority:
     def name(self) -> str:
         """Return the publisher's full node name, or all candidates."""
         now = time.monotonic()
-        if now >= self._ask_at:
-            # Once the listener is closed, the last answer stands.
+        # Once the listener is closed, or ROS has shut down, the last answer stands.
+        if now >= self._ask_at and self._node.context.ok():
             with suppress(InvalidHandle):
                 self._name = self._ask()
             self._ask_at = now + (_RETRY_S if self._name == self.placeholder else _REFRESH_S)
@@ -48,4 +49,4 @@ class Authority:
         }
         if not names or _UNNAMED in names:
             return self.placeholder
-        return names.pop() if len(names) == 1 else 'one of ' + ', '.join(sorted(names))
+        return one_of(names)

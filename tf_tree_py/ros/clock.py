@@ -7,7 +7,7 @@ import threading
 import time
 import weakref
 
-from rclpy.clock import Clock, ClockChange, JumpThreshold, ROSClock, TimeJump
+from rclpy.clock import Clock, ClockChange, JumpHandle, JumpThreshold, ROSClock, TimeJump
 from rclpy.context import Context
 from rclpy.duration import Duration
 from tf_tree_py.core.stamp import as_seconds
@@ -30,7 +30,9 @@ class ClockWatch:
         self._lock = threading.Lock()
         self._clocks: list[tuple[Clock, Context | None]] = []
         self._clock: tuple[Clock | None, Context | None] = (None, None)
-        self._unregister: weakref.finalize | None = None
+        self._handles: list[JumpHandle] = []
+        # A clock has no more than a bare pointer to its handle, which dies with us.
+        weakref.finalize(self, _unregister, self._handles).atexit = False
         self._sleepers: dict[threading.Event, float] = {}
         self.released = 0
         """How often ``release`` was called."""
@@ -71,16 +73,12 @@ class ClockWatch:
 
     def _attend(self) -> None:
         """Be called by the newest clock alone, so that a jump is told once."""
-        if self._unregister is not None:
-            self._unregister()
-            self._unregister = None
+        _unregister(self._handles)
         self._clock = self._clocks[-1] if self._clocks else (None, None)
         clock = self._clock[0]
         if clock is not None:
-            handle = clock.create_jump_callback(_EVERY_TICK, post_callback=_weakly(self._on_tick))
-            # The clock keeps a bare pointer to the handle, which must not die before.
-            self._unregister = weakref.finalize(self, handle.unregister)
-            self._unregister.atexit = False
+            self._handles.append(clock.create_jump_callback(
+                _EVERY_TICK, post_callback=_weakly(self._on_tick)))
         self._wake_until(math.inf)
 
     def _on_tick(self, jump: TimeJump) -> None:
@@ -151,6 +149,11 @@ class ClockDeadline:
             return False
         self._now = self._watch.simulated_now()
         return self._now is None or self._now >= self._end
+
+
+def _unregister(handles: list[JumpHandle]) -> None:
+    while handles:
+        handles.pop().unregister()
 
 
 def _weakly(method: Callable[[TimeJump], None]) -> Callable[[TimeJump], None]:
