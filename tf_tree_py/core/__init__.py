@@ -1,6 +1,8 @@
 """The transform tree without ROS: poses, histories, the tree and its buffer."""
 
+from . import se3
 from .buffer_core import BufferCore
+from .deskew import deskew
 from .errors import (
     ClockJumpException,
     ConnectivityException,
@@ -20,21 +22,23 @@ from .sample import Sample
 from .stamp import LATEST
 
 __all__ = [
-    'LATEST',
     'BufferCore',
     'ClockJumpException',
     'ConnectivityException',
+    'deskew',
     'EdgeInfo',
     'ExtrapolationException',
     'FutureExtrapolationException',
     'Incident',
     'InvalidArgumentException',
     'Kind',
+    'LATEST',
     'LookupException',
     'NoDataException',
     'PastExtrapolationException',
     'Pose',
     'Sample',
+    'se3',
     'Snapshot',
     'Statistics',
     'TimeoutException',
