@@ -26,14 +26,10 @@ class Path:
 
     __slots__ = ('fixed', '_source_parts', '_target_parts', '_dynamic')
 
-    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
-                 fixed: bool) -> None:
-        """
-        Take the edges of both branches, each from the leaf up to the meeting point.
-
-        :param fixed: every edge that was climbed has one parent for ever.
-        """
-        self.fixed = fixed
+    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History]) -> None:
+        """Take the edges of both branches, each from the leaf up to the meeting point."""
+        # Edges above the meeting point do not matter: where these edges lead, they meet.
+        self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
         self._dynamic = tuple(edge for edge in (*source_edges, *target_edges)

@@ -153,6 +153,18 @@ class Queries:
             return stamp
         return self._tree.histories[frame].latest_stamp or LATEST
 
+    def frames_between(self, target_frame: str, source_frame: str,
+                       stamp: int = LATEST) -> list[str]:
+        """
+        Return the frames from the source up to the common ancestor and down to the target.
+
+        Both ends are among them. Raises as ``lookup`` does.
+        """
+        with self._lock:
+            if target_frame == source_frame:
+                return [source_frame]
+            return self._tree.frames_between(target_frame, source_frame, stamp)
+
     # --- many poses
 
     @overload

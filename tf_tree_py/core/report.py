@@ -33,6 +33,29 @@ def as_string(edges: Iterable[EdgeInfo]) -> str:
     return ''.join(f'Frame {edge.child} exists with parent {edge.parent}.\n' for edge in edges)
 
 
+def as_dot(edges: Iterable[EdgeInfo]) -> str:
+    """Return the tree as a graph in DOT, an arrow from each parent to its child."""
+    lines = [
+        f'  {_quoted(edge.parent)} -> {_quoted(edge.child)} [label={_quoted(_dot_label(edge))}];\n'
+        for edge in edges
+    ]
+    return 'digraph G {\n' + (''.join(lines) or '  "no tf data received";\n') + '}\n'
+
+
+def _dot_label(edge: EdgeInfo) -> str:
+    if edge.static:
+        return f'Broadcaster: {edge.authority}\nstatic'
+    return (f'Broadcaster: {edge.authority}\nAverage rate: {rate_hz(edge):.3f} Hz\n'
+            f'Most recent transform: {as_seconds(edge.latest):.6f}\n'
+            f'Buffer length: {as_seconds(edge.latest - edge.oldest):.3f} s')
+
+
+def _quoted(text: str) -> str:
+    """Return a quoted ID of DOT: backslashes and quotes escaped, line ends as \\n."""
+    escaped = text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', '\\n')
+    return f'"{escaped}"'
+
+
 def rate_hz(edge: EdgeInfo) -> float:
     """Return the samples a second of an edge, as tf2 counts them."""
     return edge.samples / max(as_seconds(edge.latest - edge.oldest), _SHORTEST_SPAN_S)

@@ -283,13 +283,29 @@ class Tree:
         return 'Known: ' + ', '.join(names[:12]) + more
 
     def _find_path(self, target: str, source: str, stamp: int) -> Path:
+        source_edges, target_edges, _ = self._climb_both(target, source, stamp)
+        return Path(source_edges, target_edges)
+
+    def frames_between(self, target: str, source: str, stamp: int) -> list[str]:
+        """
+        Return the frames from the source up to the meeting point and down to the target.
+
+        Parameters and errors are those of ``path``.
+        """
+        self.check_frame('target_frame', target)
+        self.check_frame('source_frame', source)
+        return self._climb_both(target, source, stamp)[2]
+
+    def _climb_both(self, target: str, source: str, stamp: int
+                    ) -> tuple[list[History], list[History], list[str]]:
+        """Return the edges of both branches below their meeting point, and all frames."""
         source_edges, source_frames = self._climb(source, stamp, (target,))
         target_edges, target_frames = self._climb(target, stamp, set(source_frames))
-        fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         if target_frames[-1] not in source_frames:
             raise self._not_joined(target_frames, source_frames, stamp)
         meeting = source_frames.index(target_frames[-1])
-        return Path(source_edges[:meeting], target_edges, fixed)
+        frames = [*source_frames[:meeting], *reversed(target_frames)]
+        return source_edges[:meeting], target_edges, frames
 
     def _climb(self, frame: str, stamp: int, stop: Container[str]
                ) -> tuple[list[History], list[str]]:
