@@ -43,6 +43,7 @@ def test_names_that_make_no_edge_are_refused(parent, child, kind, detail):
     assert (incident.authority, incident.stamp) == ('somebody', 7)
 
 
+@pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize('place', range(7))
 @pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
 def test_nan_and_infinity_are_refused_anywhere(place, bad):
@@ -52,8 +53,11 @@ def test_nan_and_infinity_are_refused_anywhere(place, bad):
     assert unit_poses(np.array([SOUND.pose, pose])) is None
 
 
+@pytest.mark.filterwarnings('error')
 def test_infinities_that_cancel_are_refused_too():
-    assert check(pose=(math.inf, -math.inf, 0.0, *SOUND.pose[3:])).kind is Kind.NOT_FINITE
+    pose = (math.inf, -math.inf, 0.0, *SOUND.pose[3:])
+    assert check(pose=pose).kind is Kind.NOT_FINITE
+    assert unit_poses(np.array([pose])) is None
 
 
 def test_all_zero_quaternion_is_refused():
@@ -111,6 +115,7 @@ names = st.sampled_from(['a', 'b', 'c', 'd', '/a', '', '/'])
 messages = st.lists(st.tuples(names, names, st.integers(0, 30), any_poses), max_size=5)
 
 
+@pytest.mark.filterwarnings('error')
 @given(st.lists(st.tuples(messages, st.sampled_from(['one', 'other']), st.booleans()), max_size=8))
 def test_batch_is_its_samples_one_after_the_other(arrivals):
     whole, single = BufferCore(10), BufferCore(10)

@@ -4,6 +4,7 @@ import time
 
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
+import numpy as np
 import pytest
 from tf_tree_py.core import (
     BufferCore,
@@ -18,10 +19,11 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.errors import ANY_STRUCTURE
+from tf_tree_py.core.sample import Batch
 from tf_tree_py.core.waiters import Waiter, Waiters
 
 SECOND = 1_000_000_000
-LONG_S = 30.0  # only a broken wait lasts as long as that
+LONG_S = 15.0  # only a broken wait lasts as long as that
 
 
 # --- the lists alone
@@ -88,13 +90,14 @@ class WatchedDeadline:
 
     def __init__(self):
         self.sleeping = queue.Queue()
-        self.was_set_before = False
+        self.was_set_before = self.has_passed = False
 
     def wait(self, event):
         # Nothing arrives in these tests before the thread sleeps.
         self.was_set_before |= event.is_set()
         self.sleeping.put(True)
-        return event.wait(LONG_S)
+        self.has_passed = not event.wait(LONG_S)
+        return not self.has_passed
 
     def elapsed_s(self):
         return 0.0
@@ -137,8 +140,9 @@ class Asker:
         return self
 
     def joined(self):
-        self.thread.join(LONG_S)
+        self.thread.join(2 * LONG_S)
         assert not self.thread.is_alive()
+        assert not self.deadline.has_passed, 'nobody woke it'
         assert not self.deadline.was_set_before, 'woken without a reason'
         return self.result
 
@@ -158,9 +162,20 @@ def test_what_is_there_is_not_waited_for(buffer):
     assert asker.deadline.sleeping.empty()
 
 
-def test_lookup_wakes_when_its_stamp_arrives(buffer):
+ARRIVAL = Sample('map', 'base', 11 * SECOND, Pose(2.0))
+
+
+@pytest.mark.parametrize('insert', [
+    lambda buffer: buffer.insert(*ARRIVAL),
+    lambda buffer: buffer.insert('/map', '/base', *ARRIVAL[2:]),
+    lambda buffer: buffer.insert_many([ARRIVAL]),
+    lambda buffer: buffer.insert_many(sample for sample in [ARRIVAL]),
+    lambda buffer: buffer.insert_batch(
+        Batch((('map', 'base'),), [11 * SECOND], np.array([Pose(2.0)]))),
+], ids=['insert', 'with slashes', 'list', 'generator', 'batch'])
+def test_lookup_wakes_when_its_stamp_arrives(buffer, insert):
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
-    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert not insert(buffer)
     assert asker.joined() == Pose(2.0)
     assert asker.tries == 2
 
@@ -310,6 +325,18 @@ def test_timeout_raises_the_querys_own_error_and_says_how_long_it_waited(
         buffer.wait_for(lambda: buffer.lookup(target, source, stamp), ExpiredDeadline())
     assert raised.value.waited_s == 1.5
     assert (raised.value.target_frame, raised.value.source_frame) == (target, source)
+
+
+def test_what_arrives_in_the_last_moment_is_still_found(buffer):
+    deadline = ExpiredDeadline()
+
+    def arrive(event):
+        buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+        return False
+
+    deadline.wait = arrive
+    assert buffer.wait_for(
+        lambda: buffer.lookup('map', 'base', 11 * SECOND), deadline) == Pose(2.0)
 
 
 def test_error_without_a_wait_says_nothing_of_one(buffer):

@@ -61,7 +61,9 @@ def test_slotted_message_equals_the_public_one(names, pose, stamp):
     public = convert.public_transform_stamped(*names, stamp, pose)
     assert slotted == public
     assert repr(slotted) == repr(public)
-    assert serialize_message(slotted) == serialize_message(public)
+    # Not byte by byte: what CDR pads with is whatever was in memory.
+    assert len(serialize_message(slotted)) == len(serialize_message(public))
+    assert deserialize_message(serialize_message(slotted), TransformStamped) == public
     assert copy.deepcopy(slotted) == public
 
 

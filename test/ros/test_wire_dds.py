@@ -97,6 +97,17 @@ def test_swapped_names_of_one_length_are_not_mixed_up():
         assert reader.read(serialized(*messages)).samples() == samples(*messages)
 
 
+def test_padding_may_hold_anything():
+    """Fast CDR leaves there what was in memory."""
+    data = serialized(transform('map', 'base_link', x=1.5))
+    gap = data.index(b'base_link\0') + len(b'base_link\0')
+    reader = WireReader()
+    for byte in (b'\0', b'\xaa', b'\xff'):
+        padded = data[:gap] + byte * 2 + data[gap + 2:]
+        assert reader.read(padded).samples() == samples(transform('map', 'base_link', x=1.5))
+    assert sum(map(len, reader._layouts.values())) == 1
+
+
 def test_thousands_of_changing_names_are_read_and_do_not_pile_up():
     reader = WireReader()
     for i in range(3000):

@@ -1,7 +1,8 @@
 """
 tf2's ``Buffer``: the core with messages, clocks and timeouts.
 
-Only translation happens here; every answer is ``BufferCore``'s.
+Only translation happens here; every answer is ``BufferCore``'s. What neither
+waits nor needs a clock is in ``core_api``.
 """
 
 from collections.abc import Callable
@@ -16,17 +17,17 @@ from rclpy.context import Context
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
-from rclpy.time import Time
 from tf2_msgs.srv import FrameGraph
-from tf_tree_py.core import EdgeInfo, report
+from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.audit import LookupAudit
-from tf_tree_py.core.buffer_core import BufferCore, DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
+from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.errors import ClockJumpException, TransformException
 from tf_tree_py.core.incidents import Incident
 
 from .authority import Authority
 from .clock import ClockDeadline, ClockWatch
 from .convert import as_nanoseconds, as_sample, transform_stamped
+from .core_api import CoreApi
 from .incident_log import IncidentLog
 
 Answer = TypeVar('Answer')
@@ -34,7 +35,7 @@ Answer = TypeVar('Answer')
 _NO_TIME = Duration()
 
 
-class Buffer(BufferCore):
+class Buffer(CoreApi):
     """
     Stores transforms and answers where one frame is in another, at a time.
 
@@ -215,10 +216,6 @@ class Buffer(BufferCore):
         return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform_full(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
-    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the newest time for which all edges between two frames have data."""
-        return Time(nanoseconds=self.latest_common_time(target_frame, source_frame))
-
     def _within(self, timeout: Any, query: Callable[[], Answer]) -> Answer:
         """Answer a query within a timeout by the buffer's clock."""
         duration = as_nanoseconds(timeout)
@@ -249,14 +246,6 @@ class Buffer(BufferCore):
                  for placeholder, authority in self._authorities.items()}
         return [edge._replace(authority=names.get(edge.authority, edge.authority))
                 for edge in edges]
-
-    def all_frames_as_yaml(self) -> str:
-        """Return what is stored of every edge, as tf2 writes it."""
-        return report.as_yaml(self.edges())
-
-    def all_frames_as_string(self) -> str:
-        """Return every frame and its parent, a line each, as tf2 writes it."""
-        return report.as_string(self.edges())
 
     def _serve_frames(self, _: FrameGraph.Request,
                       response: FrameGraph.Response) -> FrameGraph.Response:

@@ -1,0 +1,64 @@
+"""The methods of tf2_py.BufferCore, by their own names."""
+
+import pytest
+from rclpy.duration import Duration
+from rclpy.time import Time
+from tf_tree_py import Buffer, LookupException
+from tf_tree_py.ros.convert import public_transform_stamped
+
+
+@pytest.fixture
+def buffer():
+    """Return a buffer with map -> odom -> base -> arm, and a lamp on odom."""
+    buffer = Buffer()
+    for parent, child in (('map', 'odom'), ('odom', 'base'), ('base', 'arm'), ('odom', 'lamp')):
+        for sec in (1, 3):
+            message = public_transform_stamped(
+                parent, child, sec * 10**9, (sec, 0, 0, 0, 0, 0, 1))
+            assert buffer.set_transform(message, 'test')
+    return buffer
+
+
+def test_core_lookup_is_that_of_the_buffer(buffer):
+    at = Time(seconds=2)
+    assert buffer.lookup_transform_core('map', 'arm', at) == buffer.lookup_transform(
+        'map', 'arm', at)
+    assert buffer.lookup_transform_full_core('map', at, 'arm', Time(seconds=1), 'odom') == (
+        buffer.lookup_transform_full('map', at, 'arm', Time(seconds=1), 'odom', Duration()))
+
+
+def test_core_lookup_raises_at_once(buffer):
+    with pytest.raises(LookupException, match='nowhere'):
+        buffer.lookup_transform_core('map', 'nowhere', Time())
+
+
+def test_can_tells_whether_and_why_not(buffer):
+    at = Time(seconds=2)
+    assert buffer.can_transform_core('map', 'arm', at) == (True, '')
+    assert buffer.can_transform_full_core('map', at, 'arm', at, 'odom') == (True, '')
+    can, why = buffer.can_transform_core('map', 'nowhere', at)
+    assert not can
+    assert '"nowhere" passed to lookupTransform argument source_frame does not exist' in why
+    can, why = buffer.can_transform_full_core('map', at, 'arm', Time(seconds=9), 'odom')
+    assert not can
+    assert 'extrapolation into the future' in why
+
+
+def test_chain_goes_over_the_fixed_frame(buffer):
+    at = Time(seconds=2)
+    assert buffer._chain('lamp', at, 'arm', at, 'map') == [
+        'arm', 'base', 'odom', 'map', 'odom', 'lamp']
+    assert buffer._chain('lamp', at, 'arm', at, 'lamp') == ['arm', 'base', 'odom', 'lamp']
+
+
+def test_frames_are_told_apart_from_names_nobody_knows(buffer):
+    assert buffer._frameExists('lamp')
+    assert not buffer._frameExists('nowhere')
+    assert buffer._getFrameStrings() == ['odom', 'map', 'base', 'arm', 'lamp']
+
+
+def test_graph_has_an_arrow_for_each_edge(buffer):
+    dot = buffer._allFramesAsDot()
+    assert dot.startswith('digraph G {') and dot.endswith('}\n')
+    assert '"odom" -> "lamp" [label="Broadcaster: test\\nAverage rate: 1.000 Hz' in dot
+    assert dot.count('->') == 4

@@ -1,0 +1,80 @@
+"""The methods of ``tf2_py.BufferCore`` under their own names, in messages and ROS times."""
+
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.time import Time
+from tf_tree_py.core import report
+from tf_tree_py.core.buffer_core import BufferCore
+from tf_tree_py.core.errors import TransformException
+
+from .convert import as_nanoseconds, transform_stamped
+
+
+class CoreApi(BufferCore):
+    """
+    What tf2_py offers: lookups that never wait, and listings.
+
+    The names with a leading underscore are used by tf2's own tools and by people.
+    """
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str,
+                              time: Any) -> TransformStamped:
+        """Return the transform from source to target, or raise at once."""
+        stamp, pose = self.lookup_stamped(target_frame, source_frame, as_nanoseconds(time))
+        return transform_stamped(target_frame, source_frame, stamp, pose)
+
+    def lookup_transform_full_core(self, target_frame: str, target_time: Any, source_frame: str,
+                                   source_time: Any, fixed_frame: str) -> TransformStamped:
+        """Return the transform between two times, or raise at once."""
+        stamp, pose = self.lookup_full_stamped(
+            target_frame, as_nanoseconds(target_time), source_frame, as_nanoseconds(source_time),
+            fixed_frame)
+        return transform_stamped(target_frame, source_frame, stamp, pose)
+
+    def can_transform_core(self, target_frame: str, source_frame: str,
+                           time: Any) -> tuple[bool, str]:
+        """Return whether the lookup would succeed, and if not, why."""
+        try:
+            self.lookup_stamped(target_frame, source_frame, as_nanoseconds(time))
+        except TransformException as error:
+            return (False, str(error))
+        return (True, '')
+
+    def can_transform_full_core(self, target_frame: str, target_time: Any, source_frame: str,
+                                source_time: Any, fixed_frame: str) -> tuple[bool, str]:
+        """Return whether the lookup between two times would succeed, and if not, why."""
+        try:
+            self.lookup_transform_full_core(
+                target_frame, target_time, source_frame, source_time, fixed_frame)
+        except TransformException as error:
+            return (False, str(error))
+        return (True, '')
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
+        """Return the newest time for which all edges between two frames have data."""
+        return Time(nanoseconds=self.latest_common_time(target_frame, source_frame))
+
+    def all_frames_as_yaml(self) -> str:
+        """Return what is stored of every edge, as tf2 writes it."""
+        return report.as_yaml(self.edges())
+
+    def all_frames_as_string(self) -> str:
+        """Return every frame and its parent, a line each, as tf2 writes it."""
+        return report.as_string(self.edges())
+
+    def _allFramesAsDot(self, time: Any = None) -> str:
+        return report.as_dot(self.edges())
+
+    def _frameExists(self, frame_id: str) -> bool:
+        return frame_id in self.frames()
+
+    def _getFrameStrings(self) -> list[str]:
+        return self.frames()
+
+    def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+               fixed_frame: str) -> list[str]:
+        """Return the frames from the source over the fixed one to the target."""
+        to_fixed = self.frames_between(fixed_frame, source_frame, as_nanoseconds(source_time))
+        return to_fixed[:-1] + self.frames_between(
+            target_frame, fixed_frame, as_nanoseconds(target_time))
