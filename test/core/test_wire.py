@@ -9,6 +9,7 @@ import random
 import struct
 
 from hypothesis import given, strategies as st
+import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, TransformException
 from tf_tree_py.core.wire import read, WireError, WireReader
@@ -51,7 +52,8 @@ names = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']
 transforms = st.tuples(
     names, names, st.integers(-2**31, 2**31 - 1), st.integers(0, 10**9 - 1),
     st.tuples(*[st.floats(allow_nan=False)] * 7))
-messages = st.lists(transforms, max_size=5)
+# So many that both ways of keeping poses are met.
+messages = st.lists(transforms, max_size=12)
 
 
 @given(messages, st.sampled_from('<>'))
@@ -136,7 +138,7 @@ def outcome(read_message, data):
         batch = read_message(data)
     except WireError:
         return None
-    return list(batch.edges), list(batch.stamps), batch.poses.tobytes()
+    return list(batch.edges), list(batch.stamps), np.array(batch.poses).tobytes()
 
 
 def test_no_bytes_do_harm():
@@ -144,7 +146,8 @@ def test_no_bytes_do_harm():
     reader = WireReader()
     buffer = BufferCore()
     odom, base = (('map', 'odom', 10, 7, MOVED), ('odom', 'base_link', 10, 7, MOVED))
-    sound = [serialize([odom]), serialize([odom, base]), serialize([base])]
+    many = [odom, *(('odom', f'leg{number}', 10, 7, MOVED) for number in range(9))]
+    sound = [serialize(message) for message in ([odom], [odom, base], [base], many)]
     buffer.insert_batch(read(sound[1]))
     for _ in range(FUZZ_MESSAGES):
         data = mutated(rng, rng.choice(sound))

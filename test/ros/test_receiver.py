@@ -1,5 +1,7 @@
 """The thread that takes a listener's messages, with rclpy's wait set and without."""
 
+from contextlib import suppress
+import functools
 import os
 import sys
 import threading
@@ -20,7 +22,8 @@ from ros_helpers import (
     until_waiting,
 )
 from std_msgs.msg import String
-from tf_tree_py import Buffer, LookupException, TransformListener
+from tf2_msgs.msg import TFMessage
+from tf_tree_py import Buffer, LookupException, TransformException, TransformListener
 from tf_tree_py.ros import listener as listener_module, receiver as receiver_module
 from tf_tree_py.ros.receiver import HAS_WAIT_SET, Receiver
 
@@ -151,8 +154,10 @@ def test_closing_ends_the_thread_and_destroys_the_node(receive, publish):
 
 
 def test_closing_from_a_callback_does_not_wait_for_itself(receive, publish):
-    receiver = receive(topic=lambda _: receiver.close())
+    returned = threading.Event()
+    receiver = receive(topic=lambda _: (receiver.close(), returned.set()))
     publish('topic', 'x')
+    assert returned.wait(PATIENCE_S)
     assert receive.ended.wait(PATIENCE_S)
     receiver.thread.join(PATIENCE_S)
     assert not receiver.thread.is_alive()
@@ -213,6 +218,20 @@ def test_subscriptions_that_come_and_go_while_messages_pour_in(receive, publish,
     assert receiver.thread.is_alive()
 
 
+def test_subscription_that_is_destroyed_just_before_the_wait_does_no_harm(receive, publish):
+    receiver = receive(topic=lambda _: None)
+    subscription = receiver._node.create_subscription(String, 'gone', print, 1, raw=True)
+    # In the order opposite to rclpy's own, so that the receiver surely meets it.
+    subscription.destroy()
+    receiver.wake()
+    done = threading.Event()
+    receiver._node.create_subscription(String, 'last', lambda _: done.set(), 1, raw=True)
+    receiver._node.destroy_subscription(subscription)
+    receiver.wake()
+    publish('last', 'x')
+    assert done.wait(PATIENCE_S)
+
+
 # --- the listener on each of the two
 
 
@@ -221,7 +240,7 @@ def either(monkeypatch, use_wait_set):
     """Let every listener of the test use the one or the other."""
     monkeypatch.setattr(
         listener_module, 'Receiver',
-        lambda node, on_end: Receiver(node, on_end, use_wait_set=use_wait_set))
+        functools.partial(Receiver, use_wait_set=use_wait_set))
 
 
 @pytest.mark.usefixtures('either')
@@ -276,7 +295,7 @@ def test_publisher_of_another_quality_is_reported(node, make_node, listen, capfd
 
 
 def test_without_the_wait_set_an_executor_is_the_default():
-    assert Receiver.__init__.__kwdefaults__ == {'use_wait_set': receiver_module.HAS_WAIT_SET}
+    assert Receiver.__init__.__kwdefaults__['use_wait_set'] is receiver_module.HAS_WAIT_SET
 
 
 def test_two_hundred_listeners_leave_nothing_behind(make_node, context):
@@ -303,3 +322,46 @@ def test_two_hundred_listeners_leave_nothing_behind(make_node, context):
     with TransformListener(Buffer(), node) as listener:
         Talker(node).fix(transform('a', 'b'))
         listener.buffer.lookup_transform('a', 'b', LATEST, PATIENCE)
+
+
+def test_receiver_rests_between_messages_that_come_fast(make_node, context):
+    """Resting ends when somebody waits, so that this does not make anybody wait longer."""
+    buffer = Buffer()
+    rests = []
+
+    def rest(seconds):
+        rests.append(seconds)
+        buffer.sleep_until_waited_for(seconds)
+
+    home = make_node('home')
+    receiver = Receiver(home, lambda: None, rest=rest)
+    received = []
+    home.create_subscription(TFMessage, '/tf', received.append, 1000, raw=True)
+    receiver.wake()
+    talker = Talker(make_node('talker'))
+    for _ in range(300):
+        talker.send(TFMessage())
+    until(lambda: len(received) == 300)
+    receiver.close()
+    assert rests
+    assert max(rests) < 0.005
+
+
+def test_nobody_sleeps_while_somebody_waits():
+    buffer = Buffer()
+    began = threading.Event()
+
+    def wait():
+        began.set()
+        with suppress(TransformException):
+            buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    began.wait(PATIENCE_S)
+    until(lambda: len(buffer._waiters) == 1)
+    # It would sleep for an hour.
+    buffer.sleep_until_waited_for(3600.0)
+    buffer.fail_waiters(TransformException('enough'))
+    thread.join(PATIENCE_S)
+    assert not buffer._waiters.somebody.is_set()

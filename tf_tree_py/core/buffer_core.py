@@ -10,6 +10,8 @@ from copy import copy
 import threading
 from typing import TypeVar
 
+import numpy as np
+
 from .deadline import Deadline, WallDeadline
 from .errors import TransformException
 from .incidents import Incident, Statistics
@@ -79,7 +81,9 @@ class BufferCore(Queries):
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:
         """Take a whole message under one lock; see ``insert``."""
-        poses = None if static else unit_poses(batch.poses)
+        poses = None
+        if not static and isinstance(batch.poses, np.ndarray):
+            poses = unit_poses(batch.poses)
         if poses is None:
             return self.insert_many(batch.samples(), authority, static)
         packed = poses.tobytes()
@@ -186,6 +190,10 @@ class BufferCore(Queries):
         """Return ``lookup``, waiting for the data for so many seconds of wall time."""
         return self.wait_for(lambda: self.lookup(target_frame, source_frame, stamp),
                              WallDeadline(timeout_s))
+
+    def sleep_until_waited_for(self, timeout_s: float) -> None:
+        """Sleep, but not while anybody waits for data: for those who deliver it."""
+        self._waiters.somebody.wait(timeout_s)
 
     def fail_waiters(self, failure: TransformException) -> None:
         """Make everybody who waits give up with an error."""

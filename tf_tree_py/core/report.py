@@ -51,7 +51,7 @@ def _dot_label(edge: EdgeInfo) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a quoted ID of DOT: backslashes and quotes escaped, line ends as \\n."""
+    """Return a quoted ID of DOT: its backslashes, quotes and line ends escaped."""
     escaped = text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', '\\n')
     return f'"{escaped}"'
 

@@ -40,18 +40,21 @@ class Batch(NamedTuple):
 
     :ivar edges: (parent, child) of each; one object for all messages of one layout.
     :ivar stamps: of each, nanoseconds.
-    :ivar poses: (N, 7), metres and quaternion x y z w.
+    :ivar poses: of each, metres and quaternion x y z w: an array (N, 7), or, since
+        that costs more than it saves for a few, a list of tuples.
     """
 
     edges: Sequence[tuple[str, str]]
     stamps: Sequence[int]
-    poses: Array
+    poses: Array | list[PoseTuple]
 
     def samples(self) -> list[Sample]:
         """Return them one by one."""
-        return [Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw))
-                for (parent, child), stamp, (x, y, z, qx, qy, qz, qw)
-                in zip(self.edges, self.stamps, self.poses.tolist(), strict=True)]
+        poses: Any = self.poses
+        if isinstance(poses, np.ndarray):
+            poses = map(tuple, poses.tolist())
+        return [Sample(parent, child, stamp, pose) for (parent, child), stamp, pose
+                in zip(self.edges, self.stamps, poses, strict=True)]
 
 
 def checked_stamp(stamp: Any) -> int:

@@ -9,6 +9,7 @@ here; the buffer's lock guards it all.
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterable
 import itertools
+import threading
 
 from .errors import Blocker, TransformException
 
@@ -37,9 +38,12 @@ class Waiters:
 
     A waiter stands in one place at a time. Adding, removing and finding the ready
     ones cost O(log n) and a memmove, however many wait.
+
+    :ivar somebody: set while anybody waits.
     """
 
     def __init__(self) -> None:
+        self.somebody = threading.Event()
         self._lines: dict[str | None, list[_Entry]] = {}
         self._numbers = itertools.count()
 
@@ -55,6 +59,7 @@ class Waiters:
         child, stamp = blocker
         number = next(self._numbers)
         insort(self._lines.setdefault(child, []), (stamp, number, waiter))
+        self.somebody.set()
         waiter.place = (child, stamp, number)
 
     def discard(self, waiter: Waiter) -> None:
@@ -64,8 +69,7 @@ class Waiters:
         child, stamp, number = waiter.place
         line = self._lines[child]
         del line[bisect_left(line, (stamp, number))]
-        if not line:
-            del self._lines[child]
+        self._drop_if_empty(child)
         waiter.place = None
 
     def take_reached(self, child: str, latest: int) -> list[Waiter]:
@@ -85,11 +89,16 @@ class Waiters:
         line = self._lines[child]
         taken = [waiter for _, _, waiter in line[:count]]
         del line[:count]
-        if not line:
-            del self._lines[child]
+        self._drop_if_empty(child)
         for waiter in taken:
             waiter.place = None
         return taken
+
+    def _drop_if_empty(self, child: str | None) -> None:
+        if not self._lines[child]:
+            del self._lines[child]
+        if not self._lines:
+            self.somebody.clear()
 
 
 def wake_all(waiters: Iterable[Waiter]) -> None:

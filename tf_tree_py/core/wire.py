@@ -33,6 +33,8 @@ _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
 _MAX_PADDING = 7
 _MAX_LAYOUTS = 256
+# Up to so many transforms plain floats are cheaper than an array.
+_FEW = 6
 
 
 class WireError(ValueError):
@@ -87,7 +89,8 @@ def read(data: bytes) -> Batch:
 class _Layout:
     """Where the numbers of a message with these very names lie in its bytes."""
 
-    __slots__ = ('size', '_edges', '_names', '_first_name', '_unpack', '_doubles', '_poses')
+    __slots__ = ('size', '_edges', '_names', '_first_name', '_unpack', '_step', '_doubles',
+                 '_poses')
 
     def __init__(self, data: bytes, order: str, places: Sequence['_Place']) -> None:
         """
@@ -98,13 +101,16 @@ class _Layout:
         """
         self.size = len(data)
         self._edges = tuple((place.parent, place.child) for place in places)
+        # A few poses are unpacked with the rest, of many numpy takes care.
+        few = len(places) <= _FEW
+        pose, self._step = ('7d', 11) if few else (f'{POSE_BYTES}x', 4)
         fields = [f'{order}{_HEAD_BYTES}s']
         for place in places:
             parent, child = place.parent_bytes, place.child_bytes
             gap, rest = child.start - parent.stop, place.pose - child.stop
             # struct aligns nothing by itself after an explicit byte order.
             fields.append(f'iI{parent.stop - parent.start}s{gap}x'
-                          f'{child.stop - child.start}s{rest + POSE_BYTES}x')
+                          f'{child.stop - child.start}s{rest}x{pose}')
         fields.append(f'{len(data) - struct.calcsize("".join(fields))}x')
         self._unpack = struct.Struct(''.join(fields)).unpack
         self._names = self._names_in(self._unpack(data))
@@ -112,7 +118,7 @@ class _Layout:
         # Doubles are aligned relative to the encapsulation's end. Which of them are poses:
         self._doubles = np.dtype(f'{order}f8')
         firsts = [(place.pose - _ENCAPSULATION_BYTES) // 8 for place in places]
-        self._poses = np.array(firsts, dtype=int)[:, None] + np.arange(7)
+        self._poses = None if few else np.array(firsts)[:, None] + np.arange(7)
 
     def read(self, data: bytes) -> Batch | None:
         """Return the transforms, or None when the message has other names."""
@@ -121,16 +127,19 @@ class _Layout:
         values = self._unpack(data)
         if self._names_in(values) != self._names:
             return None
+        step = self._step
         stamps = [sec * NANOSECONDS_PER_SECOND + nanosec
-                  for sec, nanosec in zip(values[1::4], values[2::4], strict=True)]
+                  for sec, nanosec in zip(values[1::step], values[2::step], strict=True)]
+        if self._poses is None:
+            return Batch(self._edges, stamps,
+                         [values[begin:begin + 7] for begin in range(5, len(values), step)])
         count = (len(data) - _ENCAPSULATION_BYTES) // 8
         doubles = np.frombuffer(data, self._doubles, count, _ENCAPSULATION_BYTES)
         return Batch(self._edges, stamps, doubles.take(self._poses).astype(float, copy=False))
 
-    @staticmethod
-    def _names_in(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    def _names_in(self, values: tuple[Any, ...]) -> tuple[Any, ...]:
         """Return what must not differ: encapsulation and count, parents, children."""
-        return values[0], values[3::4], values[4::4]
+        return values[0], values[3::self._step], values[4::self._step]
 
 
 class _Place(NamedTuple):

@@ -70,7 +70,8 @@ class TransformListener:
         buffer.begin_feed(*feed_of)
         self._end_feed = functools.partial(buffer.end_feed, *feed_of)
         if spin_thread:
-            self._receiver = Receiver(self._home, self._end_feed)
+            self._receiver = Receiver(
+                self._home, self._end_feed, rest=buffer.sleep_until_waited_for)
             buffer.fed_by(self._receiver.thread)
             # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
             node.add_post_set_parameters_callback(self._follow_clock)

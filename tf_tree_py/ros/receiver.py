@@ -8,9 +8,10 @@ they are missing, an executor of our own spins the node instead.
 """
 
 import atexit
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 import threading
+import time
 import traceback
 from typing import Any
 import weakref
@@ -36,6 +37,11 @@ _AFTER_A_WAKE_NS = 1_000_000_000
 _running: 'weakref.WeakSet[Receiver]' = weakref.WeakSet()
 _contexts: 'weakref.WeakSet[Context]' = weakref.WeakSet()
 
+# Messages that come closer together than this are taken several at a time, so often:
+# waking up for each costs more than all else.
+_BUSY_S = 0.005
+_REST_S = 0.004
+
 # So that a flood on one topic does not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
 
@@ -51,15 +57,19 @@ class Receiver:
     """
 
     def __init__(self, node: Node, on_end: Callable[[], object], *,
+                 rest: Callable[[float], object] = time.sleep,
                  use_wait_set: bool = HAS_WAIT_SET) -> None:
         """
         Begin to serve.
 
         :param node: whose subscriptions; it now belongs to the receiver.
         :param on_end: called by the thread as the last thing.
+        :param rest: sleeps for so many seconds, or shorter when somebody waits for
+            what may have arrived; called between messages that come fast.
         """
         self._node = node
         self._on_end = on_end
+        self._rest = rest
         self._closing = False
         self._wake: GuardCondition
         if use_wait_set:
@@ -124,42 +134,49 @@ class Receiver:
         executor.shutdown()
 
     def _serve(self) -> None:
-        timeout = _FOREVER
         while self._goes_on():
-            # The clock's subscription comes and goes with use_sim_time.
-            subscriptions = list(self._node.subscriptions)
-            events = [event for subscription in subscriptions
-                      for event in subscription.event_handlers]
-            # It may also go just now.
+            # The clock's subscription comes and goes with use_sim_time; also just now.
             with suppress(InvalidHandle), ExitStack() as in_use:
-                for entity in (self._wake.handle, *events,
-                               *(subscription.handle for subscription in subscriptions)):
-                    in_use.enter_context(entity)
-                woken, ready = self._wait(subscriptions, events, timeout)
-                timeout = _AFTER_A_WAKE_NS if woken else _FOREVER
-                for event in ready:
-                    self._tell(event)
-                for subscription in subscriptions:
-                    self._drain(subscription)
+                self._serve_these(list(self._node.subscriptions), in_use)
 
-    def _wait(self, subscriptions: Sequence[Subscription], events: Sequence[EventHandler],
-              timeout: int) -> tuple[bool, list[EventHandler]]:
-        """
-        Sleep until there is something to take.
-
-        :return: whether the guard condition ended the sleep, and the events that happened.
-        """
+    def _serve_these(self, subscriptions: list[Subscription], in_use: ExitStack) -> None:
+        """Serve subscriptions until somebody wakes us: they may not be all any more."""
+        events = [event for subscription in subscriptions
+                  for event in subscription.event_handlers]
+        handles: list[Any] = [subscription.handle for subscription in subscriptions]
+        for entity in (self._wake.handle, *events, *handles):
+            in_use.enter_context(entity)
         wait_set: Any = _rclpy.WaitSet(
-            len(subscriptions), 1, 0, 0, 0, len(events), self.context.handle)
+            len(handles), 1, 0, 0, 0, len(events), self.context.handle)
+        timeout = _AFTER_A_WAKE_NS
+        woken = False
+        last = time.monotonic()
+        while not woken and self._goes_on():
+            self._wait(wait_set, handles, events, timeout)
+            timeout = _FOREVER
+            woken = wait_set.is_ready('guard_condition', 0)
+            for event in [event for event in events if event.is_ready(wait_set)]:
+                self._tell(event)
+            last, before = time.monotonic(), last
+            taken = self._drain_all(subscriptions)
+            while taken and last - before < _BUSY_S and not woken:
+                # Messages come fast: let a few gather, unless somebody waits for them.
+                self._rest(_REST_S)
+                taken = self._drain_all(subscriptions)
+
+    def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler],
+              timeout: int) -> None:
+        """Sleep until there is something to take or to tell, or somebody wakes us."""
         wait_set.clear_entities()
-        for subscription in subscriptions:
-            wait_set.add_subscription(subscription.handle)
+        for handle in handles:
+            wait_set.add_subscription(handle)
         for event in events:
             event.add_to_wait_set(wait_set)
         wait_set.add_guard_condition(self._wake.handle)
         wait_set.wait(timeout)
-        ready = [event for event in events if event.is_ready(wait_set)]
-        return bool(wait_set.get_ready_entities('guard_condition')), ready
+
+    def _drain_all(self, subscriptions: Iterable[Subscription]) -> int:
+        return sum(self._drain(subscription) for subscription in subscriptions)
 
     def _tell(self, event: EventHandler) -> None:
         """Let rclpy log which publishers cannot be heard, as their QoS or type is another."""
@@ -168,16 +185,20 @@ class Receiver:
         except Exception:  # noqa: B902 - whatever it is, the next message must get through
             self._complain('an event')
 
-    def _drain(self, subscription: Subscription) -> None:
+    def _drain(self, subscription: Subscription) -> int:
+        """Take what has arrived; return how many messages that were."""
         handle: Any = subscription.handle
-        for _ in range(_MAX_TAKEN_AT_ONCE):
+        take, kind, raw = handle.take_message, subscription.msg_type, subscription.raw
+        callback = subscription.callback
+        for count in range(_MAX_TAKEN_AT_ONCE):
             try:
-                taken = handle.take_message(subscription.msg_type, subscription.raw)
+                taken = take(kind, raw)
                 if taken is None:
-                    return
-                subscription.callback(taken[0])
+                    return count
+                callback(taken[0])
             except Exception:  # noqa: B902 - whatever it is, the next message must get through
                 self._complain(f'a callback of {subscription.topic_name}')
+        return _MAX_TAKEN_AT_ONCE
 
     def _complain(self, what: str) -> None:
         # When the context ends, rclpy raises anything.
