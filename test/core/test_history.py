@@ -255,6 +255,13 @@ def test_window_hangs_on_the_newest_stamp_before_the_arrival():
     assert history.oldest_stamp == 200
 
 
+def test_late_sample_leaves_the_window_in_its_turn():
+    history = history_of((100, 1), (92, 2), (103, 3), cache_time=10)
+    assert history.oldest_stamp == 92
+    history.insert(104, 'parent', pose_number(4))
+    assert history.oldest_stamp == 100
+
+
 def test_older_parent_holds_until_the_sample_of_the_newer():
     history = history_of(
         (10, 1, 'table'), (20, 2, 'table'), (30, 3, 'gripper'), (40, 4, 'gripper'))

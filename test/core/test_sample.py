@@ -159,6 +159,29 @@ def test_batch_goes_on_after_one_that_needs_a_closer_look():
     assert buffer.lookup('new', 'c') == Pose(15.0)
 
 
+@pytest.mark.parametrize('change', [
+    lambda buffer: buffer.insert('a', 'b', 0, Pose(7.0), static=True),
+    lambda buffer: buffer.remove_frame('b'),
+    lambda buffer: buffer.clear(),
+    lambda buffer: buffer.insert('c', 'b', 3, Pose(7.0)),
+], ids=['made static', 'removed', 'cleared', 'hung elsewhere'])
+def test_messages_of_one_kind_go_on_after_their_edge_has_changed(change):
+    buffer = BufferCore()
+    edges = (('a', 'b'),)
+
+    def arrive(stamp):
+        buffer.insert_batch(Batch(edges, [stamp], np.array([Pose(float(stamp))])))
+
+    arrive(1)
+    arrive(2)
+    change(buffer)
+    arrive(4)
+    arrive(5)
+    assert buffer.lookup('a', 'b', 5) == Pose(5.0)
+    assert buffer.lookup('a', 'b', 4) == Pose(4.0)
+    assert buffer.edges()[0].latest == 5
+
+
 def answer(buffer, target, source):
     try:
         return buffer.lookup(target, source)

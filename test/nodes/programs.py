@@ -8,7 +8,7 @@ import time
 
 # Two processes need up to four seconds to find each other (Fast DDS announces itself every
 # three), and a busy machine more.
-PATIENCE_S = float(__import__("os").environ.get("PATIENCE","30"))
+PATIENCE_S = 30.0
 
 
 class Program:
@@ -50,6 +50,10 @@ class Program:
 
     def interrupt(self, number=signal.SIGINT):
         self._process.send_signal(number)
+
+    def interrupt_until_it_ends(self):
+        while self._process.poll() is None:
+            self.interrupt()
 
     def end(self):
         """Wait for the process to end, and return its exit status."""

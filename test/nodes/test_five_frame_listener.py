@@ -5,16 +5,20 @@ import math
 import queue
 import re
 import signal
+import threading
+import time
 
 from programs import PATIENCE_S
 import pytest
 from rclpy.parameter import Parameter
+from rclpy.task import Future
+from tf_tree_py import Buffer
 from tf_tree_py.core import Pose
 from tf_tree_py.nodes import five_frame_listener
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.five_frame_listener import FiveFrameListener
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
-from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.nodes.running import spin, spun_in_background
 from tf_tree_py.ros.convert import transform_stamped
 
 
@@ -30,11 +34,11 @@ class Said:
     def __init__(self):
         self.lines = queue.Queue()
 
-    def next(self):
+    def next_line(self):
         return self.lines.get(timeout=PATIENCE_S)
 
-    def next_of_another_kind(self, kind):
-        while kind in (line := self.next()):
+    def next_unlike(self, kind):
+        while kind in (line := self.next_line()):
             pass
         return line
 
@@ -55,7 +59,7 @@ def publishing(context):
 
 def test_answers_are_the_true_pose_at_the_stamp(context, said):
     with publishing(context) as publisher, spun_in_background(listener(context)):
-        line = said.next_of_another_kind('waiting')
+        line = said.next_unlike('waiting')
         for _ in range(5):
             stamp, x, y, z, roll, pitch, yaw, age = map(float, re.findall(r'-?\d+\.?\d*', line))
             truth = publisher.motion.world_T_gripper(round(stamp * 1e3) * 1_000_000)
@@ -65,21 +69,21 @@ def test_answers_are_the_true_pose_at_the_stamp(context, said):
             turned = Pose(0, 0, 0, *truth.rotation).inverse() @ angles
             assert math.hypot(*turned.as_rotation_vector()) < 3e-3
             assert 0 <= age < 1000
-            line = said.next()
+            line = said.next_line()
 
 
 def test_what_is_missing_is_said_once_and_again_when_it_stops(context, said):
     with spun_in_background(listener(context)):
-        assert said.next().startswith('waiting for world -> gripper: "world" passed to')
+        assert said.next_line().startswith('waiting for world -> gripper: "world" passed to')
         with publishing(context):
-            assert 'xyz' in said.next()
-        stopped = said.next_of_another_kind('xyz')
+            assert 'xyz' in said.next_line()
+        stopped = said.next_unlike('xyz')
         assert stopped.startswith('no new data of world -> gripper: ')
         assert ('world -> odom, odom -> base_link, base_link -> gripper, '
                 'sent by /five_frame_publisher, ended ') in stopped
         with publishing(context):
-            assert 'xyz' in said.next()
-        assert said.next_of_another_kind('xyz').startswith('no new data of')
+            assert 'xyz' in said.next_line()
+        assert said.next_unlike('xyz').startswith('no new data of')
     assert said.lines.empty()
 
 
@@ -91,21 +95,52 @@ def test_only_edges_between_the_two_that_stopped_are_named(context, said):
         for stamp in (now - 9_000_000_000, now + newest_s * 1_000_000_000):
             node.buffer.set_transform(transform_stamped(parent, child, stamp, Pose()), 'me')
     with spun_in_background(node):
-        line = said.next()
+        line = said.next_line()
     assert re.fullmatch(r'waiting for world -> gripper: world -> odom, sent by me, ended 9\.\d+ s '
                         'before the moment asked for', line)
 
 
 def test_sim_time_without_a_clock_is_told(context, said):
     with spun_in_background(listener(context, use_sim_time=True)):
-        assert 'nothing has come on /clock' in said.next()
+        assert 'nothing has come on /clock' in said.next_line()
 
 
-def test_data_by_another_clock_is_told(context, said):
+@pytest.mark.parametrize(('stamp_s', 'told'), [
+    (5, 'world -> gripper, sent by me, ended '), (4e9, 'world -> gripper begins ')])
+def test_data_by_another_clock_is_told(context, said, stamp_s, told):
     node = listener(context)
-    node.buffer.set_transform(transform_stamped('world', 'gripper', 5_000_000_000, Pose()))
+    stamp = round(stamp_s * 1e9)
+    node.buffer.set_transform(transform_stamped('world', 'gripper', stamp, Pose()), 'me')
     with spun_in_background(node):
-        assert 'use_sim_time' in said.next()
+        line = said.next_line()
+    assert line.startswith(f'waiting for world -> gripper: {told}')
+    assert 'use_sim_time' in line
+
+
+def test_wait_is_given_up_when_the_program_ends(context, said, monkeypatch):
+    node = listener(context, timeout_s=60.0)
+    ended, over = Future(), threading.Event()
+    ended.add_done_callback(node.give_up)
+
+    def end():
+        ended.set_result(None)
+        while not over.wait(0.1):  # the wait may not have begun yet
+            node.give_up()
+
+    def lookup(*arguments):
+        ending.start()
+        try:
+            return Buffer.lookup_transform(node.buffer, *arguments)
+        finally:
+            over.set()
+
+    ending = threading.Thread(target=end)
+    monkeypatch.setattr(node.buffer, 'lookup_transform', lookup)
+    begin = time.monotonic()
+    spin(node, ended)
+    ending.join()
+    assert time.monotonic() - begin < 30.0
+    assert said.lines.empty()
 
 
 @pytest.mark.parametrize(('name', 'value', 'message'), [

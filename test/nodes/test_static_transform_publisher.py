@@ -76,7 +76,8 @@ def test_old_forms_still_work(published, arguments, pose):
     (['--yaml', 'x.yaml', *FRAMES], '--yaml comes alone'),
     ([*FRAMES, '--ros-args', '--speed'], "unknown ROS arguments ['--speed']"),
 ])
-def test_mistake_is_one_sentence(capsys, arguments, sentence):
+def test_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentence):
+    monkeypatch.setattr(static_transform_publisher, 'run', None)
     with pytest.raises(SystemExit) as ended:
         main(['static_transform_publisher', *arguments])
     assert ended.value.code == 2

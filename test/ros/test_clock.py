@@ -31,6 +31,7 @@ def show(clock, seconds):
 
 
 class Jumps:
+
     def __init__(self):
         self.seen = []
 

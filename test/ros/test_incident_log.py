@@ -89,6 +89,7 @@ def test_what_was_left_out_is_counted_when_the_next_period_begins(log, lines, cl
 
 def test_line_of_a_dying_logger_does_not_hold_up_the_next(lines, clock):
     class Broken:
+
         def warning(self, line):
             raise RuntimeError(line)
 

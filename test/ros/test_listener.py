@@ -11,7 +11,17 @@ from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, Talker, transform, until
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    Talker,
+    transform,
+    until,
+    until_waiting,
+)
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, ExtrapolationException, LookupException, TransformListener
@@ -21,6 +31,15 @@ NEVER_ENOUGH = lasting(0.02)
 
 def receivers():
     return [thread for thread in threading.enumerate() if thread.name.endswith(' receiver')]
+
+
+def publish_when_awaited(pool, buffer, talker, *transforms):
+    """Publish from another thread, and not before somebody waits for it."""
+    def publish():
+        until_waiting(buffer)
+        talker.move(*transforms)
+
+    pool.submit(publish)
 
 
 def call_in_executor(node, function, **options):
@@ -61,7 +80,7 @@ def test_lookup_in_a_callback_of_a_single_threaded_executor_gets_what_arrives(
     spin(node, talker.node)
 
     def ask():
-        pool.submit(talker.move, transform('map', 'base', 2.0))
+        publish_when_awaited(pool, buffer, talker, transform('map', 'base', 2.0))
         return buffer.lookup_transform('map', 'base', at(2.0), PATIENCE)
 
     assert call_in_executor(node, ask).header.stamp.sec == 2
@@ -344,6 +363,10 @@ def test_waiting_in_the_thread_that_feeds_fails_at_once_and_says_why(node, talke
     assert not found
     assert 'Not waited' in why
     assert call_in_executor(node, lambda: buffer.can_transform('map', 'base', at(1.0), PATIENCE))
+    found, why = call_in_executor(node, lambda: buffer.can_transform(
+        'map', '/base', at(2.0), PATIENCE, return_debug_tuple=True))
+    assert not found
+    assert 'Not waited' not in why, 'waiting could never have helped'
 
 
 def test_once_its_listener_is_closed_a_thread_may_wait_again(
@@ -357,7 +380,7 @@ def test_once_its_listener_is_closed_a_thread_may_wait_again(
     listen(make_node('other'), buffer)
 
     def ask():
-        pool.submit(talker.move, transform('map', 'base', 2.0))
+        publish_when_awaited(pool, buffer, talker, transform('map', 'base', 2.0))
         return buffer.lookup_transform('map', 'base', at(2.0), PATIENCE)
 
     assert call_in_executor(node, ask).header.stamp.sec == 2
@@ -397,11 +420,12 @@ def test_callback_that_waits_in_a_multi_threaded_executor_gets_what_arrives(
     spin(node, kind=MultiThreadedExecutor)
 
     def ask():
-        pool.submit(talker.move, transform('map', 'base', 2.0))
+        publish_when_awaited(pool, buffer, talker, transform('map', 'base', 2.0))
         return buffer.lookup_transform('map', 'base', at(2.0), PATIENCE)
 
     found = call_in_executor(node, ask, callback_group=group)
     assert found.header.stamp.sec == 2
+    assert not list(buffer._feeding_threads), 'each of the threads may wait for the others'
 
 
 def test_users_callbacks_run_while_the_listener_works(node, talker, listen, spin):
@@ -463,6 +487,16 @@ def test_authority_is_known_though_the_transform_came_before_the_name(context, n
     until(lambda: authority_of(listening, 'camera') == '/calibration')
     publisher.destroy_node()
     other.shutdown()
+
+
+def test_name_that_was_missing_is_asked_for_when_it_is_wanted(node, talker, listen):
+    buffer = listen(node)
+    assert buffer.set_transform(transform('map', 'odom'), 'unknown publisher of /tf')
+    assert buffer.set_transform_static(transform('base', 'imu'), 'unknown publisher of /tf_static')
+    assert authority_of(buffer, 'imu') == 'unknown publisher of /tf_static'
+    talker.fix(transform('base', 'camera'))
+    until(lambda: authority_of(buffer, 'imu') == '/talking')
+    assert authority_of(buffer, 'odom') == 'unknown publisher of /tf'
 
 
 def test_closed_listeners_buffer_still_tells_who_sent_what(node, talker):

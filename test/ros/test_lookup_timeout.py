@@ -272,7 +272,8 @@ def test_closing_the_last_listener_ends_the_waits(node, make_node, pool):
     asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
     until_waiting(buffer)
     first.close()
-    buffer.set_transform(transform('c', 'd'), 'me')
+    pool.submit(buffer.lookup_transform, 'a', 'c', LATEST, PATIENCE)
+    until_waiting(buffer, 2)
     assert not asked.done()
     second.close()
     with pytest.raises(LookupException, match='Given up: the listener was closed') as raised:

@@ -20,6 +20,7 @@ from .pose import Pose
 from .queries import EdgeInfo, Snapshot
 from .sample import Sample
 from .stamp import LATEST
+from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [
     'BufferCore',
@@ -33,6 +34,8 @@ __all__ = [
     'InvalidArgumentException',
     'Kind',
     'LATEST',
+    'lookup_twist',
+    'lookup_twist_many',
     'LookupException',
     'NoDataException',
     'PastExtrapolationException',

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from math import degrees
 import sys
+import time
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -11,7 +12,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from tf_tree_py.core import (
     EdgeInfo,
-    FutureExtrapolationException,
+    ExtrapolationException,
     LATEST,
     Pose,
     TransformException,
@@ -32,8 +33,8 @@ Prints where one frame is in another, the gripper in the world unless told other
 
 Each line answers the question "where is it now?", asked with the stamp of that
 moment: the lookup waits until every edge on the way has data as new as that. The
-age is how old the answer is when it is printed: as long as that wait. Start it
-before or after the publisher, as you like. Ctrl-C ends."""
+age is how long the answer took to come, and so how old it is. Start this before
+the publisher or after it, as you like. Ctrl-C ends."""
 
 ASKING = (
     Setting('rate_hz', 2.0, 'how often to ask where it is', (0.01, 100.0)),
@@ -45,6 +46,8 @@ SETTINGS = (
     *ASKING,
     FRAME_PREFIX,
 )
+
+_WALL_GUARD = Duration(seconds=10)
 
 # Data this far behind is not late: somebody's clock shows another time.
 _ANOTHER_CLOCK = from_seconds(3600.0)
@@ -81,7 +84,7 @@ class FiveFrameListener(Node):
             for name in ('target_frame', 'source_frame'))
         self._timeout = Duration(nanoseconds=from_seconds(values['timeout_s']))
         # Should simulated time stand still, the wall ends the wait.
-        self.buffer = Buffer(node=self, wall_guard=self._timeout)
+        self.buffer = Buffer(node=self, wall_guard=_WALL_GUARD)
         self._listener = TransformListener(self.buffer, self)
         self.asked = self.answered = 0
         self._silent = False
@@ -102,6 +105,8 @@ class FiveFrameListener(Node):
     def _ask(self) -> None:
         self.asked += 1
         stamp = self.get_clock().now()
+        # Simulated time does not go on for a node while it is in a callback.
+        begin = time.monotonic_ns()
         if stamp.nanoseconds == LATEST:
             self._not_answered('simulated time: nothing has come on /clock yet')
             return
@@ -113,8 +118,7 @@ class FiveFrameListener(Node):
         else:
             self.answered += 1
             self._silent = False
-            age = self.get_clock().now() - stamp
-            self.answer(stamp.nanoseconds, as_pose(transform), age.nanoseconds)
+            self.answer(stamp.nanoseconds, as_pose(transform), time.monotonic_ns() - begin)
 
     def answer(self, stamp: int, pose: Pose, age: int) -> None:
         """
@@ -122,7 +126,7 @@ class FiveFrameListener(Node):
 
         :param stamp: when, nanoseconds.
         :param pose: ``target_T_source``.
-        :param age: how old that is by now, nanoseconds.
+        :param age: how old that is by now, nanoseconds of wall time.
         """
         say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms')
 
@@ -134,17 +138,23 @@ class FiveFrameListener(Node):
         say(f'{what} {self.target_frame} -> {self.source_frame}: {missing}')
 
     def _missing(self, error: TransformException) -> str:
-        if not isinstance(error, FutureExtrapolationException) or error.requested is None:
+        """Return what keeps a lookup from its answer, in this program's words if it has some."""
+        if not isinstance(error, ExtrapolationException) or error.requested is None:
             return str(error)
-        late = [edge for edge in self._edges_between() if edge.latest < error.requested]
-        if not late:  # it has come this very moment
+        asked = error.requested
+        late = [edge for edge in self._edges_between() if edge.latest < asked]
+        if late:
+            edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
+            senders = ', '.join(sorted({edge.authority for edge in late}))
+            gap = asked - min(edge.latest for edge in late)
+            told = f'{edges}, sent by {senders}, ended {format_span(gap)} before'
+        elif error.oldest is not None and error.oldest > asked:
+            gap = error.oldest - asked
+            told = f'{error.parent} -> {error.child} begins {format_span(gap)} after'
+        else:  # it has come this very moment
             return str(error)
-        edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
-        senders = ', '.join(sorted({edge.authority for edge in late}))
-        behind = error.requested - min(edge.latest for edge in late)
-        hint = '; do both go by one clock (use_sim_time)?' if behind > _ANOTHER_CLOCK else ''
-        return (f'{edges}, sent by {senders}, ended {format_span(behind)} before '
-                f'the moment asked for{hint}')
+        hint = '; do both go by one clock (use_sim_time)?' if gap > _ANOTHER_CLOCK else ''
+        return f'{told} the moment asked for{hint}'
 
     def _edges_between(self) -> list[EdgeInfo]:
         """Return the moving edges between the two frames, each branch from the top down."""

@@ -54,9 +54,7 @@ def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -
         print(f'{prog}: {error}', file=sys.stderr)
         return 1
     except BrokenPipeError:
-        # The reader of our output has left, as `| head` does. There is nobody to tell, and the
-        # interpreter, which flushes once more at its end, must not try to.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        pass  # the reader of our output has left, as `| head` does
     finally:
         rclpy.try_shutdown()
         # While Python ends, which gives every other handler up.

@@ -25,6 +25,7 @@ from tf_tree_py.core.errors import ClockJumpException, TransformException
 from tf_tree_py.core.incidents import Incident
 
 from .authority import Authority
+from .buffer_interface import BufferInterface
 from .clock import ClockDeadline, ClockWatch
 from .convert import as_nanoseconds, as_sample, transform_stamped
 from .core_api import CoreApi
@@ -35,7 +36,7 @@ Answer = TypeVar('Answer')
 _NO_TIME = Duration()
 
 
-class Buffer(CoreApi):
+class Buffer(CoreApi, BufferInterface):
     """
     Stores transforms and answers where one frame is in another, at a time.
 

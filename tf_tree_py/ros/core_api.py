@@ -7,6 +7,8 @@ from rclpy.time import Time
 from tf_tree_py.core import report
 from tf_tree_py.core.buffer_core import BufferCore
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.so3 import Vector3
+from tf_tree_py.core.twist import lookup_velocity
 
 from .convert import as_nanoseconds, transform_stamped
 
@@ -62,6 +64,28 @@ class CoreApi(BufferCore):
     def all_frames_as_string(self) -> str:
         """Return every frame and its parent, a line each, as tf2 writes it."""
         return report.as_string(self.edges())
+
+    def lookupVelocityCore(self, tracking_frame: str, observation_frame: str, time: Any,
+                           averaging_interval: Any) -> tuple[Vector3, Vector3]:
+        """
+        Return tf2's linear and angular velocity, tf2's errors included.
+
+        Right for rotating frames: ``tf_tree_py.lookup_twist``.
+        """
+        velocity = lookup_velocity(self, tracking_frame, observation_frame,
+                                   as_nanoseconds(time), as_nanoseconds(averaging_interval))
+        return velocity.linear, velocity.angular
+
+    def lookupVelocityFullCore(self, tracking_frame: str, observation_frame: str,
+                               reference_frame: str, reference_point: Vector3,
+                               reference_point_frame: str, time: Any,
+                               averaging_interval: Any) -> tuple[Vector3, Vector3]:
+        """Return the velocity of a point, in the axes of a reference frame; as above."""
+        velocity = lookup_velocity(
+            self, tracking_frame, observation_frame, as_nanoseconds(time),
+            as_nanoseconds(averaging_interval), reference_frame=reference_frame,
+            reference_point=reference_point, reference_point_frame=reference_point_frame)
+        return velocity.linear, velocity.angular
 
     def _allFramesAsDot(self, time: Any = None) -> str:
         return report.as_dot(self.edges())

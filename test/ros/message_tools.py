@@ -1,0 +1,142 @@
+"""Messages of any kind, filled, taken apart and spoilt: for tests that hold for all kinds."""
+
+from array import array
+from importlib import import_module
+import math
+import re
+
+from geometry_msgs.msg import TransformStamped
+from hypothesis import strategies as st
+import numpy as np
+from tf_tree_py.core import so3
+from tf_tree_py.ros.convert import public_transform_stamped
+
+INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'octet'}
+FLOATS = {'float', 'double'}
+
+
+def stamped_transform(pose, frame_id='map', child_frame_id='base', stamp=5_000_000_007):
+    """Return a ``TransformStamped`` of seven numbers."""
+    return public_transform_stamped(frame_id, child_frame_id, stamp, pose)
+
+
+# --- making
+
+
+def filled(kind, rng, number=None, length=3):
+    """
+    Return a message with something in every field.
+
+    :param number: makes the numbers of float fields; plain floats unless given.
+    """
+    message = kind()
+    for field, name in kind.get_fields_and_field_types().items():
+        setattr(message, '_' + field, _value(name, rng, number or _plain, length))
+    return message
+
+
+def _plain(rng):
+    return float(rng.normal())
+
+
+def _value(name, rng, number, length):
+    sequence = re.fullmatch(r'sequence<([^,>]+)(?:, \d+)?>', name)
+    fixed = re.fullmatch(r'(.+)\[(\d+)\]', name)
+    if sequence and sequence[1] in FLOATS:
+        return array('f' if sequence[1] == 'float' else 'd', rng.uniform(0.5, 2.0, length))
+    if sequence and sequence[1] == 'uint8':
+        return array('B', rng.integers(0, 256, length).tolist())
+    if sequence:
+        return [_value(sequence[1], rng, number, length) for _ in range(length)]
+    if fixed:
+        return np.array([float(number(rng)) for _ in range(int(fixed[2]))])
+    if name in FLOATS:
+        return number(rng)
+    if name in INTEGERS:
+        return int(rng.integers(0, 100))
+    if name == 'boolean':
+        return bool(rng.integers(0, 2))
+    if name == 'string':
+        return 'base'
+    package, kind = name.split('/')
+    return filled(getattr(import_module(f'{package}.msg'), kind), rng, number, length)
+
+
+# --- taking apart
+
+
+def fields(message):
+    return [(field, getattr(message, field)) for field in message.get_fields_and_field_types()]
+
+
+def is_message(value):
+    return hasattr(value, 'get_fields_and_field_types')
+
+
+def leaves(value, path=''):
+    """Yield (path, number or text) of everything in a message."""
+    if is_message(value):
+        for field, inner in fields(value):
+            yield from leaves(inner, f'{path}.{field}')
+    elif isinstance(value, list | array | np.ndarray):
+        for number, inner in enumerate(value):
+            yield from leaves(inner, f'{path}[{number}]')
+    else:
+        yield path, value
+
+
+def mutable_parts(value):
+    """Yield everything inside a message that could be changed in place."""
+    if is_message(value):
+        yield value
+        for _, inner in fields(value):
+            yield from mutable_parts(inner)
+    elif isinstance(value, list | array | np.ndarray):
+        yield value
+        for inner in value if isinstance(value, list) else ():
+            yield from mutable_parts(inner)
+
+
+def numbers(message):
+    """Return all floats in a message, in order."""
+    return np.array([value for _, value in leaves(message) if isinstance(value, float)])
+
+
+def spoil(value):
+    """Change everything in a message, in place."""
+    if not is_message(value):
+        return
+    for field, inner in fields(value):
+        if isinstance(inner, list):
+            for element in inner:
+                spoil(element)
+            inner.clear()
+        elif isinstance(inner, array | np.ndarray):
+            for number in range(len(inner)):
+                inner[number] = 7
+        elif is_message(inner):
+            spoil(inner)
+        else:
+            setattr(value, field, 'spoilt' if isinstance(inner, str) else type(inner)(77))
+
+
+# --- drawing
+
+
+def _pose(translation, vector, sign):
+    size = math.hypot(*vector)
+    axis = vector if size > 1e-3 else (0.0, 0.0, 1.0)
+    q = so3.exp(axis)
+    return (*translation, *(sign * value for value in q))
+
+
+_numbers = st.floats(-100.0, 100.0, allow_subnormal=False)
+poses = st.builds(_pose, st.tuples(_numbers, _numbers, _numbers),
+                  st.tuples(*[st.floats(-2.0, 2.0)] * 3), st.sampled_from([1.0, -1.0]))
+seeds = st.integers(0, 2**32 - 1)
+transforms = poses.map(stamped_transform)
+
+
+def inverse_of(transform: TransformStamped, pose):
+    """Return the transform back, between the same frames."""
+    return stamped_transform(pose, transform.child_frame_id, transform.header.frame_id)

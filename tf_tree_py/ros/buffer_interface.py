@@ -1,0 +1,89 @@
+"""What a buffer in this process and one in another have in common, as in tf2."""
+
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.duration import Duration
+from std_msgs.msg import Header
+
+from .registration import convert, NotImplementedException, TransformRegistration, TypeException
+
+_NO_TIME = Duration()
+
+
+class BufferInterface:
+    """
+    Transforms messages and other objects with whatever lookup a subclass has.
+
+    What can be transformed stands in ``stamped``; a type of one's own is added with
+    ``TransformRegistration``.
+    """
+
+    registration = TransformRegistration()
+
+    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = _NO_TIME,
+                  new_type: type | None = None, *, header: Header | None = None) -> Any:
+        """
+        Return an object in another frame, at its own stamp.
+
+        :param object_stamped: has a ``header``, unless one is given.
+        :param timeout: an rclpy ``Duration`` to wait for the transform.
+        :param new_type: convert the result to this type.
+        :param header: whose frame and stamp to take the object for; a message without
+            header comes back without.
+        :raises TypeException: nobody said how to transform objects of this type.
+        :raises TransformException: as ``lookup_transform``.
+        """
+        transformer = self.registration.get(type(object_stamped))
+        header = _header_of(object_stamped) if header is None else header
+        result = transformer(object_stamped, self.lookup_transform(
+            target_frame, header.frame_id, header.stamp, timeout))
+        return result if new_type is None else convert(result, new_type)
+
+    def transform_full(self, object_stamped: Any, target_frame: str, target_time: Any,
+                       fixed_frame: str, timeout: Any = _NO_TIME,
+                       new_type: type | None = None, *, header: Header | None = None) -> Any:
+        """
+        Return an object in another frame at another time, through a frame that stays put.
+
+        :param target_time: an rclpy ``Time``, or a message's.
+        :param fixed_frame: in which the object does not move between the two times.
+
+        The other parameters and errors are those of ``transform``.
+        """
+        transformer = self.registration.get(type(object_stamped))
+        header = _header_of(object_stamped) if header is None else header
+        result = transformer(object_stamped, self.lookup_transform_full(
+            target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout))
+        return result if new_type is None else convert(result, new_type)
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
+                         timeout: Any = _NO_TIME) -> TransformStamped:
+        """Return the transform from source to target; a subclass says how."""
+        raise NotImplementedException()
+
+    def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                              source_time: Any, fixed_frame: str,
+                              timeout: Any = _NO_TIME) -> TransformStamped:
+        """Return the transform between two times; a subclass says how."""
+        raise NotImplementedException()
+
+    def can_transform(self, target_frame: str, source_frame: str, time: Any,
+                      timeout: Any = _NO_TIME) -> Any:
+        """Return whether ``lookup_transform`` would succeed; a subclass says how."""
+        raise NotImplementedException()
+
+    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                           source_time: Any, fixed_frame: str, timeout: Any = _NO_TIME) -> Any:
+        """Return whether ``lookup_transform_full`` would succeed; a subclass says how."""
+        raise NotImplementedException()
+
+
+def _header_of(object_stamped: Any) -> Header:
+    header = getattr(object_stamped, 'header', None)
+    if header is None:
+        name = type(object_stamped).__name__
+        raise TypeException(
+            f'A {name} has no header to say in which frame and when it is: pass header=..., or '
+            'Stamped(object, stamp, frame_id)')
+    return header

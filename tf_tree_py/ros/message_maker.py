@@ -1,0 +1,124 @@
+"""
+Messages made of the values of their fields, past constructors and checks.
+
+A constructor and its checked properties cost ten times what filling the slots
+does. Only this file and ``convert`` know that messages have slots. Where a class has
+others than expected, its constructor and its properties are used; a test holds the
+two ways equal.
+"""
+
+from collections.abc import Callable
+from itertools import repeat
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Vector3
+from std_msgs.msg import Header
+
+Function = Callable[..., Any]
+
+_CHECK_FIELDS = getattr(Vector3(), '_check_fields', None)
+
+
+def maker(kind: type) -> Function:
+    """
+    Return a function that makes a message of all its fields, given by position.
+
+    Nothing is checked, converted or copied: a float field wants a float, an array
+    field what the message class itself keeps there.
+    """
+    return slotted_maker(kind) if slots_are_known(kind) else public_maker(kind)
+
+
+def many_maker(kind: type) -> Function:
+    """Return a function that makes messages of columns, a list for each field; see ``maker``."""
+    return slotted_many_maker(kind) if slots_are_known(kind) else public_many_maker(kind)
+
+
+def reader(kind: type) -> Function:
+    """Return a function that reads messages of one kind into columns, a list for each field."""
+    return slotted_reader(kind) if slots_are_known(kind) else public_reader(kind)
+
+
+def slots_are_known(kind: Any) -> bool:
+    """Return whether a message class is laid out as this file expects."""
+    return list(getattr(kind, '__slots__', ())) == [*map('_{}'.format, fields_of(kind)),
+                                                    '_check_fields']
+
+
+def fields_of(kind: Any) -> list[str]:
+    """Return the names of a message's fields, in order."""
+    return list(kind.get_fields_and_field_types())
+
+
+# --- by the public way
+
+
+def public_maker(kind: type) -> Function:
+    """Return the maker that calls the constructor."""
+    fields = fields_of(kind)
+    return lambda *values: kind(**dict(zip(fields, values, strict=True)))
+
+
+def public_many_maker(kind: type) -> Function:
+    """Return the maker of many that calls the constructor."""
+    make = public_maker(kind)
+    return lambda *columns: list(map(make, *columns))
+
+
+def public_reader(kind: type) -> Function:
+    """Return the reader that asks the properties."""
+    fields = fields_of(kind)
+    return lambda messages: [[getattr(message, field) for message in messages]
+                             for field in fields]
+
+
+# --- past it, by functions written out for the class, as dataclasses writes them
+
+
+def slotted_maker(kind: type) -> Function:
+    """Return the maker that fills the slots."""
+    return _compiled(kind, f'def function({_list_of("{0}", kind)}):',
+                     '    message = new(kind)',
+                     f'    {_list_of("message._{0} = {0}", kind, "; ")}',
+                     '    message._check_fields = check_fields',
+                     '    return message')
+
+
+def slotted_many_maker(kind: type) -> Function:
+    """Return the maker of many that fills the slots."""
+    columns = _list_of('{0}', kind)
+    return _compiled(kind, f'def function({columns}):',
+                     f'    messages = list(map(new, repeat(kind, len({fields_of(kind)[0]}))))',
+                     f'    for message, {columns} in zip(messages, {columns}):',
+                     f'        {_list_of("message._{0} = {0}", kind, "; ")}',
+                     '        message._check_fields = check_fields',
+                     '    return messages')
+
+
+def slotted_reader(kind: type) -> Function:
+    """Return the reader that looks into the slots."""
+    columns = _list_of('[message._{0} for message in messages]', kind)
+    return _compiled(kind, 'def function(messages):', f'    return [{columns}]')
+
+
+def _list_of(pattern: str, kind: type, between: str = ', ') -> str:
+    return between.join(map(pattern.format, fields_of(kind)))
+
+
+def _compiled(kind: type, *lines: str) -> Function:
+    names: dict[str, Any] = {'new': object.__new__, 'repeat': repeat, 'kind': kind,
+                             'check_fields': _CHECK_FIELDS}
+    exec('\n'.join(lines), names)
+    return names['function']  # type: ignore[no-any-return]
+
+
+# --- headers
+
+_time, _header = maker(Time), maker(Header)
+
+
+def copy_of(header: Header, frame_id: str | None = None) -> Header:
+    """Return a header of its own with the same stamp, and the same frame unless one is given."""
+    return _header(_time(header.stamp.sec, header.stamp.nanosec),
+                   header.frame_id if frame_id is None else frame_id)

@@ -1,0 +1,152 @@
+"""
+When each point of a cloud was taken: drivers agree neither on a name, nor a unit, nor a zero.
+
+Ouster: ``t``, UINT32, nanoseconds after the header's stamp. Velodyne: ``time``,
+FLOAT32, seconds after (or before) it. Livox: ``offset_time``, UINT32, nanoseconds
+after it, or ``timestamp``, FLOAT64, nanoseconds since 1970. Hesai, RoboSense:
+``timestamp``, FLOAT64, seconds since 1970. What is not told is inferred from this.
+"""
+
+from collections.abc import Sequence
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from sensor_msgs.msg import PointCloud2
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.stamp import format_span, NANOSECONDS_PER_SECOND
+
+from .convert import as_nanoseconds
+from .point_cloud import field_column
+
+FIELDS = ('t', 'time', 'timestamp', 'offset_time')
+
+UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}
+
+# Units by how far the times of a scan go, up to so much: a scan takes milliseconds to
+# seconds. Floats are seconds and ints nanoseconds if that is possible at all.
+_FLOAT_LIMITS = (('s', 10.0), ('ms', 1e4), ('us', 1e7), ('ns', math.inf))
+_INT_LIMITS = (('ms', 1e3), ('us', 1e6), ('ns', math.inf))
+
+# A header's stamp beyond this counts from 1970, and no offset is as great.
+_CALENDAR = 10**6 * NANOSECONDS_PER_SECOND
+# No point is taken so long before or after its cloud's stamp.
+_TOO_FAR = 60 * NANOSECONDS_PER_SECOND
+
+
+class PointTimes(NamedTuple):
+    """
+    When the points of a cloud were taken, and how that was read.
+
+    :ivar stamps: (N,) nanoseconds, row by row; of no meaning where not valid.
+    :ivar valid: (N,) whether the point has a time at all.
+    :ivar field: the field that was read.
+    :ivar unit: 's', 'ms', 'us' or 'ns'.
+    :ivar origin: the stamp, nanoseconds, that the field's zero stands for.
+    :ivar reading: one sentence that says all this, and what of it was assumed.
+    """
+
+    stamps: npt.NDArray[np.int64]
+    valid: npt.NDArray[np.bool_]
+    field: str
+    unit: str
+    origin: int
+    reading: str
+
+
+def point_times(cloud: PointCloud2, field: str | None = None, unit: str | None = None,
+                origin: int | None = None,
+                points_valid: npt.NDArray[np.bool_] | None = None) -> PointTimes:
+    """
+    Return when each point of a cloud was taken.
+
+    :param field: None for the first there is of t, time, timestamp and offset_time.
+    :param unit: 's', 'ms', 'us' or 'ns'; None to infer it from type and range. A scan
+        that saw next to nothing may be too short for that: give it where you know it.
+    :param origin: the stamp, nanoseconds, that zero stands for: 0 where the field counts
+        from the clock's own zero; None to infer whether that or the header's stamp.
+    :param points_valid: (N,) only these points count when something is inferred.
+    :raises InvalidArgumentException: no such field, a unit that is none, or times that
+        cannot belong to the cloud's stamp.
+    """
+    if unit is not None and unit not in UNITS:
+        raise InvalidArgumentException(f'unit is one of {", ".join(UNITS)}, not {unit!r}')
+    name = _time_field(cloud) if field is None else field
+    values = field_column(cloud, name).reshape(-1)
+    values = values.astype(values.dtype.newbyteorder('='))
+    valid = np.isfinite(values)
+    told = values[valid if points_valid is None else valid & points_valid]
+    stamp = as_nanoseconds(cloud.header.stamp)
+    first, last = (told.min().item(), told.max().item()) if len(told) else (0, 0)
+
+    limits = _FLOAT_LIMITS if values.dtype.kind == 'f' else _INT_LIMITS
+    unit_read = unit or _inferred_unit(first, last, name, stamp, limits)
+    size = UNITS[unit_read]
+    if origin is None:
+        origin_read = 0 if _is_absolute(last * size, name, stamp) else stamp
+    else:
+        origin_read = origin
+    _check_distance(name, unit_read, origin_read, first * size, last * size, stamp)
+    return PointTimes(
+        origin_read + _as_nanoseconds(np.where(valid, values, 0), size), valid, name, unit_read,
+        origin_read, _reading(name, values.dtype.name, unit, unit_read, origin, origin_read))
+
+
+def _time_field(cloud: PointCloud2) -> str:
+    names = [field.name for field in cloud.fields]
+    for name in FIELDS:
+        if name in names:
+            return name
+    raise InvalidArgumentException(
+        f'The cloud has no time for each point: none of {", ".join(FIELDS)} is among its fields '
+        f'({", ".join(names)}). If another one is it, pass its name')
+
+
+def _inferred_unit(first: Any, last: Any, name: str, stamp: int,
+                   limits: Sequence[tuple[str, float]]) -> str:
+    for unit, size in UNITS.items():
+        if stamp > _CALENDAR and _is_near(first * size, last * size, stamp):
+            return unit
+    extent = last - first if name == 'timestamp' else max(abs(first), abs(last))
+    return next(unit for unit, limit in limits if extent < limit or limit == math.inf)
+
+
+def _is_absolute(last: Any, name: str, stamp: int) -> bool:
+    """Return whether times, nanoseconds, count from the clock's zero and not from the header."""
+    # By a clock that has just started, both may be near: then the name decides.
+    return (stamp > _CALENDAR or name == 'timestamp') and abs(last - stamp) < abs(last)
+
+
+def _is_near(first: Any, last: Any, stamp: int) -> bool:
+    return abs(first - stamp) < _TOO_FAR and abs(last - stamp) < _TOO_FAR
+
+
+def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any,
+                    stamp: int) -> None:
+    if not _is_near(origin + first, origin + last, stamp):
+        begins = format_span(int(origin + first - stamp))
+        raise InvalidArgumentException(
+            f'The times in the field {name!r}, read as {unit}, begin {begins} from the stamp of '
+            'the cloud. If the unit is another one, pass it; if it counts from another time, '
+            'such as when the sensor was switched on, pass the stamp of that as origin')
+
+
+def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64]:
+    if values.dtype.kind != 'f':
+        return values.astype(np.int64) * size
+    # Whole units apart from the rest, so that a time since 1970 loses nothing here.
+    exact = values.astype(float)
+    whole = np.floor(exact)
+    with np.errstate(invalid='ignore'):  # Points that were not seen may hold anything.
+        return whole.astype(np.int64) * size + np.rint((exact - whole) * size).astype(np.int64)
+
+
+def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int | None,
+             origin_read: int) -> str:
+    zero = "the clock's zero" if origin_read == 0 else "the cloud's stamp"
+    if origin is not None:
+        zero = f'{origin_read / 1e9:.9f} s'
+    assumed = [word for word, given in (('unit', unit), ('zero', origin)) if given is None]
+    note = f' (assumed: {" and ".join(assumed)})' if assumed else ''
+    return f'the field {name!r} ({kind}) holds {unit_read} from {zero}{note}'
