@@ -157,13 +157,13 @@ class HistoryMachine(RuleBasedStateMachine):
     @invariant()
     def memory_is_in_order(self):
         history = self.history
-        stamps, start = history._stamps.tolist(), history._start
+        stamps, start = history._stamps.tolist(), history._first()
         assert stamps == sorted(stamps)
         assert len(history._poses) == 7 * len(stamps)
         assert history._parents is None or len(history._parents) == len(stamps)
         assert 0 <= start < max(len(stamps), 1)
-        # Expired samples are skipped at once and dropped in blocks.
-        assert start < 64 or start * 8 < len(stamps)
+        # Expired samples are skipped at once, and dropped an eighth of the window later.
+        assert start < 64 or history._horizon + history.cache_time <= history._tidy_after
 
     @invariant()
     def one_parent_is_told_apart_from_several(self):

@@ -6,7 +6,7 @@ is called, who hangs on whom and who may insert is the business of ``tree``.
 """
 
 from array import array
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 import struct
 
 import numpy as np
@@ -26,6 +26,8 @@ POSE_BYTES = 56
 pack_pose = struct.Struct('=7d').pack
 _unpack = struct.Struct('=7d').unpack_from
 _unpack_pair = struct.Struct('=14d').unpack_from
+
+_BEGINNING = -2**63
 
 # Fewer expired samples than this are not worth moving the rest for.
 _MIN_BLOCK = 64
@@ -77,8 +79,8 @@ class DynamicHistory:
     64 bytes a sample, which ``struct`` reads as floats and numpy sees without a
     copy. Nearly all edges have one parent for ever; only when a second appears is
     a parent kept for every sample. Expired samples are skipped at once and
-    dropped in blocks of an eighth, so a sample costs at most 72 bytes and some
-    growth of the arrays.
+    dropped when an eighth of the window has passed, so a sample costs at most 72
+    bytes and some growth of the arrays.
 
     Appending is amortised O(1), inserting in the middle O(n) (a memmove), a
     lookup O(log n). Not safe for several threads: the buffer's lock is.
@@ -89,7 +91,8 @@ class DynamicHistory:
     """
 
     __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
-                 '_latest_pose', '_stamps', '_poses', '_parents', '_start', '_oldest_expires')
+                 '_latest_pose', '_stamps', '_poses', '_parents', '_start', '_horizon',
+                 '_tidy_after')
 
     is_static = False
 
@@ -108,12 +111,14 @@ class DynamicHistory:
         self._stamps = array('q')
         self._poses = array('d')
         self._parents: list[str] | None = None
+        # What is older than the horizon has expired. The start is moved past it when
+        # somebody looks, and memory is tidied up once in a while.
         self._start = 0
-        # A newest stamp beyond this makes the oldest sample expire.
-        self._oldest_expires = 0
+        self._horizon = _BEGINNING
+        self._tidy_after = _BEGINNING
 
     def __len__(self) -> int:
-        return len(self._stamps) - self._start
+        return len(self._stamps) - self._first()
 
     @property
     def fixed_parent(self) -> bool:
@@ -123,7 +128,7 @@ class DynamicHistory:
     @property
     def oldest_stamp(self) -> int | None:
         """Return the oldest stamp in the window, nanoseconds; None while there is no sample."""
-        return self._stamps[self._start] if self._stamps else None
+        return self._stamps[self._first()] if self._stamps else None
 
     def append(self, stamp: int, pose: bytes) -> bool:
         """
@@ -135,8 +140,9 @@ class DynamicHistory:
         latest = self.latest_stamp
         if latest is None or stamp < latest or self._parents is not None:
             return False
-        if latest > self._oldest_expires:
-            self._expire(latest - self.cache_time)
+        self._horizon = latest - self.cache_time
+        if latest > self._tidy_after:
+            self._tidy(latest)
         self._stamps.append(stamp)
         self._poses.frombytes(pose)
         self.latest_stamp = stamp
@@ -160,12 +166,11 @@ class DynamicHistory:
         latest = self.latest_stamp
         if latest is None:
             self._append(stamp, parent, pose)
-            self._note_oldest()
             return True
-        horizon = latest - self.cache_time
-        if latest > self._oldest_expires:
-            self._expire(horizon)
-        if stamp < horizon:
+        self._horizon = latest - self.cache_time
+        if latest > self._tidy_after:
+            self._tidy(latest)
+        if stamp < self._horizon:
             return False
         if parent != self.parent and self._parents is None:
             assert self.parent is not None
@@ -174,7 +179,6 @@ class DynamicHistory:
             self._append(stamp, parent, pose)
         else:
             self._insert_between(stamp, parent, pose)
-            self._note_oldest()
         return True
 
     def sample(self, stamp: int) -> PoseTuple:
@@ -190,9 +194,11 @@ class DynamicHistory:
         """
         if stamp == self.latest_stamp:
             return self._latest_pose or self._unpack_latest()
-        stamps, parents = self._stamps, self._parents
-        after = bisect_right(stamps, stamp, self._start)
-        if not self._start < after < len(stamps) or stamp == LATEST:
+        stamps, parents, start = self._stamps, self._parents, self._start
+        if stamps and stamps[start] < self._horizon:
+            start = self._first()
+        after = bisect_right(stamps, stamp, start)
+        if not start < after < len(stamps) or stamp == LATEST:
             self._check_span(stamp)
             return self._unpack_latest()
         older_stamp = stamps[after - 1]
@@ -217,7 +223,8 @@ class DynamicHistory:
         """Return the parent at a stamp, or beyond the stored span that of its end."""
         if self._parents is None or stamp == LATEST:
             return self.parent
-        return self._parents[max(self._start, bisect_right(self._stamps, stamp, self._start) - 1)]
+        first = self._first()
+        return self._parents[max(first, bisect_right(self._stamps, stamp, first) - 1)]
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """
@@ -225,7 +232,8 @@ class DynamicHistory:
 
         :return: stamps (n,) and poses (n, 7), n > 0.
         """
-        begin = max(self._start, bisect_right(self._stamps, first, self._start) - 1)
+        start = self._first()
+        begin = max(start, bisect_right(self._stamps, first, start) - 1)
         end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
         stamps = np.array(self._stamps[begin:end])
         poses = np.array(self._poses[begin * _POSE_FLOATS:end * _POSE_FLOATS])
@@ -238,7 +246,7 @@ class DynamicHistory:
         twin._latest_pose, twin._start = self._latest_pose, self._start
         twin._stamps, twin._poses = self._stamps[:], self._poses[:]
         twin._parents = None if self._parents is None else self._parents[:]
-        twin._oldest_expires = self._oldest_expires
+        twin._horizon, twin._tidy_after = self._horizon, self._tidy_after
         return twin
 
     def has_named(self, parent: str) -> bool:
@@ -248,7 +256,7 @@ class DynamicHistory:
     def _check_span(self, stamp: int) -> None:
         """Raise unless the stored span holds a stamp."""
         stamps = self._stamps
-        if not stamps or (stamp != LATEST and not stamps[self._start] <= stamp <= stamps[-1]):
+        if not stamps or (stamp != LATEST and not stamps[self._first()] <= stamp <= stamps[-1]):
             raise self._extrapolation(stamp)
 
     def _unpack_latest(self) -> PoseTuple:
@@ -265,30 +273,31 @@ class DynamicHistory:
         self.parent = parent
 
     def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
-        index = bisect_right(self._stamps, stamp, self._start)
+        index = bisect_right(self._stamps, stamp, self._first())
         self._stamps.insert(index, stamp)
         first = index * _POSE_FLOATS
         self._poses[first:first] = array('d', pose)
         if self._parents is not None:
             self._parents.insert(index, parent)
 
-    def _expire(self, horizon: int) -> None:
-        start = self._start
-        while self._stamps[start] < horizon:
-            start += 1
-        if start >= _MIN_BLOCK and start * 8 >= len(self._stamps):
+    def _first(self) -> int:
+        """Return the index of the oldest sample that has not expired; 0 while there is none."""
+        if self._stamps and self._stamps[self._start] < self._horizon:
+            self._start = bisect_left(self._stamps, self._horizon, self._start)
+        return self._start
+
+    def _tidy(self, latest: int) -> None:
+        """Drop expired samples, and come back when an eighth of the window has passed."""
+        start = self._first()
+        if start >= _MIN_BLOCK:
             del self._stamps[:start]
             del self._poses[:start * _POSE_FLOATS]
             if self._parents is not None:
                 del self._parents[:start]
                 if len(set(self._parents)) == 1:
                     self._parents = None
-            start = 0
-        self._start = start
-        self._note_oldest()
-
-    def _note_oldest(self) -> None:
-        self._oldest_expires = self._stamps[self._start] + self.cache_time
+            self._start = 0
+        self._tidy_after = latest + self.cache_time // 8
 
     def _extrapolation(self, stamp: int) -> Exception:
         latest, oldest, child = self.latest_stamp, self.oldest_stamp, self.child

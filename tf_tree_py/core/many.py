@@ -18,7 +18,6 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import PPoly
 
 from . import se3
 from .se3 import PoseTuple
@@ -118,6 +117,9 @@ class PathTrack:
 
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
         """Return the poses by way of the interpolating polynomials between the knots."""
+        # Not before it is needed: half a second, and 45 MB.
+        from scipy.interpolate import PPoly
+
         # Chebyshev's second kind on 0 to 1: the ends are among them.
         places = 0.5 - 0.5 * np.cos(np.pi * np.arange(nodes) / (nodes - 1))
         lengths = np.diff(knots).astype(float)

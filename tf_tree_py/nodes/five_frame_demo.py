@@ -46,29 +46,30 @@ class DemoListener(FiveFrameListener):
             Parameter(name, value=value) for name, value in names.items()])
         self._motion = publisher.motion
         self._begin = time.monotonic()
-        self._ages = [0]
-        self._distances = [0.0]
-        self._angles = [0.0]
+        self._all_ages = self._worst_age = 0
+        self._worst_distance = self._worst_angle = 0.0
 
     def answer(self, stamp: int, pose: Pose, age: int) -> None:
         """Tell where the gripper is, and how far from where it truly was."""
         error = self._motion.world_T_gripper(stamp).inverse() @ pose
-        self._ages.append(age)
-        self._distances.append(math.hypot(*error.translation))
-        self._angles.append(math.hypot(*error.as_rotation_vector()))
+        distance = math.hypot(*error.translation)
+        self._all_ages += age
+        self._worst_age = max(self._worst_age, age)
+        self._worst_distance = max(self._worst_distance, distance)
+        self._worst_angle = max(self._worst_angle, math.hypot(*error.as_rotation_vector()))
         say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms  '
-            f'off {self._distances[-1] * 1e3:.3f} mm')
+            f'off {distance * 1e3:.3f} mm')
 
     def summary(self) -> str:
         """Return what there is to say at the end."""
         counts = self.buffer.statistics()
-        mean_age = sum(self._ages) / max(1, self.answered)
+        mean_age = self._all_ages / max(1, self.answered)
         return (
             f'{time.monotonic() - self._begin:.1f} s: {self.answered} of {self.asked} lookups '
             f'answered, {mean_age / 1e6:.0f} ms after the moment asked for on average, '
-            f'{max(self._ages) / 1e6:.0f} ms at most.\n'
-            f'Furthest from the true motion: {max(self._distances) * 1e3:.3f} mm, '
-            f'{math.degrees(max(self._angles)):.4f} deg. '
+            f'{self._worst_age / 1e6:.0f} ms at most.\n'
+            f'Furthest from the true motion: {self._worst_distance * 1e3:.3f} mm, '
+            f'{math.degrees(self._worst_angle):.4f} deg. '
             f'{counts.accepted} transforms received, {counts.refused} refused.')
 
 
