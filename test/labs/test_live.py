@@ -1,0 +1,115 @@
+"""The labs over DDS, short: real processes, and a clean end."""
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+from tf_tree_py.labs.live import cycle, latency, remount, session, startup, static_spam
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_left():
+    before = _ros_variables()
+    yield
+    assert multiprocessing.active_children() == []
+    assert not [thread for thread in threading.enumerate() if 'receiver' in thread.name]
+    assert _ros_variables() == before
+
+
+def _ros_variables():
+    return {name: value for name, value in os.environ.items() if name.startswith('ROS_')}
+
+
+def test_latency_between_two_processes():
+    numbers = latency.run(images=8).numbers
+    for speed, slope in numbers['slopes'].items():
+        # Eight images on a busy machine; the tables of the lab itself have thirty.
+        assert slope == pytest.approx(float(speed), rel=0.15)
+    assert numbers['worst_stamped_m'] < 1e-4
+    assert numbers['now_raised'] > 0.9 * numbers['now_asked']
+    assert 0.0 < numbers['transport_median_s'] < 0.1
+
+
+def test_remounted_camera_reaches_every_module_that_uses_it():
+    report = remount.run(processes=2)
+    assert (report.numbers['changed'], report.numbers['unchanged']) == (5, 7)
+    for row in report.tables[0].as_dict()['rows']:
+        assert (row['after_s'] is not None) == (row['sensor'] == 'head_camera')
+        assert (row['moved_m'] > 0.05) == (row['sensor'] == 'head_camera')
+
+
+def test_startup_before_the_publisher():
+    numbers = startup.run(starts=3).numbers
+    assert numbers['first_failed']['0.0'] == numbers['starts'] == 3
+    assert 0.0 < numbers['came_median_s'] <= numbers['came_worst_s']
+
+
+def test_spam_costs_and_its_death_is_noticed():
+    numbers = static_spam.run(seconds=0.5).numbers
+    assert numbers['spam_transforms_per_s'] > 500.0 and numbers['static_transforms_per_s'] == 0.0
+    assert numbers['spam_cpu'] > numbers['static_cpu']
+    dead, fixed = numbers['after'].values()
+    assert dead.startswith('FutureExtrapolationException') and fixed == 'answers'
+
+
+def test_loop_is_refused_when_it_arrives():
+    numbers = cycle.run(seconds=0.3).numbers
+    assert numbers['refused'] > 0 and numbers['errors'] == 0
+    assert numbers['different_answers'] == 20
+    assert 'would close a loop' in numbers['incident']
+
+
+def silent(_, pipe):
+    """Say nothing, and end with the pipe."""
+    pipe.recv()
+
+
+def gone(_, pipe):
+    """End at once."""
+
+
+def test_process_that_is_gone_or_silent_is_told(monkeypatch):
+    monkeypatch.setattr(session, '_PATIENCE_S', 0.1)
+    with session.session() as lab:
+        pipe = lab.start(silent)
+        with pytest.raises(RuntimeError, match='said nothing'):
+            session.answer(pipe)
+        monkeypatch.setattr(session, '_PATIENCE_S', 20.0)
+        with pytest.raises(RuntimeError, match='ended too soon'):
+            session.answer(lab.start(gone))
+
+
+def test_ctrl_c_ends_all_processes_without_a_word():
+    command = [sys.executable, '-c', _STUCK]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          start_new_session=True) as process:
+        pid = json.loads(process.stdout.readline())
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, '', '')
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+# A lab that waits for ever for what its other process says; it tells when it does.
+_STUCK = """
+import sys
+from tf_tree_py.labs import catalogue
+from tf_tree_py.labs.live import latency, session, startup
+from tf_tree_py.labs.tf_lab import main
+
+def run():
+    with session.session() as lab:
+        pipe = lab.start(startup.publish)
+        session.answer(pipe)
+        print(lab._processes[0][0].pid, flush=True)
+        session.answer(pipe)
+
+latency.run = run
+sys.exit(main(['tf_lab', 'latency', '--ros']))
+"""

@@ -1,0 +1,52 @@
+"""The golden example, its exercise, the wrong order, and what a wrong turn looks like."""
+
+from lab_reports import report_of
+import numpy as np
+import pytest
+from tf_tree_py.core import Pose
+from tf_tree_py.labs.order import EXAMPLE, EXERCISE, LEFT_TURN, point, steps, symptoms, tree
+
+LEFT, AHEAD = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
+
+
+def test_example_step_by_step():
+    assert [step.origin for step in steps(EXAMPLE)] == [
+        (2.0, 0.0, 0.0), (2.5, 1.0, 0.0), (2.7, 1.0, 0.8)]
+    assert point(EXAMPLE) == (3.7, 1.0, 0.8)
+
+
+def test_exercise_step_by_step():
+    assert [step.origin for step in steps(EXERCISE)] == [
+        (2.0, 0.0, 0.0), (2.5, 1.0, 0.0), (2.5, 1.2, 0.8)]
+    assert steps(EXERCISE)[-1].forward == LEFT
+    assert point(EXERCISE) == (2.5, 2.2, 0.8)
+
+
+def test_there_and_back_is_the_identity():
+    buffer = tree(EXERCISE)
+    unit = buffer.lookup('map', 'camera') @ buffer.lookup('camera', 'map')
+    assert np.allclose(unit.as_matrix(), np.eye(4), atol=1e-12)
+
+
+def test_translations_hide_the_wrong_order_and_a_turn_shows_it():
+    numbers = report_of('order').numbers
+    assert numbers['example_wrong'] == numbers['example'] == (3.7, 1.0, 0.8)
+    assert numbers['exercise'] == (2.5, 2.2, 0.8)
+    assert numbers['exercise_wrong'] == (0.7, 4.0, 0.8)
+
+
+def test_turn_then_go_is_not_go_then_turn():
+    go = Pose(1.0)
+    assert (LEFT_TURN @ go).translation == pytest.approx((0.0, 1.0, 0.0))
+    assert (go @ LEFT_TURN).translation == pytest.approx((1.0, 0.0, 0.0))
+
+
+def test_each_wrong_edge_has_a_symptom_of_its_own():
+    none, map_odom, odom_base, base_camera = symptoms()
+    told = {row.edge: (row.base_in_odom, row.base_in_map, row.camera_in_base)
+            for row in symptoms()}
+    assert len(set(told.values())) == 4
+    assert told[none.edge] == (AHEAD, AHEAD, AHEAD)
+    assert (map_odom.base_in_odom, map_odom.base_in_map) == (AHEAD, LEFT)
+    assert odom_base.base_in_odom == LEFT and odom_base.camera_in_base == AHEAD
+    assert base_camera.base_in_map == AHEAD and base_camera.camera_in_base == LEFT

@@ -1,0 +1,56 @@
+"""Which labs there are, in the order of the course."""
+
+from collections.abc import Callable
+import importlib
+from types import ModuleType
+from typing import NamedTuple
+
+from . import (
+    cycle,
+    direction,
+    interpolation,
+    latency,
+    order,
+    planar,
+    remount,
+    startup,
+    static_spam,
+    warehouse,
+)
+from .report import Report
+
+_COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
+           cycle, remount)
+_LIVE = (latency, remount, startup, static_spam, cycle)
+
+
+class Lab(NamedTuple):
+    """
+    One experiment.
+
+    :ivar summary: what it shows, a line.
+    :ivar run: does it, on a buffer in this process.
+    :ivar live: whether there is a variant over DDS, with processes of its own.
+    """
+
+    name: str
+    summary: str
+    run: Callable[[], Report]
+    live: bool
+
+    def run_live(self) -> Report:
+        """
+        Do it over DDS.
+
+        :raises ImportError: there is no ROS here.
+        """
+        module = importlib.import_module(f'{__package__}.live.{self.name.replace("-", "_")}')
+        return module.run()  # type: ignore[no-any-return]
+
+
+def _lab(module: ModuleType) -> Lab:
+    name = module.__name__.rpartition('.')[2].replace('_', '-')
+    return Lab(name, module.SUMMARY, module.run, module in _LIVE)
+
+
+LABS = {lab.name: lab for lab in map(_lab, _COURSE)}

@@ -1,0 +1,208 @@
+"""Two nodes that each claim to be the other's parent: what tf2 says, and what this tree says."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
+from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.stamp import from_seconds
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = "two nodes each claim to be the other's parent: who finds out, and when"
+
+EKF, WHEELS = '/ekf', '/wheel_odometry'
+ODOM_T_BASE = Pose(2.0, 0.0, 0.0)
+BASE_T_ODOM = Pose(-2.3, 0.0, 0.0)
+"""What the second node says: it should be the inverse of the first, and drifted."""
+BELOW = {'torso': ('base_link', Pose(0.1, 0.0, 0.4)), 'head': ('torso', Pose(0.1, 0.0, 0.5)),
+         'camera': ('head', Pose(0.1, 0.0, 0.1)), 'dock': ('odom', Pose(0.5, 0.0, 0.0))}
+"""What hangs below the two, by child frame: four static edges that nobody disputes."""
+
+FRAMES = ('odom', 'base_link', 'torso', 'camera', 'dock')
+STAMP = from_seconds(1.0)
+
+# tf2's BufferCore gives up after so many edges.
+TF2_MAX_DEPTH = 1000
+
+Tree = Mapping[str, tuple[str, Pose]]
+
+
+class TooDeep(Exception):
+    """What tf2 calls "The tf tree is invalid because it contains a loop"."""
+
+
+def disputed() -> dict[str, tuple[str, Pose]]:
+    """Return every frame's parent and pose as tf2 stores them, the loop and all."""
+    return {'base_link': ('odom', ODOM_T_BASE), 'odom': ('base_link', BASE_T_ODOM), **BELOW}
+
+
+def tf2_lookup(tree: Tree, target: str, source: str) -> Pose:
+    """
+    Return ``target_T_source`` as tf2's climb does (BufferCore::walkToTopParent), loop or not.
+
+    From the source upwards until the target or the top, then from the target
+    upwards until the source or that top; 1,000 edges are too many.
+
+    :raises TooDeep: it went round and round.
+    """
+    if target == source:
+        return Pose()
+    frame, top_T_source = source, Pose()
+    for _ in range(TF2_MAX_DEPTH + 1):
+        if frame == target:
+            return top_T_source
+        if frame not in tree:
+            break
+        frame, pose = tree[frame]
+        top_T_source = pose @ top_T_source
+    else:
+        raise TooDeep
+    top, frame, top_T_target = frame, target, Pose()
+    for _ in range(TF2_MAX_DEPTH + 1):
+        if frame == source:
+            return top_T_target.inverse()
+        if frame == top:
+            return top_T_target.inverse() @ top_T_source
+        frame, pose = tree[frame]
+        top_T_target = pose @ top_T_target
+    raise TooDeep
+
+
+class Pair(NamedTuple):
+    """One lookup in both: x of ``target_T_source`` in metres, or None where it failed."""
+
+    target: str
+    source: str
+    tf2: float | None
+    here: float | None
+
+
+def publish() -> tuple[BufferCore, list[Incident]]:
+    """Publish the same to a buffer of this library, the loop last; return what it said."""
+    buffer = BufferCore()
+    for child, (parent, pose) in BELOW.items():
+        buffer.insert(parent, child, LATEST, pose, authority='/robot_state', static=True)
+    incidents = buffer.insert('odom', 'base_link', STAMP, ODOM_T_BASE, authority=EKF)
+    incidents += buffer.insert('base_link', 'odom', STAMP, BASE_T_ODOM, authority=WHEELS)
+    return buffer, incidents
+
+
+def ask(buffer: BufferCore) -> list[Pair]:
+    """Ask both for every pair of frames."""
+    tree = disputed()
+    pairs = []
+    for target in FRAMES:
+        for source in FRAMES:
+            if target == source:
+                continue
+            try:
+                tf2 = tf2_lookup(tree, target, source).x
+            except TooDeep:
+                tf2 = None
+            pairs.append(Pair(target, source, tf2, _x(buffer, target, source)))
+    return pairs
+
+
+def _x(buffer: BufferCore, target: str, source: str) -> float | None:
+    try:
+        return buffer.lookup(target, source, LATEST).x
+    except TransformException:
+        return None
+
+
+def run() -> Report:
+    """Close the loop, and ask for every pair."""
+    buffer, incidents = publish()
+    pairs = ask(buffer)
+    failed = [pair for pair in pairs if pair.tf2 is None]
+    wrong = [pair for pair in pairs if pair.tf2 is not None and pair.here is not None
+             and abs(pair.tf2 - pair.here) > 1e-9]
+    there, back = (next(pair.tf2 for pair in pairs if pair[:2] == names)
+                   for names in (('odom', 'base_link'), ('base_link', 'odom')))
+    assert there is not None and back is not None
+    return Report(
+        tables=[_table(pairs)],
+        law=f'of {len(pairs)} lookups in a tree with a loop tf2 fails {len(failed)}, also where '
+            'the loop is not on the way, and answers the others as if all were well, '
+            f'{len(wrong)} of them by the second node; this tree refuses the edge that closes '
+            f'the loop, when it arrives, and answers all {len(pairs)}.',
+        remarks=[
+            f'In tf2 odom <- base_link is {there:.1f} m and base_link <- odom is {back:.1f} m: '
+            'not inverses of each other, each node is believed in its own direction. And '
+            'camera <- torso, over two static edges that nobody disputes, fails with a depth '
+            'error: the climb from the source, in search of the target, never ends.',
+            'What this tree says, once, when the edge arrives:\n'
+            + '\n'.join(map(str, incidents))],
+        numbers={'pairs': len(pairs), 'tf2_failed': len(failed), 'tf2_by_the_second': len(wrong),
+                 'here_failed': sum(pair.here is None for pair in pairs),
+                 'tf2_there_m': there, 'tf2_back_m': back,
+                 'incidents': [str(incident) for incident in incidents]},
+        draw=partial(_draw, pairs))
+
+
+def _table(pairs: list[Pair]) -> Table:
+    return Table(
+        'x of every pair: /ekf says odom -> base_link, /wheel_odometry says base_link -> odom',
+        (Column('target', 'target'), Column('source', 'source'),
+         Column('tf2_x_m', 'tf2 [m]', '.2f'), Column('here_x_m', 'this tree [m]', '.2f'),
+         Column('note', '')),
+        [(*pair, _note(pair)) for pair in pairs])
+
+
+def _note(pair: Pair) -> str:
+    if pair.tf2 is None:
+        return 'tf2: more than 1000 deep'
+    agree = pair.here is not None and abs(pair.tf2 - pair.here) < 1e-9
+    return '' if agree else 'tf2: by the second node'
+
+
+_PLACES = {'odom': (0.5, 3.0), 'base_link': (2.2, 3.0), 'dock': (0.5, 1.9), 'torso': (2.2, 2.1),
+           'head': (2.2, 1.2), 'camera': (2.2, 0.3)}
+
+
+def _draw(pairs: list[Pair], figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    _draw_tree(left)
+    for pair in pairs:
+        column, row = FRAMES.index(pair.source), FRAMES.index(pair.target)
+        text, face = 'too\ndeep', GREY
+        if pair.tf2 is not None:
+            by_second = _note(pair) != ''
+            text, face = f'{pair.tf2:.1f}', '#dcdcdc' if by_second else 'white'
+        right.add_patch(_square(column, row, face))
+        right.annotate(text, (column, row), ha='center', va='center',
+                       color='white' if face == GREY else 'black')
+    right.set_xticks(range(len(FRAMES)), [name.replace('_', '_\n') for name in FRAMES])
+    right.set_yticks(range(len(FRAMES)), FRAMES)
+    right.set(xlim=(-0.5, 4.5), ylim=(4.5, -0.5), xlabel='source frame', ylabel='target frame',
+              title='tf2: x [m]; light grey: by the second node')
+    right.grid(visible=False)
+
+
+def _square(column: int, row: int, face: str) -> Any:
+    from matplotlib.patches import Rectangle
+    return Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, facecolor=face, edgecolor='black')
+
+
+def _draw_tree(axes: Any) -> None:
+    """Draw the frames, arrows from parent to child."""
+    arrow = {'arrowstyle': '-|>', 'shrinkA': 26.0, 'shrinkB': 26.0, 'linewidth': 1.6}
+    axes.annotate('', _PLACES['base_link'], _PLACES['odom'], arrowprops={
+        **arrow, 'color': 'black', 'connectionstyle': 'arc3,rad=-0.45'})
+    axes.annotate('', _PLACES['odom'], _PLACES['base_link'], arrowprops={
+        **arrow, 'color': STYLES[2]['color'], 'linestyle': '--',
+        'connectionstyle': 'arc3,rad=-0.45'})
+    axes.annotate(EKF, (1.35, 3.62), ha='center')
+    axes.annotate(f'{WHEELS}\ncloses the loop', (1.35, 2.02), ha='center',
+                  color=STYLES[2]['color'])
+    for child, (parent, _) in BELOW.items():
+        axes.annotate('', _PLACES[child], _PLACES[parent], arrowprops={
+            **arrow, 'shrinkA': 12.0, 'shrinkB': 12.0, 'color': GREY})
+    for frame, place in _PLACES.items():
+        axes.annotate(frame, place, ha='center', va='center', bbox={
+            'boxstyle': 'round', 'facecolor': 'white', 'edgecolor': 'black'})
+    axes.set(xlim=(-0.3, 3.0), ylim=(0.0, 4.1), title='Parent → child; grey edges are static')
+    axes.set_axis_off()

@@ -1,0 +1,173 @@
+"""Which way round: the inverse, not the transpose; and one question that finds most mistakes."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from math import pi, radians
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.core.stamp import from_seconds
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'the way back is the inverse, not the transpose; "is it in front of me?"'
+
+BASE_T_CAMERA = Pose.from_xyz_rpy(x=0.2, z=0.8)
+# Ahead of the camera, and a little to the left.
+CAMERA_P = (2.0, 0.3, 0.0)
+_STAMP = from_seconds(1.0)
+_TRIALS = 500
+
+
+def is_in_front(robot_T_source: Pose, source_p: Sequence[float],
+                forward: Sequence[float] = (1.0, 0.0, 0.0)) -> bool:
+    """
+    Return whether a point lies ahead of the robot: the check that finds a swapped lookup.
+
+    A camera that looks ahead sees nothing behind the robot. So transform what it saw
+    to where you want it, say to the map, ask with ``lookup('base_link', 'map')`` and
+    the point in the map; False means that a lookup was made the wrong way round.
+
+    :param robot_T_source: takes the point to the robot's frame.
+    :param source_p: (3,), metres.
+    :param forward: the robot's axis that points ahead; z for an optical frame.
+    """
+    return bool((robot_T_source @ np.asarray(source_p, dtype=float)) @ np.asarray(forward) > 0.0)
+
+
+def robot_at(map_T_base: Pose) -> BufferCore:
+    """Return map -> base_link -> camera."""
+    buffer = BufferCore()
+    buffer.insert('map', 'base_link', _STAMP, map_T_base)
+    buffer.insert('base_link', 'camera', LATEST, BASE_T_CAMERA, static=True)
+    return buffer
+
+
+# What people compute who hold camera_T_map and want a point of the camera in the map.
+
+def _inverse(camera_T_map: Pose, camera_p: Any) -> Any:
+    return camera_T_map.inverse() @ camera_p
+
+
+def _swapped(camera_T_map: Pose, camera_p: Any) -> Any:
+    return camera_T_map @ camera_p
+
+
+def _transposed(camera_T_map: Pose, camera_p: Any) -> Any:
+    """Use the transpose of the whole 4 x 4 matrix, and the first three of what comes out."""
+    return (camera_T_map.as_matrix().T @ [*camera_p, 1.0])[:3]
+
+
+def _negated(camera_T_map: Pose, camera_p: Any) -> Any:
+    """Turn back, but take away a translation that is in the coordinates of the camera."""
+    matrix = camera_T_map.as_matrix()
+    return matrix[:3, :3].T @ camera_p - matrix[:3, 3]
+
+
+WAYS: dict[str, Callable[[Pose, Any], Any]] = {
+    'the inverse': _inverse,
+    'none, the arguments swapped': _swapped,
+    'the 4 x 4 matrix transposed': _transposed,
+    'R transposed, t negated': _negated,
+}
+
+
+class Outcome(NamedTuple):
+    """
+    How one way of going back does, on one pose and on many.
+
+    :ivar map_p: where it puts the point on the robot of the picture.
+    :ivar error: how far that is from the truth, metres.
+    :ivar behind: on how many of 500 random poses the point came out behind the robot.
+    :ivar other_range: on how many it came out at another distance than the camera saw.
+    """
+
+    way: str
+    map_p: npt.NDArray[np.float64]
+    error: float
+    behind: float
+    other_range: float
+
+
+def outcome(way: str, map_T_base: Pose) -> Outcome:
+    """Go back one way: on the given pose, and on random ones."""
+    buffer = robot_at(map_T_base)
+    map_p = np.asarray(WAYS[way](buffer.lookup('camera', 'map'), CAMERA_P))
+    truth = buffer.lookup('map', 'camera') @ CAMERA_P
+    random = np.random.default_rng(1)
+    behind = other_range = 0
+    for _ in range(_TRIALS):
+        x, y, yaw = random.uniform((-10.0, -10.0, -pi), (10.0, 10.0, pi)).tolist()
+        buffer = robot_at(Pose.from_xyz_rpy(x=x, y=y, yaw=yaw))
+        seen = WAYS[way](buffer.lookup('camera', 'map'), CAMERA_P)
+        behind += not is_in_front(buffer.lookup('base_link', 'map'), seen)
+        camera_p = buffer.lookup('camera', 'map') @ seen
+        other_range += abs(np.linalg.norm(camera_p) - np.linalg.norm(CAMERA_P)) > 0.01
+    return Outcome(way, map_p, float(np.linalg.norm(map_p - truth)), behind / _TRIALS,
+                   other_range / _TRIALS)
+
+
+def run() -> Report:
+    """Go back all ways, and see which of them the question finds."""
+    map_T_base = Pose.from_xyz_rpy(x=3.0, y=1.0, yaw=radians(120.0))
+    outcomes = [outcome(way, map_T_base) for way in WAYS]
+    swapped = outcomes[1]
+    buffer = robot_at(map_T_base)
+    unit = buffer.lookup('map', 'camera') @ buffer.lookup('camera', 'map')
+    return Report(
+        tables=[Table(
+            f'A point that the camera sees at {CAMERA_P}, taken to the map with camera_T_map and '
+            '...',
+            (Column('way', '... this'), Column('map_p_m', 'gives [m]'),
+             Column('error_m', 'error [m]', '.3f'),
+             Column('behind', 'behind the robot [%]', '.0f', 100.0),
+             Column('other_range', 'at another distance [%]', '.0f', 100.0)),
+            [(row.way, '({:.2f}, {:.2f}, {:.2f})'.format(*row.map_p), row.error, row.behind,
+              row.other_range) for row in outcomes])],
+        law='lookup(target, source) takes coordinates in the source to coordinates in the '
+            'target, and the way back is the inverse (R^T, -R^T t), not a transpose: swapped '
+            f'arguments put the point {swapped.error:.2f} m off here, and behind the robot on '
+            f'{swapped.behind:.0%} of {_TRIALS} random poses, where is_in_front() finds it.',
+        remarks=[
+            f'map_T_camera camera_T_map = {unit}: the two lookups are inverses of each other.',
+            'One point finds a swapped lookup less than every other time: a wrong point may well '
+            'lie ahead by chance. Ask at poses that face different ways, or compare the distance '
+            'as well: the camera measured it, and no right transform changes it.'],
+        numbers={row.way: {'error_m': row.error, 'behind': row.behind,
+                           'other_range': row.other_range} for row in outcomes},
+        draw=partial(_draw, outcomes, map_T_base))
+
+
+def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    _draw_places(left, outcomes, map_T_base)
+    heights = np.arange(len(outcomes))
+    for share, shift, hatch, colour, label in (
+            ('behind', -0.19, '////', STYLES[1]['color'], 'behind the robot'),
+            ('other_range', 0.19, 'xx', STYLES[2]['color'], 'at another distance')):
+        right.barh(heights + shift, [getattr(row, share) * 100.0 for row in outcomes], 0.36,
+                   facecolor='white', edgecolor=colour, hatch=hatch, label=label)
+    right.set_yticks(heights, [row.way.replace(', ', ',\n').replace('matrix ', 'matrix\n')
+                               for row in outcomes])
+    right.invert_yaxis()
+    right.set(xlabel=f'share of {_TRIALS} random poses [%]', xlim=(0.0, 105.0),
+              title='What one point tells')
+    right.grid(axis='y', visible=False)
+    right.legend(loc='upper right')
+
+
+def _draw_places(axes: Any, outcomes: list[Outcome], map_T_base: Pose) -> None:
+    corners = map_T_base @ [(0.5, 0.0, 0.0), (-0.3, 0.3, 0.0), (-0.3, -0.3, 0.0), (0.5, 0.0, 0.0)]
+    axes.plot(corners[:, 0], corners[:, 1], color='black')
+    axes.annotate('robot', map_T_base.translation[:2], (14, -4), textcoords='offset points')
+    axes.plot(0.0, 0.0, marker='+', color=GREY, markersize=12)
+    axes.annotate('map', (0.0, 0.0), (8, 6), textcoords='offset points', color=GREY)
+    for row, marker in zip(outcomes, 'oXsD', strict=True):
+        axes.plot(*row.map_p[:2], marker=marker, color='black', linestyle='none',
+                  markersize=8, label=row.way, fillstyle='full' if marker == 'o' else 'none')
+    axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal', xlim=(-3.4, 4.8),
+             ylim=(-2.3, 7.2), title='Where the point is said to be')
+    axes.legend(loc='upper left')

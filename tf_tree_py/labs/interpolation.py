@@ -1,0 +1,205 @@
+"""Between two samples: how wrong a straight line is on a curve, and at a jump."""
+
+from functools import partial
+from math import degrees, dist, radians, sin, sqrt, tau
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py.core.so3 import log_many, multiply_many
+from tf_tree_py.core.stamp import as_seconds, from_seconds
+
+from .latency import Motion, pose_at
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'between samples a curve is cut by a T^2/8; a jump invents poses'
+
+SPEED = 0.5
+TURN_RATES = (0.5, 1.0, 2.0)
+RATES_HZ = (5.0, 10.0, 20.0, 50.0, 100.0)
+_SWING, _SWING_HZ = 0.5, 1.0
+_SAMPLES = 60
+_PER_GAP = 8
+
+JUMP = Pose.from_xyz_rpy(y=0.5, yaw=radians(10.0))
+"""What a localiser corrects at once; it publishes at 10 Hz."""
+JUMP_PERIOD = from_seconds(0.1)
+_JUMP_AT = from_seconds(1.0)
+
+
+class Gap(NamedTuple):
+    """The largest errors between samples: metres, radians."""
+
+    rate_hz: float
+    moved: float
+    turned: float
+
+
+def between_samples(motion: Motion, rate_hz: float) -> Gap:
+    """Sample a motion at a rate, and look between the samples."""
+    period = from_seconds(1.0 / rate_hz)
+    buffer = BufferCore(cache_time=_SAMPLES * period)
+    for number in range(1, _SAMPLES):
+        buffer.insert('odom', 'base_link', number * period, motion(number * period))
+    stamps = [period + period * number // _PER_GAP
+              for number in range(_PER_GAP * (_SAMPLES - 2))]
+    found = buffer.lookup_many('odom', 'base_link', stamps)
+    truth = np.array([motion(stamp) for stamp in stamps])
+    turned = multiply_many(truth[:, 3:] * (-1.0, -1.0, -1.0, 1.0), found[:, 3:])
+    return Gap(rate_hz, float(np.linalg.norm(found[:, :3] - truth[:, :3], axis=1).max()),
+               float(np.linalg.norm(log_many(turned), axis=1).max()))
+
+
+def swing(stamp: int) -> Pose:
+    """Return a head that looks left and right, once a second, by half a radian."""
+    return Pose.from_xyz_rpy(yaw=_SWING * sin(tau * _SWING_HZ * as_seconds(stamp)))
+
+
+def rate_for(acceleration: float, error: float) -> float:
+    """
+    Return how often to publish, Hz, for an error of at most so much between samples.
+
+    :param acceleration: the largest of the motion, m/s^2 (on a curve speed times turn
+        rate) or rad/s^2.
+    :param error: metres, or radians.
+    """
+    return sqrt(acceleration / (8.0 * error))
+
+
+def fit(gaps: list[Gap]) -> tuple[float, float]:
+    """Return (k, n) of error = k T^n: a line through the logarithms."""
+    power, logarithm = np.polyfit(np.log([1.0 / gap.rate_hz for gap in gaps]),
+                                  np.log([gap.moved for gap in gaps]), 1)
+    return float(np.exp(logarithm)), float(power)
+
+
+class Invented(NamedTuple):
+    """A lookup between the last sample before a jump and the first after it."""
+
+    ratio: float
+    from_before: float
+    from_after: float
+
+
+def invented(*, told_before: bool) -> list[Invented]:
+    """
+    Look up map_T_odom across a jump.
+
+    :param told_before: the old pose is sent once more, stamped 1 ns before the jump.
+    """
+    buffer = BufferCore()
+    before = Pose()
+    buffer.insert('map', 'odom', _JUMP_AT - JUMP_PERIOD, before)
+    if told_before:
+        buffer.insert('map', 'odom', _JUMP_AT - 1, before)
+    buffer.insert('map', 'odom', _JUMP_AT, JUMP)
+    found = []
+    for ratio in (0.0, 0.25, 0.5, 0.75, 1.0):
+        stamp = _JUMP_AT - round((1.0 - ratio) * JUMP_PERIOD)
+        pose = buffer.lookup('map', 'odom', stamp)
+        found.append(Invented(ratio, dist(pose.translation, before.translation),
+                              dist(pose.translation, JUMP.translation)))
+    return found
+
+
+def run() -> Report:
+    """Look between samples of a curve, of a swinging head, and of a jump."""
+    curves = {rate: [between_samples(partial(pose_at, SPEED, rate), hz) for hz in RATES_HZ]
+              for rate in TURN_RATES}
+    swings = [between_samples(swing, hz) for hz in RATES_HZ]
+    factor, power = fit(curves[1.0])
+    eighth = factor / SPEED
+    middle = invented(told_before=False)[2]
+    return Report(
+        tables=[_curve_table(curves), _swing_table(swings), _rate_table(), _jump_table()],
+        law=f'between samples T apart a straight line is off by at most a T^2/8, with a the '
+            f'acceleration, v w on a curve (fitted: {eighth:.4f} v w T^{power:.3f}), so publish '
+            'at sqrt(a / (8 error)) Hz; and at a jump it invents poses as far as '
+            f'{min(middle[1:]) * 100.0:.0f} cm from anywhere the frame ever was.',
+        remarks=['Rotation at a constant rate is exact, whatever the publishing rate: slerp is '
+                 'that motion. What slerp misses is a rate that changes.'],
+        numbers={'factor': eighth, 'power': power, 'rate_for_1mm_hz': rate_for(SPEED, 0.001),
+                 'invented_m': min(middle[1:])},
+        draw=partial(_draw, curves))
+
+
+def _curve_table(curves: dict[float, list[Gap]]) -> Table:
+    return Table(
+        f'On a curve at {SPEED} m/s: the largest error between samples',
+        (Column('turn_rate', 'w [rad/s]', '.1f'), Column('rate_hz', 'rate [Hz]', '.0f'),
+         Column('moved_m', 'off by [mm]', '.4f', 1e3),
+         Column('law_m', 'v w T^2/8 [mm]', '.4f', 1e3),
+         Column('turned_rad', 'turned [deg]', '.4f', degrees(1.0))),
+        [(rate, gap.rate_hz, gap.moved, SPEED * rate / gap.rate_hz ** 2 / 8.0, gap.turned)
+         for rate, gaps in curves.items() for gap in gaps])
+
+
+def _swing_table(swings: list[Gap]) -> Table:
+    acceleration = _SWING * (tau * _SWING_HZ) ** 2
+    return Table(
+        f'A head that swings by {_SWING} rad at {_SWING_HZ:g} Hz: {acceleration:.1f} rad/s^2',
+        (Column('rate_hz', 'rate [Hz]', '.0f'),
+         Column('turned_rad', 'turned wrongly [deg]', '.3f', degrees(1.0)),
+         Column('law_rad', 'acceleration T^2/8 [deg]', '.3f', degrees(1.0))),
+        [(gap.rate_hz, gap.turned, acceleration / gap.rate_hz ** 2 / 8.0) for gap in swings])
+
+
+def _rate_table() -> Table:
+    rows = []
+    for name, speed, turn_rate in (('warehouse robot', 0.5, 0.5), ('forklift', 2.0, 1.0),
+                                   ('arm', 1.5, 3.0), ('racing drone', 15.0, 4.0)):
+        rate = rate_for(speed * turn_rate, 0.001)
+        gap = between_samples(partial(pose_at, speed, turn_rate), rate)
+        rows.append((name, speed, turn_rate, rate, gap.moved))
+    return Table(
+        'How often to publish for 1 mm: sqrt(v w / (8 error)); and what that gives',
+        (Column('what', 'what'), Column('speed', 'v [m/s]', '.1f'),
+         Column('turn_rate', 'w [rad/s]', '.1f'), Column('rate_hz', 'rate [Hz]', '.1f'),
+         Column('moved_m', 'off by [mm]', '.3f', 1e3)), rows)
+
+
+def _jump_table() -> Table:
+    rows = []
+    for plain, told in zip(invented(told_before=False), invented(told_before=True), strict=True):
+        rows.append((plain.ratio * as_seconds(JUMP_PERIOD), plain.from_before, plain.from_after,
+                     told.from_before))
+    return Table(
+        f'map -> odom jumps by {JUMP.y} m, {JUMP_PERIOD / 1e6:.0f} ms after its last sample',
+        (Column('after_s', 'after that sample [ms]', '.0f', 1e3),
+         Column('from_before_m', 'from where it was [cm]', '.1f', 100.0),
+         Column('from_after_m', 'from where it will be [cm]', '.1f', 100.0),
+         Column('told_from_before_m', 'the same, old pose sent again [cm]', '.1f', 100.0)),
+        rows)
+
+
+def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    for style, (rate, gaps) in zip(STYLES[1:], curves.items(), strict=True):
+        left.loglog([gap.rate_hz for gap in gaps], [gap.moved * 1e3 for gap in gaps],
+                    color=style['color'], marker=style['marker'], linestyle=style['linestyle'],
+                    label=f'ω = {rate:g} rad/s')
+    left.axhline(1.0, color=GREY, linewidth=1.0)
+    left.annotate('1 mm', (100.0, 1.0), (0, 3), textcoords='offset points', ha='right',
+                  color=GREY)
+    left.set(xlabel='publishing rate [Hz]', ylabel='largest error between samples [mm]',
+             title=f'A curve at {SPEED} m/s: error = v ω T² / 8')
+    left.set_xticks(RATES_HZ, [f'{rate:g}' for rate in RATES_HZ])
+    left.minorticks_off()
+    left.legend(loc='lower left')
+    _draw_jump(right)
+
+
+def _draw_jump(axes: Any) -> None:
+    """Draw what lookups say while a localiser corrects itself."""
+    period = JUMP_PERIOD / 1e6
+    samples = [-2.0 * period, -period, 0.0, period]
+    heights = [0.0, 0.0, JUMP.y * 100.0, JUMP.y * 100.0]
+    axes.plot([samples[0], 0.0, 0.0, period], [0.0, 0.0, JUMP.y * 100.0, JUMP.y * 100.0],
+              color=GREY, linestyle='--', linewidth=2.2, label='what the localiser means')
+    axes.plot(samples, heights, color='black', marker='o', label='samples, and lookups between')
+    axes.annotate('invented:\nit was never here', (-0.5 * period, JUMP.y * 50.0), (-105, 8),
+                  textcoords='offset points', arrowprops={'arrowstyle': '->'})
+    axes.set(xlabel='time, from the jump [ms]', ylabel='odom in map: y [cm]',
+             ylim=(-5.0, 72.0), title='A jump of map → odom, published at 10 Hz')
+    axes.legend(loc='upper left')

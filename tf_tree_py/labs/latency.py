@@ -1,0 +1,227 @@
+"""Asking late: a transform taken too late is wrong by speed times delay."""
+
+from collections.abc import Callable
+from functools import partial
+from math import dist, hypot, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
+from tf_tree_py.core.se3 import exp
+from tf_tree_py.core.stamp import as_seconds, from_seconds
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = "a late lookup is wrong by speed times delay; the header's stamp is not"
+
+SPEEDS = (0.25, 0.5, 1.0)
+DELAYS = tuple(map(from_seconds, (0.0, 0.020, 0.050, 0.100)))
+PERIOD = from_seconds(0.010)
+BASE_T_CAMERA = Pose.from_xyz_rpy(x=0.2, z=0.5)
+
+# Images come when they come: mostly between two ticks of the drive's timer.
+_IMAGES = tuple(from_seconds(1.0) + number * from_seconds(0.0137) for number in range(40))
+_TRANSPORT = from_seconds(0.003)
+
+_TURNING_SPEED = 0.5
+_TURN_RATES = (0.0, 0.5, 1.0, 2.0)
+_TURNING_DELAYS = tuple(map(from_seconds, (0.050, 0.100, 0.500)))
+_AHEAD = (1.0, 0.0, 0.0)
+
+Motion = Callable[[int], Pose]
+
+
+class Late(NamedTuple):
+    """What lookups for images were wrong by, metres, on average; one speed, one delay."""
+
+    speed: float
+    delay: int
+    asked_late: float
+    """Asked for the stamp at which the lookup was made."""
+    latest: float
+    """Asked for the latest."""
+    stamped: float
+    """Asked for the image's own stamp."""
+
+
+class Turning(NamedTuple):
+    """The same with rotation, of a thing that stands 1 m ahead of the base."""
+
+    rate: float
+    delay: int
+    asked_late: float
+    tangent: float
+    chord: float
+    stamped: float
+    """Asked for the image's own stamp."""
+
+
+def pose_at(speed: float, turn_rate: float, stamp: int) -> Pose:
+    """Return odom_T_base_link, driving since the stamp 0 at constant speeds (m/s, rad/s)."""
+    seconds = as_seconds(stamp)
+    return Pose._make(exp((speed * seconds, 0.0, 0.0, 0.0, 0.0, turn_rate * seconds)))
+
+
+class Robot:
+    """
+    A buffer that a drive feeds at 100 Hz, each transform stamped with its true time.
+
+    :ivar buffer: what has been published so far.
+    """
+
+    def __init__(self, odom_T_base: Motion) -> None:
+        self.buffer = BufferCore()
+        self.buffer.insert('base_link', 'camera', LATEST, BASE_T_CAMERA, static=True)
+        self._odom_T_base = odom_T_base
+        self._next = PERIOD
+
+    def live_until(self, now: int) -> None:
+        """Publish what has happened up to now."""
+        while self._next <= now:
+            self.buffer.insert('odom', 'base_link', self._next, self._odom_T_base(self._next))
+            self._next += PERIOD
+
+
+def lateness(speed: float, delay: int) -> Late:
+    """Look up the camera for 40 images, so many nanoseconds after each was taken."""
+    robot = Robot(partial(pose_at, speed, 0.0))
+    errors = []
+    for image in _IMAGES:
+        now = image + delay
+        # What is published next arrives a moment later: a lookup for now has to wait for it.
+        robot.live_until(now)
+        latest = robot.buffer.lookup('odom', 'camera', LATEST)
+        robot.live_until(now + PERIOD)
+        truth = pose_at(speed, 0.0, image) @ BASE_T_CAMERA
+        errors.append([dist(pose.translation, truth.translation) for pose in (
+            robot.buffer.lookup('odom', 'camera', now), latest,
+            robot.buffer.lookup('odom', 'camera', image))])
+    return Late(speed, delay, *np.mean(errors, axis=0).tolist())
+
+
+def turning(rate: float, delay: int) -> Turning:
+    """Look late at a thing ahead of a robot that drives a circle."""
+    robot = Robot(partial(pose_at, _TURNING_SPEED, rate))
+    image = _IMAGES[1]
+    robot.live_until(image + delay + PERIOD)
+    seen, late = (robot.buffer.lookup('odom', 'base_link', stamp) @ _AHEAD
+                  for stamp in (image, image + delay))
+    truth = pose_at(_TURNING_SPEED, rate, image) @ _AHEAD
+    seconds = as_seconds(delay)
+    # v + w x r of a thing at r = (ahead, 0, 0): forward the speed, sideways w times ahead.
+    speed = hypot(_TURNING_SPEED, rate * _AHEAD[0])
+    chord = speed * seconds
+    if rate:
+        chord = 2.0 * speed / rate * sin(0.5 * rate * seconds)
+    return Turning(rate, delay, dist(truth, late), speed * seconds, chord, dist(truth, seen))
+
+
+class Now(NamedTuple):
+    """How it goes to ask for this very moment, which no data can have reached yet."""
+
+    asked: int
+    raised: int
+    latest_answered: int
+    example: str
+
+
+def asking_for_now(delay: int = from_seconds(0.050)) -> Now:
+    """Ask for now, and for the latest, when each image is processed."""
+    robot = Robot(partial(pose_at, 1.0, 0.0))
+    raised, answered, example = 0, 0, ''
+    for image in _IMAGES:
+        now = image + delay
+        robot.live_until(now - _TRANSPORT)
+        try:
+            robot.buffer.lookup('odom', 'camera', now)
+        except TransformException as error:
+            raised, example = raised + 1, str(error)
+        robot.buffer.lookup('odom', 'camera', LATEST)
+        answered += 1
+    return Now(len(_IMAGES), raised, answered, example)
+
+
+def slopes(rows: list[Late]) -> dict[float, float]:
+    """Return the fitted metres of error a second of delay, by speed."""
+    fits = {}
+    for speed in SPEEDS:
+        delays, errors = zip(*[(as_seconds(row.delay), row.asked_late)
+                               for row in rows if row.speed == speed], strict=True)
+        fits[speed] = float(np.polyfit(delays, errors, 1)[0])
+    return fits
+
+
+def run() -> Report:
+    """Measure with every speed and delay, and with rotation."""
+    rows = [lateness(speed, delay) for speed in SPEEDS for delay in DELAYS]
+    turns = [turning(rate, delay) for rate in _TURN_RATES for delay in _TURNING_DELAYS]
+    now, fits = asking_for_now(), slopes(rows)
+    worst = max(row.stamped for row in (*rows, *turns))
+    written = ', '.join(f'{speed:g} m/s: {slope:.4f}' for speed, slope in fits.items())
+    return Report(
+        tables=[_late_table(rows), _turning_table(turns)],
+        law=f'a lookup that comes late is wrong by speed times delay (fitted slopes in m/s, for '
+            f'{written}); with the stamp in the header it is wrong by {worst * 1e3:.2g} mm at '
+            'most, whatever the delay.',
+        remarks=[
+            f'Asking for now raised {now.raised} times of {now.asked}: the data cannot be there '
+            f'yet. Asking for the latest answered {now.latest_answered} times of {now.asked}, '
+            f'wrongly, and said nothing. The error says: "{now.example}."'],
+        numbers={'slopes': {str(speed): slope for speed, slope in fits.items()},
+                 'worst_stamped_m': worst, 'now_asked': now.asked, 'now_raised': now.raised,
+                 'latest_answered': now.latest_answered},
+        draw=partial(_draw, rows, fits))
+
+
+def _late_table(rows: list[Late]) -> Table:
+    return Table(
+        'Where the camera was taken to be, against where it was when the image was taken '
+        '(mean of 40 images)',
+        (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.0f', 1e3),
+         Column('law_m', 'v delay [cm]', '.2f', 100.0),
+         Column('asked_late_m', 'asked late [cm]', '.2f', 100.0),
+         Column('latest_m', 'latest [cm]', '.2f', 100.0),
+         Column('stamped_m', "header's stamp [mm]", '.4f', 1e3)),
+        [(row.speed, as_seconds(row.delay), row.speed * as_seconds(row.delay), row.asked_late,
+          row.latest, row.stamped) for row in rows])
+
+
+def _turning_table(turns: list[Turning]) -> Table:
+    return Table(
+        f'The same when turning: {_TURNING_SPEED} m/s, and a thing {_AHEAD[0]:g} m ahead of the '
+        'base',
+        (Column('turn_rate', 'w [rad/s]', '.1f'), Column('delay_s', 'delay [ms]', '.0f', 1e3),
+         Column('asked_late_m', 'asked late [cm]', '.3f', 100.0),
+         Column('tangent_m', '|v + w x r| delay [cm]', '.3f', 100.0),
+         Column('chord_m', '2R sin(w delay/2) [cm]', '.3f', 100.0),
+         Column('stamped_m', "header's stamp [mm]", '.4f', 1e3)),
+        [(turn.rate, as_seconds(turn.delay), *turn[2:]) for turn in turns])
+
+
+def _draw(rows: list[Late], fits: dict[float, float], figure: Any) -> None:
+    straight, turned = figure.subplots(1, 2)
+    for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
+        of_speed = [row for row in rows if row.speed == speed]
+        straight.plot([row.delay / 1e6 for row in of_speed],
+                      [row.asked_late * 100.0 for row in of_speed], **style,
+                      label=f'v = {speed:g} m/s (slope {fits[speed]:.3f})')
+    straight.plot([delay / 1e6 for delay in DELAYS], [0.0] * len(DELAYS), **STYLES[0],
+                  label="the header's stamp, any v")
+    straight.set(xlabel='delay [ms]', ylabel='error of the camera in odom [cm]',
+                 title='Driving straight: error = v · delay', ylim=(-0.7, 13.5))
+    straight.legend(loc='upper left')
+    _draw_turning(turned)
+
+
+def _draw_turning(axes: Any) -> None:
+    delays = np.linspace(0.0, 2.0, 11)
+    for style, rate in zip(STYLES[1:3], (1.0, 2.0), strict=True):
+        turns = [turning(rate, from_seconds(delay)) for delay in delays]
+        axes.plot(delays, [turn.asked_late for turn in turns], **style,
+                  label=f'ω = {rate:g} rad/s: the chord')
+        axes.plot(delays, [turn.tangent for turn in turns], color=GREY, linewidth=1.0,
+                  linestyle=style['linestyle'], label=f'ω = {rate:g} rad/s: |v + ω × r| · delay')
+    axes.set(xlabel='delay [s]', ylabel='error of a thing 1 m ahead [m]',
+             title='Turning at 0.5 m/s: the law at first, then the chord', ylim=(-0.3, 5.9))
+    axes.legend(loc='upper left')

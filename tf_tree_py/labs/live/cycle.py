@@ -1,0 +1,116 @@
+"""The loop over DDS: two processes that each claim to be the other's parent."""
+
+from collections import Counter
+from itertools import permutations
+from multiprocessing.connection import Connection
+import threading
+import time
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.time import Time
+from tf_tree_py.core import LATEST, Pose, TransformException
+from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.buffer import Buffer
+from tf_tree_py.ros.convert import transform_stamped
+from tf_tree_py.ros.listener import TransformListener
+
+from .session import session, ticks
+from ..cycle import BASE_T_ODOM, BELOW, FRAMES, ODOM_T_BASE
+from ..report import Column, Report, Table
+
+_PERIOD = from_seconds(0.020)
+# Who publishes is asked of the graph once a second.
+_WATCHED_S = 1.5
+_PATIENCE_S = 20.0
+
+
+class WatchedBuffer(Buffer):
+    """A buffer that notes what it refuses, and when."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.refused: list[tuple[int, Incident]] = []
+        self.has_refused = threading.Event()
+
+    def note(self, incidents: list[Incident]) -> bool:
+        """Note it, and log it as ever."""
+        for incident in incidents:
+            if incident.refused:
+                self.refused.append((time.time_ns(), incident))
+                self.has_refused.set()
+        return super().note(incidents)
+
+
+def ekf(node: Node, pipe: Connection) -> None:
+    """Say where base_link is in odom; and, for once, what hangs below."""
+    StaticTransformBroadcaster(node).sendTransform(
+        [transform_stamped(parent, child, time.time_ns(), pose)
+         for child, (parent, pose) in BELOW.items()])
+    _publish(node, pipe, 'odom', 'base_link', ODOM_T_BASE)
+
+
+def wheel_odometry(node: Node, pipe: Connection) -> None:
+    """Say where odom is in base_link."""
+    _publish(node, pipe, 'base_link', 'odom', BASE_T_ODOM)
+
+
+def _publish(node: Node, pipe: Connection, parent: str, child: str, pose: Pose) -> None:
+    broadcaster = TransformBroadcaster(node)
+    for _ in ticks(pipe, _PERIOD):
+        broadcaster.sendTransform(transform_stamped(parent, child, time.time_ns(), pose))
+
+
+def run(seconds: float = _WATCHED_S) -> Report:
+    """Let the first node speak, then the second, and ask all the while."""
+    answers: Counter[str] = Counter()
+    with session() as lab:
+        buffer = WatchedBuffer()
+        with TransformListener(buffer, lab.node('robot')):
+            lab.start(ekf)
+            buffer.lookup_transform('odom', 'camera', Time(), Duration(seconds=int(_PATIENCE_S)))
+            lab.start(wheel_odometry)
+            if not buffer.has_refused.wait(_PATIENCE_S):
+                raise RuntimeError('the second node was not heard')
+            end = time.monotonic() + seconds
+            while time.monotonic() < end:
+                answers.update(_ask(buffer))
+                time.sleep(_PERIOD / 1e9)
+            taken = buffer.statistics().accepted
+    return _report(buffer.refused, answers, taken, seconds)
+
+
+def _ask(buffer: Buffer) -> list[str]:
+    """Ask for every pair of frames; say how each went."""
+    said = []
+    for target, source in permutations(FRAMES, 2):
+        try:
+            x = buffer.lookup(target, source, LATEST).x
+            said.append(f'{target} <- {source}: x = {x:.2f} m')
+        except TransformException as error:
+            said.append(f'{target} <- {source}: {type(error).__name__}')
+    return said
+
+
+def _report(refused: list[tuple[int, Incident]], answers: Counter[str], taken: int,
+            seconds: float) -> Report:
+    (heard, first), (_, last) = refused[0], refused[-1]
+    late = (heard - first.stamp) / 1e9
+    errors = sum(count for said, count in answers.items() if said.endswith('Exception'))
+    return Report(
+        tables=[Table(
+            f'{seconds:g} s with both nodes up',
+            (Column('taken', 'transforms taken'), Column('refused', 'refused'),
+             Column('lookups', 'lookups'), Column('pairs', 'pairs'),
+             Column('answers', 'different answers'), Column('errors', 'errors')),
+            [(taken, len(refused), answers.total(), len(FRAMES) * (len(FRAMES) - 1),
+              len(answers), errors)])],
+        law=f'the first edge that closes the loop is refused {late * 1e3:.1f} ms after its stamp, '
+            'when it arrives, and so is every one after it; every pair keeps one answer.',
+        remarks=[f'What it says of the last one:\n{last}',
+                 'A message does not tell who sent it: with two publishers on /tf the honest '
+                 'answer is "one of" the two.'],
+        numbers={'refused_after_s': late, 'refused': len(refused), 'errors': errors,
+                 'different_answers': len(answers), 'incident': str(last)})

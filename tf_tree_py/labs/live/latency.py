@@ -1,0 +1,204 @@
+"""Latency over DDS: a drive in one process, somebody who looks it up late in this one."""
+
+from collections.abc import Iterator
+from functools import partial
+from multiprocessing.connection import Connection
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.time import Time
+from tf_tree_py.core import LATEST, TransformException
+from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY
+from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.sample import Batch
+from tf_tree_py.core.stamp import as_seconds
+from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.buffer import Buffer
+from tf_tree_py.ros.convert import as_pose, transform_stamped
+from tf_tree_py.ros.listener import TransformListener
+
+from .session import session, ticks
+from ..latency import BASE_T_CAMERA, DELAYS, PERIOD, pose_at, SPEEDS
+from ..pictures import STYLES
+from ..report import Column, Report, Table
+
+_IMAGES = 30
+_PATIENCE = Duration(seconds=10)
+
+
+class TimedBuffer(Buffer):
+    """A buffer that notes how old each moving transform is on arrival, nanoseconds."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ages: list[int] = []
+
+    def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
+                     static: bool = False) -> list[Incident]:
+        """Take a message as it comes off the wire."""
+        if not static:
+            self.ages.append(time.time_ns() - batch.stamps[0])
+        return super().insert_batch(batch, authority, static)
+
+
+class Look(NamedTuple):
+    """
+    What lookups for one image were wrong by, metres, positive where it was not yet.
+
+    :ivar delay: how long after the image they were really made, nanoseconds.
+    """
+
+    speed: float
+    planned: int
+    delay: int
+    latest: float
+    stamped: float
+    now_raised: bool
+
+
+def publish(node: Node, pipe: Connection, begin: int) -> None:
+    """Drive a robot at each speed since ``begin``, and say where it is at 100 Hz."""
+    moving, fixed = TransformBroadcaster(node), StaticTransformBroadcaster(node)
+    fixed.sendTransform([transform_stamped(_base(speed), _camera(speed), begin, BASE_T_CAMERA)
+                         for speed in SPEEDS])
+    for _ in ticks(pipe, PERIOD):
+        stamp = time.time_ns()
+        moving.sendTransform([
+            transform_stamped('odom', _base(speed), stamp, pose_at(speed, 0.0, stamp - begin))
+            for speed in SPEEDS])
+
+
+def _base(speed: float) -> str:
+    return f'base_link_{speed * 100.0:.0f}'
+
+
+def _camera(speed: float) -> str:
+    return f'camera_{speed * 100.0:.0f}'
+
+
+def run(images: int = _IMAGES) -> Report:
+    """Take images, and look up where the camera was, in time and too late."""
+    begin = time.time_ns()
+    with session() as lab:
+        buffer = TimedBuffer()
+        with TransformListener(buffer, lab.node('lookup')):
+            lab.start(publish, begin)
+            for speed in SPEEDS:
+                buffer.lookup_transform('odom', _camera(speed), Time(), _PATIENCE)
+            looks = [look for image in _phases(images)
+                     for look in _process_image(buffer, begin, image)]
+    return _report(looks, np.array(buffer.ages) / 1e9)
+
+
+def _phases(images: int) -> Iterator[int]:
+    """Yield the stamps of images that come at all phases of the drive's timer alike."""
+    start = time.time_ns()
+    for number in range(images):
+        # A bit more than the longest delay, and never the same part of a period.
+        image = start + round((number * 12 + number / images) * PERIOD)
+        time.sleep(max(0, image - time.time_ns()) / 1e9)
+        yield time.time_ns()
+
+
+def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
+    """Look up the camera of an image at once, and after each delay."""
+    late = []
+    for planned in DELAYS:
+        time.sleep(max(0, image + planned - time.time_ns()) / 1e9)
+        for speed in SPEEDS:
+            now = time.time_ns()
+            latest = _ahead(buffer, speed, LATEST, begin, image)
+            late.append((speed, planned, now - image, latest, _raises(buffer, speed, now)))
+    stamped = {speed: _ahead(buffer, speed, image, begin, image) for speed in SPEEDS}
+    return [Look(*look[:4], stamped[look[0]], look[4]) for look in late]
+
+
+def _ahead(buffer: TimedBuffer, speed: float, stamp: int, begin: int, image: int) -> float:
+    """Return how far ahead of the truth the camera of an image is said to be, metres."""
+    found = as_pose(buffer.lookup_transform(
+        'odom', _camera(speed), Time(nanoseconds=stamp), _PATIENCE))
+    truth = pose_at(speed, 0.0, image - begin) @ BASE_T_CAMERA
+    return found.x - truth.x
+
+
+def _raises(buffer: TimedBuffer, speed: float, now: int) -> bool:
+    try:
+        buffer.lookup_transform('odom', _camera(speed), Time(nanoseconds=now))
+    except TransformException:
+        return True
+    return False
+
+
+def _report(looks: list[Look], ages: Any) -> Report:
+    fits = {speed: _fit(looks, speed) for speed in SPEEDS}
+    median, most, worst = (float(np.quantile(ages, q)) for q in (0.5, 0.99, 1.0))
+    stamped = max(abs(look.stamped) for look in looks)
+    raised = sum(look.now_raised for look in looks)
+    behind = float(np.mean([age for _, age in fits.values()]))
+    written = ', '.join(f'{speed:g} m/s: {slope:.3f}' for speed, (slope, _) in fits.items())
+    return Report(
+        tables=[_table(looks), Table(
+            "From a transform's stamp to its place in the buffer of another process",
+            (Column('messages', 'messages'), Column('median_s', 'median [ms]', '.2f', 1e3),
+             Column('p99_s', '99 % within [ms]', '.2f', 1e3),
+             Column('worst_s', 'longest [ms]', '.2f', 1e3)),
+            [(len(ages), median, most, worst)])],
+        law=f'over DDS too, the error of the latest grows as speed times delay (fitted slopes in '
+            f'm/s, for {written}), less the {behind * 1e3:.1f} ms by which the latest itself is '
+            f"old; with the header's stamp it is {max(stamped * 1e3, 1e-6):.1g} mm at most.",
+        remarks=[f'Asking for now raised {raised} times of {len(looks)}.'],
+        numbers={'slopes': {str(speed): slope for speed, (slope, _) in fits.items()},
+                 'latest_is_old_s': behind, 'transport_median_s': median, 'transport_p99_s': most,
+                 'transport_worst_s': worst, 'worst_stamped_m': stamped, 'now_raised': raised,
+                 'now_asked': len(looks)},
+        draw=partial(_draw, looks, fits))
+
+
+def _fit(looks: list[Look], speed: float) -> tuple[float, float]:
+    """Return the slope, m/s, and how old the latest was, seconds, from error = v (delay - age)."""
+    delays, errors = zip(*[(as_seconds(look.delay), look.latest)
+                           for look in looks if look.speed == speed], strict=True)
+    slope, error_at_zero = np.polyfit(delays, errors, 1)
+    return float(slope), float(-error_at_zero / slope)
+
+
+def _table(looks: list[Look]) -> Table:
+    rows = []
+    for speed in SPEEDS:
+        for planned in DELAYS:
+            cell = [look for look in looks if (look.speed, look.planned) == (speed, planned)]
+            delay = float(np.mean([as_seconds(look.delay) for look in cell]))
+            rows.append((speed, delay, speed * delay,
+                         float(np.mean([look.latest for look in cell])),
+                         max(abs(look.stamped) for look in cell),
+                         sum(look.now_raised for look in cell) / len(cell)))
+    return Table(
+        f'Where the camera was taken to be, against where it was (mean of {len(cell)} images)',
+        (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.1f', 1e3),
+         Column('law_m', 'v delay [cm]', '.2f', 100.0),
+         Column('latest_m', 'latest [cm]', '.2f', 100.0),
+         Column('stamped_m', "header's stamp, worst [mm]", '.4f', 1e3),
+         Column('now_raised', 'asking for now raised [%]', '.0f', 100.0)), rows)
+
+
+def _draw(looks: list[Look], fits: dict[float, tuple[float, float]], figure: Any) -> None:
+    axes = figure.subplots()
+    for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
+        own = [look for look in looks if look.speed == speed]
+        slope, age = fits[speed]
+        delays = np.array([0.0, 0.105])
+        axes.plot([look.delay / 1e6 for look in own], [look.latest * 100.0 for look in own],
+                  color=style['color'], marker=style['marker'], linestyle='none', markersize=3.5,
+                  alpha=0.6)
+        axes.plot(delays * 1e3, slope * (delays - age) * 100.0, color=style['color'],
+                  linestyle=style['linestyle'], marker=style['marker'], markevery=[],
+                  label=f'the latest, v = {speed:g} m/s (slope {slope:.3f})')
+    axes.plot([look.delay / 1e6 for look in looks], [look.stamped * 100.0 for look in looks],
+              color='black', marker='o', linestyle='none', markersize=2.5,
+              label="the header's stamp, any v")
+    axes.set(xlabel='delay [ms]', ylabel='error of the camera in odom [cm]',
+             title='Two processes: a drive at 100 Hz, and lookups that come late')
+    axes.legend(loc='upper left')

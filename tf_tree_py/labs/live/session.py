@@ -1,0 +1,195 @@
+"""
+Processes of a lab over DDS: on this machine alone, in a domain of their own, with a clean end.
+
+The lab's own process holds one end of a pipe to each of the others. A pipe is also
+their clock and their end: they wait on it for what to do and for the next tick, and
+end when it closes, even if the lab is killed.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+import multiprocessing
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+import os
+import signal
+import threading
+import time
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+# Beyond the domains that people use; their ports lie above those that Linux gives away.
+_FIRST_DOMAIN, _DOMAINS = 216, 16
+_PATIENCE_S = 20.0
+
+Work = Callable[..., None]
+
+# Each process is a fork of one that has imported what all of them need, and done nothing yet.
+_processes = multiprocessing.get_context('forkserver')
+_processes.set_forkserver_preload(['tf_tree_py.ros', __name__])
+
+
+class Session:
+    """
+    The processes of a running lab, and this one's own ROS context.
+
+    :ivar context: in the lab's domain; nodes are made by ``node``.
+    :ivar domain_id: which that is.
+    """
+
+    def __init__(self, context: Context, domain_id: int) -> None:
+        self.context = context
+        self.domain_id = domain_id
+        self._nodes: list[Node] = []
+        self._processes: list[tuple[BaseProcess, Connection]] = []
+
+    def node(self, name: str) -> Node:
+        """Return a new node of this process; it lives as long as the session."""
+        self._nodes.append(small_node(name, self.context))
+        return self._nodes[-1]
+
+    def start(self, work: Work, *arguments: Any) -> Connection:
+        """
+        Start a process that calls ``work(node, pipe, *arguments)``; return our end of the pipe.
+
+        :param work: a function of a module, found by its name there. Its node has its name.
+        """
+        ours, theirs = _processes.Pipe()
+        process = _processes.Process(
+            target=_play, args=(work, theirs, self.domain_id, arguments), daemon=True)
+        with _ignoring_ctrl_c():
+            process.start()
+        theirs.close()
+        self._processes.append((process, ours))
+        return ours
+
+    def close(self) -> None:
+        """End everything."""
+        for _, pipe in self._processes:
+            pipe.close()
+        for process, _ in self._processes:
+            process.join(_PATIENCE_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        for node in self._nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+
+
+@contextmanager
+def session() -> Iterator[Session]:
+    """Open a session in a domain of its own, and end what was started in it."""
+    domain_id = _FIRST_DOMAIN + os.getpid() % _DOMAINS
+    with _environment(_surroundings(domain_id)):
+        opened = Session(new_context(), domain_id)
+        try:
+            yield opened
+        finally:
+            opened.close()
+
+
+def _surroundings(domain_id: int) -> dict[str, str | None]:
+    """Return what rclpy reads on the way into a domain on this machine alone."""
+    return {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': None,
+            'ROS_DOMAIN_ID': str(domain_id)}
+
+
+@contextmanager
+def _environment(variables: dict[str, str | None]) -> Iterator[None]:
+    """Set variables, or unset those that are None, and put everything back."""
+    before = {name: os.environ.get(name) for name in variables}
+    _set(variables)
+    try:
+        yield
+    finally:
+        _set(before)
+
+
+def _set(variables: dict[str, str | None]) -> None:
+    for name, value in variables.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
+
+
+@contextmanager
+def _ignoring_ctrl_c() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C from their first instruction on: it is for the lab."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ...]) -> None:
+    """Be one process: Ctrl-C is for the lab, whose end closes the pipe."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _set(_surroundings(domain_id))
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    node = small_node(work.__name__)
+    # A pipe that closes while we listen or talk is how a lab ends.
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        work(node, pipe, *arguments)
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def new_context() -> Context:
+    """Return a context of its own, which to DDS is a process that has just begun."""
+    context = Context()
+    rclpy.init(context=context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+    return context
+
+
+def small_node(name: str, context: Context | None = None) -> Node:
+    """Return a node without the services and topics that a lab does not need."""
+    return Node(name, context=context, use_global_arguments=False, enable_rosout=False,
+                start_parameter_services=False)
+
+
+def answer(pipe: Connection) -> Any:
+    """
+    Return the next thing that a process says.
+
+    :raises RuntimeError: it says nothing for 20 s, or ended.
+    """
+    return answers([pipe])[0]
+
+
+def answers(pipes: Sequence[Connection]) -> list[Any]:
+    """
+    Return the next thing from each process that has something to say, and there is one.
+
+    :raises RuntimeError: nobody says anything for 20 s, or one ended.
+    """
+    ready = wait(pipes, _PATIENCE_S)
+    if not ready:
+        raise RuntimeError(f'the processes of this lab said nothing for {_PATIENCE_S:g} s')
+    try:
+        return [pipe.recv() for pipe in ready if isinstance(pipe, Connection)]
+    except (EOFError, ConnectionResetError):
+        raise RuntimeError('a process of this lab ended too soon') from None
+
+
+def ticks(pipe: Connection, period: int) -> Iterator[None]:
+    """
+    Yield every so many nanoseconds, until there is something in the pipe.
+
+    :raises EOFError: the pipe closes; at the next ``recv``.
+    """
+    start = time.monotonic_ns()
+    number = 0
+    while not pipe.poll(max(0, start + number * period - time.monotonic_ns()) / 1e9):
+        yield
+        # What a busy machine misses is not made up for in a burst.
+        number = max(number, (time.monotonic_ns() - start) // period) + 1

@@ -1,0 +1,198 @@
+"""Composition does not commute: the worked example, its exercise, and the wrong order."""
+
+from functools import partial, reduce
+from math import pi
+from operator import matmul
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core import BufferCore, LATEST, Pose
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'first turn, then go is not first go, then turn; what hides it'
+
+FRAMES = ('map', 'odom', 'base_link', 'camera')
+CAMERA_P = (1.0, 0.0, 0.0)
+FORWARD = (1.0, 0.0, 0.0)
+LEFT_TURN = Pose.from_xyz_rpy(yaw=pi / 2)
+
+# The textbook's example, and its exercise: the same with a robot that faces left.
+EXAMPLE = (Pose(2.0, 0.0, 0.0), Pose(0.5, 1.0, 0.0), Pose(0.2, 0.0, 0.8))
+EXERCISE = (EXAMPLE[0], EXAMPLE[1] @ LEFT_TURN, EXAMPLE[2])
+
+Chain = tuple[Pose, Pose, Pose]
+
+
+def tree(chain: Chain) -> BufferCore:
+    """Return map -> odom -> base_link -> camera with these edges."""
+    buffer = BufferCore()
+    for parent, child, pose in zip(FRAMES, FRAMES[1:], chain, strict=False):
+        buffer.insert(parent, child, LATEST, pose, static=True)
+    return buffer
+
+
+def wrong_order(chain: Chain) -> Pose:
+    """Return what comes of composing the edges from the wrong end."""
+    return reduce(matmul, reversed(chain))
+
+
+class Step(NamedTuple):
+    """One partial product: map_T_frame, where it is and where its x axis points."""
+
+    frame: str
+    origin: tuple[float, ...]
+    forward: tuple[float, ...]
+
+
+def steps(chain: Chain) -> list[Step]:
+    """Walk down from the map, multiplying one edge after the other."""
+    buffer = tree(chain)
+    return [_step(frame, buffer.lookup('map', frame)) for frame in FRAMES[1:]]
+
+
+def _step(frame: str, map_T_frame: Pose) -> Step:
+    return Step(frame, _rounded(map_T_frame @ (0.0, 0.0, 0.0)),
+                _rounded(map_T_frame @ FORWARD - map_T_frame @ (0.0, 0.0, 0.0)))
+
+
+def point(chain: Chain) -> tuple[float, ...]:
+    """Return where the camera's point is in the map."""
+    return _rounded(tree(chain).lookup('map', 'camera') @ CAMERA_P)
+
+
+def _rounded(vector: Any) -> tuple[float, ...]:
+    """Return a vector as a person reads it; 1e-9 m is nothing, and -0.0 is 0.0."""
+    return tuple(round(float(number), 9) + 0.0 for number in vector)
+
+
+class Symptom(NamedTuple):
+    """What a left turn too many on one edge looks like, in the directions of the map."""
+
+    edge: str
+    base_in_odom: tuple[float, ...]
+    base_in_map: tuple[float, ...]
+    camera_in_base: tuple[float, ...]
+    camera_origin: tuple[float, ...]
+
+
+def symptoms() -> list[Symptom]:
+    """Turn each edge of the example by 90 degrees, one at a time."""
+    rows = [_symptom('none', EXAMPLE)]
+    for number in range(len(EXAMPLE)):
+        chain = tuple(pose @ LEFT_TURN if number == i else pose for i, pose in enumerate(EXAMPLE))
+        rows.append(_symptom(f'{FRAMES[number]} -> {FRAMES[number + 1]}', chain))
+    return rows
+
+
+def _symptom(edge: str, chain: Any) -> Symptom:
+    def forward(target: str, source: str) -> tuple[float, ...]:
+        pose = tree(chain).lookup(target, source)
+        return _rounded(pose @ FORWARD - pose @ (0.0, 0.0, 0.0))
+
+    return Symptom(edge, forward('odom', 'base_link'), forward('map', 'base_link'),
+                   forward('base_link', 'camera'), _rounded(
+                       tree(chain).lookup('map', 'camera').translation))
+
+
+def run() -> Report:
+    """Compose both ways, and walk through the example and the exercise."""
+    go = Pose(1.0, 0.0, 0.0)
+    both = [('turn @ go', 'turn, then go ahead', LEFT_TURN @ go),
+            ('go @ turn', 'go ahead, then turn', go @ LEFT_TURN)]
+    wrong = {name: _rounded(wrong_order(chain) @ CAMERA_P)
+             for name, chain in (('example', EXAMPLE), ('exercise', EXERCISE))}
+    right = {'example': point(EXAMPLE), 'exercise': point(EXERCISE)}
+    back = tree(EXERCISE).lookup('map', 'camera') @ tree(EXERCISE).lookup('camera', 'map')
+    return Report(
+        tables=[
+            Table('One metre ahead and 90 degrees to the left, in either order',
+                  (Column('product', 'product'), Column('words', 'in words'),
+                   Column('origin_m', 'ends at [m]'), Column('forward', 'faces')),
+                  [(product, words, *map(str, _step('', pose)[1:]))
+                   for product, words, pose in both]),
+            _steps_table('The example: no edge turns', EXAMPLE, right['example']),
+            _steps_table('The exercise: odom -> base_link is yawed by 90 degrees', EXERCISE,
+                         right['exercise']),
+            _orders_table(right, wrong), _symptom_table(symptoms())],
+        law='map_T_camera = map_T_odom odom_T_base base_T_camera, from the left to the right, '
+            'and no other order: the wrong one gives the same for the example, which only '
+            f'translates, and is {_apart(right["exercise"], wrong["exercise"]):.2f} m off for '
+            'the exercise, which turns.',
+        remarks=[f'map_T_camera camera_T_map of the exercise: {back}.'],
+        numbers={'example': right['example'], 'exercise': right['exercise'],
+                 'example_wrong': wrong['example'], 'exercise_wrong': wrong['exercise']},
+        draw=partial(_draw, both))
+
+
+def _apart(a: Any, b: Any) -> float:
+    return float(np.linalg.norm(np.subtract(a, b)))
+
+
+def _steps_table(title: str, chain: Chain, seen: tuple[float, ...]) -> Table:
+    rows = [(f'map_T_{step.frame}', str(step.origin), str(step.forward)) for step in steps(chain)]
+    return Table(
+        f'{title}; the camera sees a point at {CAMERA_P}',
+        (Column('product', 'partial product'), Column('origin_m', 'origin in map [m]'),
+         Column('forward', 'its x axis in map')),
+        [*rows, ('map_p', str(seen), '')])
+
+
+def _orders_table(right: dict[str, Any], wrong: dict[str, Any]) -> Table:
+    return Table(
+        'The point in the map, composed from the right end and from the wrong one',
+        (Column('of', 'of'), Column('right_m', 'map_T_odom odom_T_base base_T_camera [m]'),
+         Column('wrong_m', 'base_T_camera odom_T_base map_T_odom [m]'),
+         Column('apart_m', 'apart [m]', '.3f')),
+        [(name, str(right[name]), str(wrong[name]), _apart(right[name], wrong[name]))
+         for name in right])
+
+
+def _symptom_table(rows: list[Symptom]) -> Table:
+    return Table(
+        'Told forward, it goes left: a turn of 90 degrees too many, on each edge in turn',
+        (Column('edge', 'edge that is wrong'), Column('base_in_odom', 'base: ahead in odom'),
+         Column('base_in_map', 'base: ahead in map'),
+         Column('camera_in_base', 'camera: ahead in base'),
+         Column('camera_origin_m', 'camera in map [m]')),
+        [(row.edge, *map(str, row[1:])) for row in rows])
+
+
+def _draw(both: list[tuple[str, str, Pose]], figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    _frame(left, Pose(), 'start', GREY, 'dashed', (8, -14))
+    for (product, words, pose), style, offset in zip(
+            both, STYLES[1:], ((12, 0), (-24, 68)), strict=False):
+        _frame(left, pose, f'{words}:\n{product}', style['color'], 'solid', offset)
+    left.set(xlabel='x [m]', ylabel='y [m]', aspect='equal', xlim=(-0.7, 2.0), ylim=(-0.4, 2.0),
+             title='The same two motions, in either order')
+    left.annotate('long arrow: x, ahead\nshort arrow: y, left', (1.95, 1.95), ha='right', va='top',
+                  color=GREY)
+    _draw_exercise(right)
+
+
+def _draw_exercise(axes: Any) -> None:
+    buffer = tree(EXERCISE)
+    offsets = {'map': (6, -14), 'odom': (6, -14), 'base_link': (10, -8), 'camera': (10, 2)}
+    for frame in FRAMES:
+        _frame(axes, buffer.lookup('map', frame), frame, 'black', 'solid', offsets[frame], 0.5)
+    for where, marker, text, offset, side in (
+            (point(EXERCISE), 'o', 'the point', (-9, 6), 'right'),
+            (_rounded(wrong_order(EXERCISE) @ CAMERA_P), 'X', 'the same, composed\nfrom the '
+             'wrong end', (9, -10), 'left')):
+        axes.plot(*where[:2], marker=marker, color=STYLES[2]['color'], markersize=9)
+        axes.annotate(text, where[:2], offset, textcoords='offset points', ha=side)
+    axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal',
+             xlim=(-0.5, 3.9), ylim=(-0.6, 4.4), title='The exercise, from above')
+
+
+def _frame(axes: Any, pose: Pose, text: str, colour: str, line: str,
+           offset: tuple[float, float], size: float = 0.5) -> None:
+    """Draw a frame from above: the long arrow is x, the short one y."""
+    origin = (pose @ (0.0, 0.0, 0.0))[:2]
+    for tip in (FORWARD, (0.0, 0.6, 0.0)):
+        axes.annotate('', origin + size * ((pose @ tip)[:2] - origin), origin, arrowprops={
+            'arrowstyle': '->', 'color': colour, 'linestyle': line, 'linewidth': 1.6,
+            'shrinkA': 0.0, 'shrinkB': 0.0})
+    axes.annotate(text, origin, offset, textcoords='offset points', color=colour)

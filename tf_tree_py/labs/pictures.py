@@ -1,0 +1,65 @@
+"""Drawing with matplotlib: readable in black and white, the same bytes every time."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+INSTALL = 'No picture: that needs matplotlib, pip install "tf_tree_py[plot]"'
+
+# No colour tells a thing alone: its line and its marker are different too.
+STYLES: tuple[dict[str, Any], ...] = (
+    {'color': '#000000', 'linestyle': '-', 'marker': 'o'},
+    {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
+    {'color': '#c84c00', 'linestyle': '-.', 'marker': '^'},
+    {'color': '#007a5a', 'linestyle': ':', 'marker': 'D'},
+)
+GREY = '#767676'
+
+_SETTINGS = {
+    'font.family': 'DejaVu Sans',
+    'font.size': 9.0,
+    'axes.titlesize': 9.5,
+    'axes.grid': True,
+    'axes.axisbelow': True,
+    'axes.spines.top': False,
+    'axes.spines.right': False,
+    'grid.color': '#dcdcdc',
+    'lines.linewidth': 1.5,
+    'lines.markersize': 4.5,
+    'legend.frameon': True,
+    'legend.framealpha': 0.9,
+    'legend.handlelength': 3.2,
+    # So that the same numbers give the same file.
+    'svg.hashsalt': 'tf_tree_py',
+    'svg.fonttype': 'path',
+}
+
+
+class NoPicture(Exception):
+    """It cannot be drawn, or written; the text says why."""
+
+
+def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:
+    """
+    Draw a picture and write it as PNG and SVG.
+
+    :param draw: draws into a matplotlib ``Figure``.
+    :return: the files.
+    :raises NoPicture: matplotlib is missing, or the folder cannot be written.
+    """
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise NoPicture(INSTALL) from None
+    paths = [folder / f'{name}.png', folder / f'{name}.svg']
+    with rc_context(_SETTINGS):
+        figure = Figure(figsize=(8.0, 4.2), layout='constrained')
+        draw(figure)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            figure.savefig(paths[0], dpi=110, metadata={'Software': None})
+            figure.savefig(paths[1], metadata={'Date': None, 'Creator': None})
+        except OSError as error:
+            raise NoPicture(f'No picture: {error}') from error
+    return paths

@@ -1,0 +1,159 @@
+"""A flat robot on uneven ground: what three numbers cannot hold of six."""
+
+from functools import partial
+from math import degrees, hypot, radians, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.core.se2 import lift, project
+from tf_tree_py.core.stamp import from_seconds
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'on a slope a planar tree misplaces a thing at height h by h sin(tilt)'
+
+TILTS_DEG = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+HEIGHTS = (0.3, 1.0, 2.0)
+
+_STAMP = from_seconds(1.0)
+# Where the robot stands; the law does not depend on it.
+_X, _Y, _YAW = 2.0, 1.0, 0.6
+
+
+class Floor(NamedTuple):
+    """How far off on the floor, metres: a thing above a base that leans by so much, radians."""
+
+    tilt: float
+    height: float
+    by_roll: float
+    by_pitch: float
+    residual_tilt: float
+    """What ``se2.project`` says that it drops, radians."""
+
+
+class Point(NamedTuple):
+    """How a planar tree moves one point of the base: along the floor, and up, metres."""
+
+    base_p: tuple[float, float, float]
+    floor: float
+    up: float
+
+
+def standing(roll: float, pitch: float) -> BufferCore:
+    """Return a tree whose base leans, radians."""
+    buffer = BufferCore()
+    buffer.insert('map', 'base_link', _STAMP,
+                  Pose.from_xyz_rpy(_X, _Y, 0.0, roll, pitch, _YAW))
+    return buffer
+
+
+def flattened(map_T_base: Pose) -> Pose:
+    """Return what a planar tree keeps of a pose, as a pose in space again."""
+    planar, _ = project(map_T_base)
+    return Pose._make(lift(planar))
+
+
+def on_the_floor(tilt: float, height: float) -> Floor:
+    """Place a thing that is straight above the base, with all six numbers and with three."""
+    errors = []
+    for roll, pitch in ((tilt, 0.0), (0.0, tilt)):
+        map_T_base = standing(roll, pitch).lookup('map', 'base_link', LATEST)
+        true, flat = (pose @ (0.0, 0.0, height) for pose in (map_T_base, flattened(map_T_base)))
+        errors.append(hypot(*(true - flat)[:2]))
+    return Floor(tilt, height, errors[0], errors[1], project(map_T_base)[1].tilt)
+
+
+def everywhere(pitch: float) -> list[Point]:
+    """Return what projecting does to points ahead of, beside and above the base."""
+    map_T_base = standing(0.0, pitch).lookup('map', 'base_link', LATEST)
+    points = []
+    for base_p in ((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 1.0)):
+        off = map_T_base @ base_p - flattened(map_T_base) @ base_p
+        points.append(Point(base_p, hypot(*off[:2]), abs(float(off[2]))))
+    return points
+
+
+def fit(rows: list[Floor]) -> float:
+    """Return k of error = k h sin(tilt): least squares through zero."""
+    law = np.array([row.height * sin(row.tilt) for row in rows])
+    return float(law @ [row.by_pitch for row in rows] / (law @ law))
+
+
+def run() -> Report:
+    """Lean the robot, about both axes, and look above it."""
+    rows = [on_the_floor(radians(tilt), height) for height in HEIGHTS for tilt in TILTS_DEG]
+    slope = fit(rows)
+    low, high = (on_the_floor(radians(5.0), height).by_pitch for height in HEIGHTS[:2])
+    bumpy = project(standing(radians(3.0), radians(4.0)).lookup('map', 'base_link'))[1]
+    return Report(
+        tables=[_floor_table(rows), _point_table(everywhere(radians(5.0)))],
+        law=f'a thing at height h above a base that leans by an angle is misplaced on the floor '
+            f'by {slope:.4f} h sin(angle): at 5 degrees {low * 100.0:.1f} cm for h = 0.3 m and '
+            f'{high * 100.0:.1f} cm for h = 1 m.',
+        remarks=[
+            'Nothing in three numbers tells that this happened. se2.project does: beside the '
+            'planar pose it returns the height and the tilt that it drops. For a base at roll 3 '
+            f'and pitch 4 degrees it says z = {bumpy.z:.3f} m, tilt = {bumpy.tilt:.4f} rad, which '
+            f'is {degrees(bumpy.tilt):.3f} degrees: the two add up nearly as the sides of a '
+            'right-angled triangle do (5.000).'],
+        numbers={'slope': slope, 'error_0.3m_5deg_m': low, 'error_1m_5deg_m': high,
+                 'tilt_of_roll_3_pitch_4_rad': bumpy.tilt},
+        draw=partial(_draw, rows))
+
+
+def _floor_table(rows: list[Floor]) -> Table:
+    return Table(
+        'Where a planar tree puts a thing straight above the base, along the floor',
+        (Column('height_m', 'h [m]', '.1f'),
+         Column('tilt_rad', 'lean [deg]', '.0f', degrees(1.0)),
+         Column('roll_error_m', 'off by roll [cm]', '.2f', 100.0),
+         Column('pitch_error_m', 'off by pitch [cm]', '.2f', 100.0),
+         Column('law_m', 'h sin(lean) [cm]', '.2f', 100.0),
+         Column('residual_tilt_rad', 'lean that se2 reports [deg]', '.3f', degrees(1.0))),
+        [(row.height, row.tilt, row.by_roll, row.by_pitch, row.height * sin(row.tilt),
+          row.residual_tilt) for row in rows])
+
+
+def _point_table(points: list[Point]) -> Table:
+    return Table(
+        'What projecting does to points of the base at a pitch of 5 degrees',
+        (Column('base_p_m', 'point in base_link [m]'),
+         Column('floor_m', 'off along the floor [cm]', '.2f', 100.0),
+         Column('up_m', 'off in height [cm]', '.2f', 100.0)),
+        [(str(point.base_p), point.floor, point.up) for point in points])
+
+
+def _draw(rows: list[Floor], figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    for style, height in zip(STYLES, HEIGHTS, strict=False):
+        line = [row for row in rows if row.height == height]
+        left.plot([degrees(row.tilt) for row in line], [row.by_pitch * 100.0 for row in line],
+                  **style, label=f'h = {height:g} m')
+    left.set(xlabel='lean of the base [°]', ylabel='error along the floor [cm]',
+             title='error = h · sin(lean)')
+    left.legend(loc='upper left')
+    _draw_side(right)
+
+
+def _draw_side(axes: Any) -> None:
+    """Draw a robot on a slope from the side, leaning more than any robot should."""
+    lean, height = radians(20.0), 1.0
+    foot, top = (0.9, 0.0), (0.9 + height * sin(lean), height * np.cos(lean))
+    axes.plot([foot[0], top[0]], [foot[1], top[1]], color='black', linewidth=2.0)
+    axes.plot([foot[0], foot[0]], [0.0, height], color=GREY, linestyle='--')
+    axes.plot(*top, marker='o', color='black', markersize=8)
+    axes.plot(foot[0], height, marker='o', color=GREY, markersize=8, fillstyle='none')
+    axes.annotate('where it is', top, (10, -12), textcoords='offset points')
+    axes.annotate('where a planar\ntree puts it', (foot[0], height), (-8, 10), ha='right',
+                  textcoords='offset points')
+    axes.annotate('', (top[0], 0.1), (foot[0], 0.1), arrowprops={'arrowstyle': '<->'})
+    axes.plot([top[0], top[0]], [0.0, top[1]], color=GREY, linewidth=0.8, linestyle=':')
+    axes.annotate('h sin(lean)', (top[0], 0.1), (8, -3), textcoords='offset points')
+    axes.annotate('h', (foot[0] + 0.1, 0.55))
+    axes.plot([0.0, 2.1], [0.0, 0.0], color='black', linewidth=0.8)
+    slope = np.array([0.0, 1.8])
+    axes.plot(slope, (foot[0] - slope) * np.tan(lean), color='black')
+    axes.set(xlabel='forward [m]', ylabel='up [m]', aspect='equal',
+             xlim=(0.0, 2.1), ylim=(-0.4, 1.5), title='From the side, at 20° to be seen')

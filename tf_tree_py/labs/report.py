@@ -1,0 +1,108 @@
+"""What a lab has to tell: tables, the law they show, numbers; as text and as JSON."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+import textwrap
+from typing import Any, NamedTuple
+
+_WIDTH = 96
+
+
+class Column(NamedTuple):
+    """
+    One column of a table.
+
+    :ivar key: its name in JSON; values there are in SI units.
+    :ivar heading: what stands above it, with the unit of what is shown.
+    :ivar style: how a number is written, such as ``.1f``.
+    :ivar scale: what a value is multiplied with to be shown, such as 100 for centimetres.
+    """
+
+    key: str
+    heading: str
+    style: str = ''
+    scale: float = 1.0
+
+    def write(self, value: Any) -> str:
+        """Return a value as it stands in the table; None is a dash."""
+        if value is None:
+            return '-'
+        if isinstance(value, bool):
+            return 'yes' if value else 'no'
+        if not isinstance(value, (int, float)):
+            return str(value)
+        # Adding 0.0 makes of -0.0 a plain zero, once it is rounded.
+        return format(round(value * self.scale, 9) + 0.0 if self.style else value, self.style)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under headings, and one line that says what they are."""
+
+    title: str
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[Any]]
+
+    def as_text(self) -> str:
+        """Return it as lines for a terminal: text to the left, numbers to the right."""
+        cells = [[column.write(value) for column, value in zip(self.columns, row, strict=True)]
+                 for row in self.rows]
+        heads = [column.heading for column in self.columns]
+        widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
+        left = [any(isinstance(row[i], str) for row in self.rows) for i in range(len(heads))]
+
+        def line(row: Iterable[str]) -> str:
+            padded = (cell.ljust(width) if to_left else cell.rjust(width)
+                      for cell, width, to_left in zip(row, widths, left, strict=True))
+            return '  '.join(padded).rstrip()
+
+        return '\n'.join([self.title, line(heads), line('-' * width for width in widths),
+                          *map(line, cells)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON: each row by the columns' keys."""
+        keys = [column.key for column in self.columns]
+        return {'title': self.title,
+                'rows': [dict(zip(keys, row, strict=True)) for row in self.rows]}
+
+    def column(self, key: str) -> list[Any]:
+        """Return all values of a column, as they are in JSON."""
+        number = [column.key for column in self.columns].index(key)
+        return [row[number] for row in self.rows]
+
+
+@dataclass(frozen=True)
+class Report:
+    """
+    The outcome of a lab.
+
+    :ivar law: the law it shows, one sentence with the fitted numbers.
+    :ivar remarks: what else there is to see, a paragraph each.
+    :ivar numbers: what the law was fitted with, by name, for JSON; SI units.
+    :ivar draw: draws the picture into a matplotlib ``Figure``.
+    """
+
+    tables: Sequence[Table]
+    law: str
+    remarks: Sequence[str] = ()
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+    draw: Callable[[Any], None] | None = None
+
+    def as_text(self) -> str:
+        """Return all of it for a terminal."""
+        parts = [table.as_text() for table in self.tables]
+        parts += [_wrapped(remark) for remark in self.remarks]
+        return '\n\n'.join([*parts, _wrapped(f'The law: {self.law}')])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it for JSON."""
+        return {'law': self.law, 'numbers': dict(self.numbers), 'remarks': list(self.remarks),
+                'tables': [table.as_dict() for table in self.tables]}
+
+
+def _wrapped(text: str) -> str:
+    """Fold a paragraph; lines that are indented stay as they are."""
+    lines = []
+    for line in text.splitlines():
+        lines += [line] if line.startswith(' ') else textwrap.wrap(line, _WIDTH)
+    return '\n'.join(lines)

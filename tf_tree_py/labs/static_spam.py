@@ -1,0 +1,171 @@
+"""A calibration sent at 100 Hz as if it moved, against once as static: the cost, and the end."""
+
+from functools import partial
+import struct
+import time
+from typing import Any, NamedTuple
+
+from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
+from tf_tree_py.core.se3 import PoseTuple
+from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.wire import WireReader
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'a calibration sent at 100 Hz, or once: bytes, CPU, and when its sender dies'
+
+RATE_HZ = 100
+SUBSCRIBERS = 10
+PARENT, CHILD, POSE = 'base_link', 'camera', Pose(0.2, 0.0, 0.8)
+CACHE = from_seconds(10.0)
+
+_SECONDS = 10
+_SPEED = 0.5
+_DIES_AT = from_seconds(20.0)
+_AFTER_S = (0.01, 0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 9.9, 10.1, 12.0)
+
+
+def message(stamp: int) -> bytes:
+    """Return the calibration as a TFMessage off the wire: CDR, little-endian."""
+    body = struct.pack('<Iii', 1, *divmod(stamp, NANOSECONDS_PER_SECOND))
+    for name in (PARENT, CHILD):
+        text = name.encode() + b'\0'
+        body += bytes(-len(body) % 4) + struct.pack('<I', len(text)) + text
+    body += bytes(-len(body) % 8) + struct.pack('<7d', *POSE)
+    return b'\x00\x01\x00\x00' + body
+
+
+class Cost(NamedTuple):
+    """What so many seconds of one way of sending cost all subscribers together."""
+
+    how: str
+    messages: int
+    payload: int
+    cpu_s: float
+    samples: int
+
+
+def cost(how: str, messages: int, *, static: bool) -> Cost:
+    """Send so many messages to ten buffers, as their listeners take them off the wire."""
+    buffers = [BufferCore(CACHE) for _ in range(SUBSCRIBERS)]
+    readers = [WireReader() for _ in range(SUBSCRIBERS)]
+    wire = [message(from_seconds((number + 1) / RATE_HZ)) for number in range(messages)]
+    begin = time.process_time()
+    for data in wire:
+        for reader, buffer in zip(readers, buffers, strict=True):
+            buffer.insert_batch(reader.read(data), static=static)
+    return Cost(how, messages * SUBSCRIBERS, sum(map(len, wire)) * SUBSCRIBERS,
+                time.process_time() - begin, sum(edge.samples for buffer in buffers
+                                                 for edge in buffer.edges()))
+
+
+class Death(NamedTuple):
+    """
+    What lookups say, so many seconds after the sender of the calibration died.
+
+    :ivar stamped: with the stamp of an image of that moment: an error, or metres off.
+    :ivar latest: with the latest, likewise.
+    """
+
+    after_s: float
+    stamped: str | float
+    latest: str | float
+
+
+def deaths(*, static: bool) -> list[Death]:
+    """Let the calibration's sender die while the robot drives on, and ask now and then."""
+    period = from_seconds(1.0 / RATE_HZ)
+    buffer = BufferCore(CACHE)
+    now, found = 0, []
+    if static:
+        buffer.insert(PARENT, CHILD, LATEST, POSE, static=True)
+    for after_s in _AFTER_S:
+        until = _DIES_AT + from_seconds(after_s)
+        while now < until:
+            now += period
+            buffer.insert('map', PARENT, now, _map_T_base(now))
+            if not static and now <= _DIES_AT:
+                buffer.insert(PARENT, CHILD, now, POSE)
+        found.append(Death(after_s, _off(buffer, now, now), _off(buffer, LATEST, now)))
+    return found
+
+
+def _map_T_base(stamp: int) -> PoseTuple:
+    return Pose(x=_SPEED * as_seconds(stamp))
+
+
+def _off(buffer: BufferCore, asked: int, now: int) -> str | float:
+    """Return how far off the camera is said to be, metres, or what was raised."""
+    try:
+        found = buffer.lookup('map', CHILD, asked)
+    except TransformException as error:
+        return type(error).__name__.removesuffix('Exception')
+    return abs(found.x - _SPEED * as_seconds(now) - POSE.x)
+
+
+def run() -> Report:
+    """Count the cost of both, and let the sender die."""
+    spam = cost(f'{RATE_HZ} Hz, as if it moved', RATE_HZ * _SECONDS, static=False)
+    once = cost('once, static', 1, static=True)
+    moving, fixed = deaths(static=False), deaths(static=True)
+    stale = max(death.latest for death in moving if isinstance(death.latest, float))
+    return Report(
+        tables=[_cost_table([spam, once]), _death_table(moving, fixed)],
+        law=f'what is sent {RATE_HZ} times a second costs that, {spam.messages // once.messages} '
+            f'times as many messages in {_SECONDS} s; and when its sender dies, a lookup with a '
+            f"stamp fails at once, the latest freezes with the dead edge's last stamp (up to "
+            f'{stale:.1f} m off here), and when the window of {as_seconds(CACHE):.0f} s has '
+            'passed it fails too. Static is valid for ever.',
+        remarks=[
+            'The bytes are those of the message, without what DDS puts round it; the CPU is that '
+            f'of reading and storing, without DDS: {spam.cpu_s / spam.messages * 1e6:.0f} us a '
+            'message. --ros measures processes.'],
+        numbers={'bytes_per_message': spam.payload // spam.messages,
+                 'messages_ratio': spam.messages // once.messages,
+                 'cpu_s_per_message': spam.cpu_s / spam.messages, 'stale_m': stale},
+        draw=partial(_draw, moving, fixed))
+
+
+def _cost_table(costs: list[Cost]) -> Table:
+    return Table(
+        f'{_SECONDS} s, {SUBSCRIBERS} subscribers',
+        (Column('how', 'the calibration is sent'), Column('messages', 'messages received'),
+         Column('payload_bytes', 'payload [kB]', '.2f', 1e-3),
+         Column('cpu_s', 'CPU of storing [ms]', '.2f', 1e3),
+         Column('samples', 'samples kept')), costs)
+
+
+def _death_table(moving: list[Death], fixed: list[Death]) -> Table:
+    return Table(
+        f'map <- {CHILD} after the sender of {PARENT} -> {CHILD} died, the robot drives on at '
+        f'{_SPEED} m/s: how far off, metres',
+        (Column('after_s', 'after [s]', '.2f'),
+         Column('moving_stamped', f"{RATE_HZ} Hz: an image's stamp", '.2f'),
+         Column('moving_latest', 'the latest', '.2f'),
+         Column('static_stamped', "static: an image's stamp", '.2f'),
+         Column('static_latest', 'the latest', '.2f')),
+        [(one.after_s, one.stamped, one.latest, other.stamped, other.latest)
+         for one, other in zip(moving, fixed, strict=True)])
+
+
+def _draw(moving: list[Death], fixed: list[Death], figure: Any) -> None:
+    axes = figure.subplots()
+    answered = [death for death in moving if isinstance(death.latest, float)]
+    axes.plot([death.after_s for death in answered], [death.latest for death in answered],
+              **STYLES[2], label=f'{RATE_HZ} Hz, the latest: old, and wrong')
+    for name, height, style, marker, label in (
+            ('latest', -1.3, STYLES[2], 'x', f'{RATE_HZ} Hz, the latest: an error'),
+            ('stamped', -0.7, STYLES[1], '+', f"{RATE_HZ} Hz, an image's stamp: an error")):
+        errors = [death.after_s for death in moving if isinstance(getattr(death, name), str)]
+        axes.plot(errors, [height] * len(errors), color=style['color'], linestyle='none',
+                  marker=marker, markersize=8.0, markeredgewidth=2.0, label=label)
+    axes.plot([death.after_s for death in fixed], [death.stamped for death in fixed],
+              **STYLES[0], label='static, either: right')
+    window = as_seconds(CACHE)
+    axes.plot([window] * 2, [-1.8, 5.0], color=GREY, linewidth=1.0)
+    axes.annotate(f'the window,\n{window:.0f} s', (window, 5.2), color=GREY, ha='center')
+    axes.set(xlabel='time since the sender of the calibration died [s]', yticks=range(7),
+             ylabel='camera in map: off by [m]', ylim=(-1.8, 8.4),
+             title=f'The calibration has no sender any more; the robot drives on at {_SPEED} m/s')
+    axes.legend(loc='upper left')

@@ -1,0 +1,204 @@
+"""A forklift that misses its pallet when it moves, and the audit that finds the line of code."""
+
+from collections.abc import Callable
+from functools import partial
+from math import degrees, dist
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.core.audit import LookupAudit
+from tf_tree_py.core.se3 import exp
+from tf_tree_py.core.stamp import as_seconds, from_seconds
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'a forklift is right when it stands and wrong when it moves; whose line?'
+
+SPEED = 0.5
+TURN_RATE = 0.16
+PALLET_P = (2.5, 0.0, 0.0)
+"""Ahead of base_link, as the forklift sees it at the stamp of each image."""
+DELAY = from_seconds(0.080)
+
+_PERIOD = from_seconds(0.020)
+_IMAGES = tuple(from_seconds(1.0) + number * from_seconds(0.173) for number in range(20))
+_SCENES = {'standing': (0.0, 0.0), 'straight ahead': (SPEED, 0.0),
+           'turning on the spot': (0.0, TURN_RATE), 'on a curve': (SPEED, TURN_RATE)}
+
+
+class Forklift:
+    """
+    A forklift that sends where it is at 50 Hz, and hears of each image a while later.
+
+    :ivar buffer: what it has sent.
+    :ivar audit: who looked up what.
+    """
+
+    def __init__(self, speed: float, turn_rate: float) -> None:
+        self._twist = (speed, 0.0, 0.0, 0.0, 0.0, turn_rate)
+        self._sent = 0
+        self.now = 0
+        self.buffer = BufferCore()
+        self.audit = LookupAudit(self.buffer, lambda: self.now)
+        self.lookup = self.audit.watch(self.buffer.lookup)
+
+    def map_T_base(self, stamp: int) -> Pose:
+        """Return where it is, in truth: at constant speeds since the stamp 0."""
+        vx, vy, vz, wx, wy, wz = (as_seconds(stamp) * part for part in self._twist)
+        return Pose._make(exp((vx, vy, vz, wx, wy, wz)))
+
+    def drive_until(self, now: int) -> None:
+        """Send what has happened up to now."""
+        self.now = now
+        while self._sent + _PERIOD <= now:
+            self._sent += _PERIOD
+            self.buffer.insert('map', 'base_link', self._sent, self.map_T_base(self._sent))
+
+
+# Three ways to process an image; each is a line of code of its own for the audit.
+
+def _when_it_is_processed(forklift: Forklift, _: int) -> Pose:
+    processed = forklift.now
+    # Such a lookup waits for the data, as one with a timeout does.
+    forklift.drive_until(processed + _PERIOD)
+    return forklift.lookup('map', 'base_link', processed)
+
+
+def _the_latest(forklift: Forklift, _: int) -> Pose:
+    return forklift.lookup('map', 'base_link', LATEST)
+
+
+def _when_it_was_taken(forklift: Forklift, image: int) -> Pose:
+    return forklift.lookup('map', 'base_link', image)
+
+
+WAYS: dict[str, Callable[[Forklift, int], Pose]] = {
+    'now': _when_it_is_processed, 'latest': _the_latest, "header's stamp": _when_it_was_taken}
+
+
+class Miss(NamedTuple):
+    """How far off the pallet is placed: ahead of and left of where it is, metres; radians."""
+
+    scene: str
+    way: str
+    ahead: float
+    left: float
+    turned: float
+
+    @property
+    def size(self) -> float:
+        """How far off it is, metres."""
+        return dist((self.ahead, self.left), (0.0, 0.0))
+
+
+def miss(scene: str, way: str, delay: int = DELAY) -> tuple[Miss, Forklift]:
+    """Process 20 images, each so much later than it was taken; return the mean, and who did."""
+    speeds = _SCENES[scene]
+    forklift = Forklift(*speeds)
+    ahead_left_turned = []
+    for image in _IMAGES:
+        forklift.drive_until(image + delay)
+        # What the image shows belongs to its own stamp: told so that the audit knows the cost.
+        with forklift.audit.data_of(image):
+            map_T_base = WAYS[way](forklift, image)
+        off = forklift.map_T_base(image).inverse() @ map_T_base
+        seen = off @ PALLET_P - PALLET_P
+        ahead_left_turned.append((seen[0], seen[1], off.as_rotation_vector()[2]))
+    return Miss(scene, way, *np.mean(ahead_left_turned, axis=0).tolist()), forklift
+
+
+def run() -> Report:
+    """Let the forklift stand, drive and turn, and look up the pallet in three ways."""
+    misses = [miss(scene, way)[0] for scene in _SCENES for way in WAYS]
+    straight, turning, curve = (
+        miss(scene, 'now')[0] for scene in list(_SCENES)[1:])
+    stamped = max(row.size for row in misses if row.way == "header's stamp")
+    both = straight.size + turning.size
+    rate = dist((SPEED, TURN_RATE * PALLET_P[0]), (0.0, 0.0))
+    return Report(
+        tables=[_table(misses), _audit_table()],
+        law=f'{DELAY / 1e6:.0f} ms late the pallet is {straight.size * 100.0:.1f} cm off by '
+            f'translation (v delay) and {turning.size * 100.0:.1f} cm by rotation (w r delay), '
+            f'which are at right angles: {curve.size * 100.0:.1f} cm together; standing, '
+            f"nothing; and with the header's stamp {stamped * 1e3:.1g} mm.",
+        remarks=[
+            f'Added as plain numbers the two make {both * 100.0:.1f} cm. They would if the pallet '
+            'stood abreast of the forklift, on the outside of the curve; ahead of it they make '
+            f'{curve.size * 100.0:.1f} cm. 8 cm take {0.08 / rate * 1e3:.0f} ms.',
+            'The audit says how far base_link went, in centimetres and degrees: at the pallet '
+            f'{degrees(turning.turned):.2f} degrees are {turning.size * 100.0:.1f} cm more.'],
+        numbers={'translation_m': straight.size, 'rotation_m': turning.size,
+                 'together_m': curve.size, 'sum_m': both, 'stamped_m': stamped,
+                 'delay_for_8cm_s': 0.08 / rate, 'turned_rad': curve.turned},
+        draw=partial(_draw, straight, turning, curve))
+
+
+def _table(misses: list[Miss]) -> Table:
+    return Table(
+        f'Where the pallet {PALLET_P[0]} m ahead is placed, {DELAY / 1e6:.0f} ms after the image',
+        (Column('scene', 'the forklift is'), Column('way', 'looked up with'),
+         Column('off_m', 'off by [cm]', '.2f', 100.0),
+         Column('ahead_m', 'ahead [cm]', '.2f', 100.0),
+         Column('left_m', 'left [cm]', '.2f', 100.0),
+         Column('turned_rad', 'turned [deg]', '.2f', degrees(1.0))),
+        [(row.scene, row.way, row.size, row.ahead, row.left, row.turned) for row in misses])
+
+
+def _audit_table() -> Table:
+    """Return what the audit says of each way's line of code, on the curve."""
+    rows = []
+    for way in WAYS:
+        [line] = miss('on a curve', way)[1].audit.lines()
+        rows.append((f'{line.caller.function}()', 'latest' if line.latest else 'a stamp',
+                     line.lookups, line.behind_newest_s, line.behind_now_s, line.apart_s,
+                     line.moved_m, line.turned_rad, line.meaning))
+    return Table(
+        'The lookup audit of the three lines of code, on the curve: base_link in map, told the '
+        'stamp of each image',
+        (Column('line', 'line in'), Column('asked_for', 'asked for'),
+         Column('lookups', 'times'),
+         Column('behind_newest_s', 'behind newest [ms]', '.1f', 1e3),
+         Column('behind_now_s', 'behind now [ms]', '.1f', 1e3),
+         Column('apart_s', 'off by [ms]', '.1f', 1e3),
+         Column('moved_m', 'moved at most [cm]', '.2f', 100.0),
+         Column('turned_rad', 'turned [deg]', '.2f', degrees(1.0)),
+         Column('meaning', '')), rows)
+
+
+def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    _draw_triangle(left, straight, turning, curve)
+    delays = np.linspace(0.0, 150.0, 7)
+    for style, scene in zip((*STYLES[0::2], *STYLES[3::-2]), _SCENES, strict=True):
+        sizes = [miss(scene, 'now', from_seconds(delay / 1e3))[0].size for delay in delays]
+        right.plot(delays, [size * 100.0 for size in sizes], **style, label=scene)
+    right.plot([DELAY / 1e6] * 2, [0.0, 8.4], color=GREY, linewidth=1.0)
+    right.annotate(f'{DELAY / 1e6:.0f} ms', (DELAY / 1e6, 8.6), ha='center', color=GREY)
+    right.set(xlabel='how late the lookup is [ms]', ylabel='pallet off by [cm]', ylim=(-0.4, 13.5),
+              title="With the header's stamp: 0, whatever it does")
+    right.legend(loc='upper left')
+
+
+def _draw_triangle(axes: Any, straight: Miss, turning: Miss, curve: Miss) -> None:
+    """Draw how translation and rotation add up, from above."""
+    corner = (straight.ahead * 100.0, 0.0)
+    tip = (curve.ahead * 100.0, curve.left * 100.0)
+    for begin, end, style in (((0.0, 0.0), corner, STYLES[2]), (corner, tip, STYLES[3]),
+                              ((0.0, 0.0), tip, STYLES[1])):
+        axes.annotate('', end, begin, arrowprops={
+            'arrowstyle': '-|>', 'color': style['color'], 'linewidth': 1.8,
+            'linestyle': style['linestyle'], 'shrinkA': 0.0, 'shrinkB': 0.0})
+    axes.plot(0.0, 0.0, marker='s', color='black', markersize=7)
+    axes.annotate('the pallet', (0.0, 0.0), (-8, 8), textcoords='offset points', ha='right')
+    axes.annotate(f'translation: v · delay\n{straight.size * 100.0:.1f} cm', (2.0, -0.15),
+                  ha='center', va='top', color=STYLES[2]['color'])
+    axes.annotate(f'rotation:\nω r · delay\n{turning.size * 100.0:.1f} cm', (4.15, 1.4),
+                  color=STYLES[3]['color'])
+    axes.annotate(f'together\n{curve.size * 100.0:.1f} cm', (1.9, 1.9), ha='right',
+                  color=STYLES[1]['color'])
+    axes.plot(*tip, marker='s', color='black', markersize=7, fillstyle='none')
+    axes.annotate('where it is placed', tip, (-10, 8), textcoords='offset points', ha='center')
+    axes.set(xlabel='ahead [cm]', ylabel='to the left [cm]', aspect='equal', xlim=(-1.9, 6.1),
+             ylim=(-1.4, 4.4), title=f'{DELAY / 1e6:.0f} ms late, on a curve, from above')
