@@ -1,0 +1,117 @@
+"""One insertion: whole messages, from objects and from bytes, and one transform at a time."""
+
+from collections.abc import Callable, Iterator
+import functools
+import itertools
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.serialization import deserialize_message
+from tf2_msgs.msg import TFMessage
+from tf_tree_py import Buffer
+from tf_tree_py.core.wire import WireReader
+from tf_tree_py.ros.convert import as_sample
+
+from .. import motion, wire
+from ..effort import Effort
+from ..exercise import Task
+from ..peers.finding import Contestants
+from ..peers.messages import transform_stamped
+from ..peers.ours import OurBuffer
+from ..rows import DEBIAN, EMPTY, JAZZY, OURS, Row, RUST, scaled
+from ..timing import cpu_clock, interleave, time_each
+
+# Transforms in a message, and per transform, as a multiple of constructing an empty one:
+# from a message, from wire bytes.
+_TARGETS: dict[int, tuple[float | None, float | None]] = {
+    1: (None, None), 5: (None, None), 38: (0.4, 0.17)}
+_HISTORY_S = 1.0
+
+
+def inserting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure a transform's insertion, beside the construction of an empty one."""
+    for transforms, (of_message, of_wire) in _TARGETS.items():
+        robot = motion.chain(transforms)
+        _check_wire(robot)
+        messages = max(50, 4 * effort.lookups // transforms)
+        from_message, from_wire = f'{OURS}, messages', f'{OURS}, wire bytes'
+        turns: dict[str, Callable[[], float]] = {
+            from_message: _Turn(robot, messages, _message_at, _insert_message),
+            from_wire: _Turn(robot, messages, wire.message_at, _bytes_inserter()),
+            EMPTY: lambda: time_each(TransformStamped, effort.lookups),
+        }
+        exercises = contestants.exercises(
+            Task(f'chain{transforms}', _HISTORY_S, False, 1), (OURS, DEBIAN, JAZZY, RUST))
+        for name, exercise in exercises.items():
+            turns[f'{name}, one by one'] = functools.partial(
+                exercise.insertions, batches=messages)
+        row = Row('insert', f'{transforms} in a message', 'us a transform',
+                  scaled(interleave(turns, effort.rounds), 1e6))
+        row.compare(from_message, EMPTY, of_message, name=f'{row.name}, from a message')
+        row.compare(from_wire, EMPTY, of_wire, name=f'{row.name}, from wire bytes')
+        row.compare(f'{OURS}, one by one', f'{DEBIAN}, one by one',
+                    name=f'{transforms} one by one, set_transform', unit=f'x {DEBIAN}')
+        yield row
+
+
+class _Turn:
+    """Messages one after the other, each with the next sample of every edge."""
+
+    def __init__(self, robot: motion.Robot, messages: int,
+                 make: Callable[[list[motion.Edge], int], Any],
+                 insert: Callable[[Buffer, Any], object]) -> None:
+        """
+        Fill a buffer.
+
+        :param make: returns a message of these edges' samples of a number.
+        :param insert: puts it into a buffer.
+        """
+        self._edges = robot.edges
+        self._messages = messages
+        self._make = make
+        self._insert = insert
+        peer = OurBuffer()
+        peer.reset(robot, _HISTORY_S)
+        self._buffer = peer.buffer
+        self._samples = itertools.count()
+        self._take(200)
+
+    def __call__(self) -> float:
+        """Return the seconds that a transform took."""
+        return self._take(self._messages)
+
+    def _take(self, count: int) -> float:
+        messages = [self._make(self._edges, sample)
+                    for sample in itertools.islice(self._samples, count)]
+        buffer, insert = self._buffer, self._insert
+        begin = cpu_clock()
+        for message in messages:
+            insert(buffer, message)
+        return (cpu_clock() - begin) / (count * len(self._edges))
+
+
+def _message_at(edges: list[motion.Edge], sample: int) -> TFMessage:
+    return TFMessage(transforms=[
+        transform_stamped(edge, edge.stamp_of(sample), motion.pose_at(edge, edge.stamp_of(sample)))
+        for edge in edges])
+
+
+def _insert_message(buffer: Buffer, message: TFMessage) -> None:
+    buffer.note(buffer.insert_many(map(as_sample, message.transforms)))
+
+
+def _bytes_inserter() -> Callable[[Buffer, bytes], None]:
+    """Return what the listener does with what it receives."""
+    read = WireReader().read
+
+    def insert(buffer: Buffer, data: bytes) -> None:
+        buffer.note(buffer.insert_batch(read(data)))
+
+    return insert
+
+
+def _check_wire(robot: motion.Robot) -> None:
+    """See that ROS reads our bytes as the messages they stand for."""
+    if deserialize_message(wire.message_at(robot.edges, 0), TFMessage) != _message_at(
+            robot.edges, 0):
+        raise AssertionError('wire.message_at does not write what ROS does')

@@ -1,0 +1,107 @@
+"""What listening to /tf costs: CPU of a process that does nothing else."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+import sys
+import time
+
+from ..effort import Effort
+from ..peers.finding import Contestants
+from ..rows import OURS, PLAIN, Row, TF2_ROS
+from ..worker import Worker
+
+# Transforms in a message, and messages a second.
+STREAMS = [(1, 1000), (5, 500), (38, 100), (38, 500)]
+
+_OF_PLAIN = 1 / 6
+
+
+def listening(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure all listeners on the same streams, at the same time."""
+    ways = [OURS, PLAIN, *([TF2_ROS] if contestants.tf2_ros else [])]
+    for transforms, rate_hz in STREAMS:
+        with ExitStack() as processes:
+            publisher = processes.enter_context(start('publisher'))
+            ears = {way: processes.enter_context(start('subscriber', way)) for way in ways}
+            stream = _Stream(publisher, ears, transforms, rate_hz)
+            stream.await_all()
+            rounds = [stream.play(effort.stream_s) for _ in range(effort.streams)]
+        row = Row('listener', f'{transforms} x {rate_hz} Hz', 'us a message',
+                  {way: [one.cpu_us[way] for one in rounds] for way in ways})
+        row.compare(OURS, PLAIN, _OF_PLAIN)
+        row.compare(OURS, TF2_ROS)
+        # However often nothing was lost: it is the sum that counts.
+        row.values |= {f'{way}, lost of all': [sum(one.lost[way] for one in rounds)]
+                       for way in ways if way != TF2_ROS}
+        row.judge(f'{OURS}, lost of all', 0, name=f'{row.name}: messages lost', unit='')
+        yield row
+
+
+def start(process: str, *arguments: str) -> Worker:
+    """Start one of ``processes`` in this Python."""
+    return Worker([sys.executable, '-m', f'benchmark.processes.{process}', *arguments])
+
+
+class _Round:
+    """
+    What one stream cost.
+
+    :ivar cpu_us: of each way to listen, a message.
+    :ivar lost: how many messages did not arrive.
+    """
+
+    def __init__(self) -> None:
+        self.cpu_us: dict[str, float] = {}
+        self.lost: dict[str, float] = {}
+
+
+class _Stream:
+    """One publisher and all who listen to it."""
+
+    def __init__(self, publisher: Worker, ears: dict[str, Worker], transforms: int,
+                 rate_hz: int) -> None:
+        self._publisher = publisher
+        self._ears = ears
+        self._transforms = transforms
+        self._rate_hz = rate_hz
+        self._sent = 0
+
+    def await_all(self) -> None:
+        """Return when everybody hears the publisher, and has settled."""
+        heard: set[str] = set()
+        while len(heard) < len(self._ears):
+            self._send(10)
+            heard = {way for way, ear in self._ears.items()
+                     if self._usage(ear)['received'] != 0}
+            time.sleep(0.1)
+        self._send(self._rate_hz)
+        self._settle()
+
+    def play(self, seconds: float) -> _Round:
+        """Send for a while; return what it cost."""
+        count = round(seconds * self._rate_hz)
+        before = {way: self._usage(ear) for way, ear in self._ears.items()}
+        self._send(count)
+        self._settle()
+        result = _Round()
+        for way, ear in self._ears.items():
+            after = self._usage(ear)
+            result.cpu_us[way] = (after['cpu_s'] - before[way]['cpu_s']) / count * 1e6
+            if after['received'] is not None:
+                result.lost[way] = count - (after['received'] - before[way]['received'])
+        return result
+
+    def _send(self, count: int) -> None:
+        self._publisher.call('send', first=self._sent, count=count,
+                             transforms=self._transforms, rate_hz=self._rate_hz)
+        self._sent += count
+
+    def _usage(self, ear: Worker) -> dict[str, float]:
+        return ear.call('usage', transforms=self._transforms)
+
+    def _settle(self) -> None:
+        """Return when the last message has been worked off."""
+        received = None
+        while received != (received := [self._usage(ear)['received']
+                                        for ear in self._ears.values()]):
+            time.sleep(0.2)

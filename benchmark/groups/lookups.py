@@ -1,0 +1,81 @@
+"""One lookup: over depth, over history, on a humanoid, and of a whole tree."""
+
+from collections.abc import Iterator
+
+from ..effort import Effort
+from ..exercise import Task
+from ..peers.finding import Contestants
+from ..rows import CORE, DEBIAN, JAZZY, OURS, Row, scaled
+from ..timing import interleave
+
+# Lookup time as a multiple of C++ tf2's, by depth; None is measured for the plot only.
+_MIDDLE = {1: 1.0, 2: 1.4, 3: None, 5: 2.5, 10: 4.0, 38: 10.0}
+_LATEST = {1: 0.8, 2: 1.0, 3: None, 5: 1.5, 10: 2.2, 38: None}
+_LONGER_HISTORY = 1.2
+_HUMANOID = 1.3
+_WHOLE_TREE = 6.0
+
+_HISTORY_S = 1.0
+
+
+def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure lookups over depth, an insertion between every two."""
+    for latest, targets in (False, _MIDDLE), (True, _LATEST):
+        for depth, target in targets.items():
+            where = 'latest' if latest else 'middle'
+            exercises = contestants.exercises(
+                Task(f'chain{depth}', _HISTORY_S, latest, effort.lookups))
+            turns = {name: exercise.take_turn for name, exercise in exercises.items()}
+            row = Row('depth', f'{where}, depth {depth}', 'us',
+                      scaled(interleave(turns, effort.rounds), 1e6))
+            row.compare(OURS, DEBIAN, target)
+            row.compare(OURS, JAZZY)
+            yield row
+
+
+def histories(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure lookups in the middle of ever longer histories."""
+    for depth in 1, 5:
+        turns = {
+            f'{name}, {seconds:.0f} s': exercise.take_turn
+            for seconds in (1.0, 10.0, 60.0)
+            for name, exercise in contestants.exercises(
+                Task(f'chain{depth}', seconds, False, effort.lookups),
+                (OURS, DEBIAN, JAZZY)).items()
+        }
+        row = Row('history', f'middle, depth {depth}', 'us',
+                  scaled(interleave(turns, effort.rounds), 1e6))
+        row.compare(f'{OURS}, 60 s', f'{OURS}, 1 s', _LONGER_HISTORY,
+                    name=f'{row.name}: 60 s of history', unit='x 1 s of it')
+        row.compare(f'{OURS}, 10 s', f'{DEBIAN}, 10 s', name=f'{row.name}: 10 s of history')
+        yield row
+
+
+def humanoid(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure a hand camera in the map: 12 edges, 5 of them moving."""
+    turns = {
+        f'{name}, {label}': exercise.take_turn
+        for robot, label in (('chain5', 'chain of 5'), ('humanoid', 'hand camera'))
+        for name, exercise in contestants.exercises(
+            Task(robot, _HISTORY_S, False, effort.lookups), (OURS, CORE, DEBIAN, JAZZY)).items()
+    }
+    row = Row('humanoid', 'middle', 'us', scaled(interleave(turns, effort.rounds), 1e6))
+    row.compare(f'{OURS}, hand camera', f'{OURS}, chain of 5', _HUMANOID,
+                name='hand camera of the humanoid', unit='x the chain of 5')
+    row.compare(f'{OURS}, hand camera', f'{DEBIAN}, hand camera',
+                name='hand camera of the humanoid')
+    yield row
+
+
+def whole_tree(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure all frames of the humanoid relative to one."""
+    count = max(1, effort.lookups // 10)
+    one = contestants.exercises(Task('chain5', _HISTORY_S, False, effort.lookups), (OURS,))[OURS]
+    trees = contestants.exercises(
+        Task('humanoid', _HISTORY_S, False, count, whole_tree=True), (OURS, DEBIAN, JAZZY))
+    turns = {name: exercise.take_turn for name, exercise in trees.items()}
+    turns['one lookup of depth 5'] = one.take_turn
+    row = Row('tree', 'all frames, middle', 'us', scaled(interleave(turns, effort.rounds), 1e6))
+    row.compare(OURS, 'one lookup of depth 5', _WHOLE_TREE, name='all frames of the humanoid')
+    row.compare(OURS, DEBIAN, name='all frames of the humanoid', unit='x a loop of C++ tf2')
+    yield row

@@ -1,0 +1,180 @@
+"""Many stamps at once: 100,000 at depth 3, sorted and shuffled."""
+
+from collections.abc import Callable, Iterator
+import tracemalloc
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core import se3
+
+from .. import motion
+from ..effort import Effort
+from ..exercise import Exercise, Task
+from ..motion import PERIOD, START
+from ..peers.finding import agree, Contestants
+from ..rows import DEBIAN, JAZZY, OURS, PYTRANSFORM, Row, RUST, scaled
+from ..timing import interleave, time_one
+
+Stamps = npt.NDArray[np.int64]
+
+_COUNT = 100_000
+_HISTORY_S = 10.0
+_SAMPLES = round(_HISTORY_S * 1e9) // PERIOD
+# A loop over all of them would take half a second a round.
+_IN_A_LOOP = 2_000
+
+_ATTEMPTS = 3
+
+_OF_RUST = 0.7
+_OF_A_LOOP = 0.1
+_PEAK_MEMORY = 3.0
+
+
+class _Draws:
+    """
+    The stamps of each round, the same for all, and new ones each time.
+
+    The window slides by one sample a round, for every contestant inserts one on each
+    edge before it is asked: nothing that was computed for the last round is of use.
+    """
+
+    def __init__(self, count: int, shuffled: bool) -> None:
+        self._count = count
+        self._shuffled = shuffled
+
+    def of(self, round_number: int, attempt: int = 0) -> Stamps:
+        """Return the stamps of an attempt in a round, counted from 1."""
+        # What every edge has, and has still after the next insertion.
+        first = START + (round_number + 2) * PERIOD
+        last = START + (_SAMPLES + round_number - 2) * PERIOD
+        generator = np.random.default_rng([round_number, attempt])
+        stamps = generator.integers(first, last, self._count)
+        return stamps if self._shuffled else np.sort(stamps)
+
+
+def many(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure all who can do it."""
+    yield _row(contestants, effort, 'chain3', _COUNT, shuffled=False, judged=True)
+    yield _row(contestants, effort, 'chain3', _COUNT, shuffled=True, judged=True)
+    yield _row(contestants, effort, 'staggered3', _COUNT, shuffled=False)
+    yield _row(contestants, effort, 'staggered3', _COUNT, shuffled=True)
+    yield _row(contestants, effort, 'chain3', _COUNT // 100, shuffled=False)
+    yield _memory(contestants)
+
+
+def _row(contestants: Contestants, effort: Effort, robot: str, count: int, *,
+         shuffled: bool, judged: bool = False) -> Row:
+    exercises = contestants.exercises(
+        Task(robot, _HISTORY_S, False, 1), (OURS, DEBIAN, JAZZY, RUST))
+    draws = _Draws(count, shuffled)
+    turns = {name: _Turn(exercise, draws, _way_of(name, exercise))
+             for name, exercise in exercises.items()}
+    _check(turns, draws)
+    callables: dict[str, Callable[[], float]] = dict(turns)
+    if contestants.pytransform and robot == 'chain3':
+        callables[PYTRANSFORM] = _pytransform(contestants, turns[OURS], draws, effort.rounds)
+    order = 'shuffled' if shuffled else 'sorted'
+    kind = ', staggered samples' if robot == 'staggered3' else ''
+    row = Row('many', f'{count:,} stamps, {order}{kind}', 'ms',
+              scaled(interleave(callables, effort.rounds), 1e3))
+    row.compare(OURS, RUST, _OF_RUST if judged else None)
+    row.compare(OURS, DEBIAN, _OF_A_LOOP if judged else None, unit='x a loop of C++ tf2')
+    row.compare(OURS, JAZZY, unit='x a loop of C++ tf2 (Jazzy)')
+    row.compare(OURS, PYTRANSFORM)
+    return row
+
+
+class _Turn:
+    """
+    One contestant's turn: an insertion on each edge, then all stamps, which is timed.
+
+    The best of three attempts counts, each with stamps of its own: whoever uses several
+    threads is to be seen by the wall's clock, which also sees what else the machine does.
+    """
+
+    def __init__(self, exercise: Any, draws: _Draws, way: Callable[[Stamps], float]) -> None:
+        self.exercise = exercise
+        self._draws = draws
+        self._way = way
+        self._rounds = 0
+
+    def __call__(self) -> float:
+        self._rounds += 1
+        self.exercise.insertions(batches=1)
+        return min(self._way(self._draws.of(self._rounds, attempt))
+                   for attempt in range(_ATTEMPTS))
+
+
+def _way_of(name: str, exercise: Any) -> Callable[[Stamps], float]:
+    """Return how a contestant is asked for many stamps: gives the seconds it took."""
+    if name in (OURS, RUST):
+        ask = _many_of(exercise)
+        return lambda stamps: time_one(lambda: ask(stamps))
+    # Each is asked for some of them, at most, and the time taken for all.
+    return lambda stamps: len(stamps) * float(exercise.loop(stamps=_some(stamps)))
+
+
+def _many_of(exercise: Exercise) -> Callable[[Stamps], Any]:
+    peer, robot = exercise.peer, exercise.robot
+    if hasattr(peer, 'lookup_many'):
+        return peer.lookup_many
+    return lambda stamps: peer.buffer.lookup_many(robot.target, robot.source, stamps)
+
+
+def _some(stamps: Stamps) -> list[int]:
+    step = max(1, len(stamps) // _IN_A_LOOP)
+    return [int(stamp) for stamp in stamps[::step]]
+
+
+def _check(turns: dict[str, _Turn], draws: _Draws) -> None:
+    """Compare what all say before there were insertions."""
+    stamps = draws.of(0)
+    picked = np.linspace(0, len(stamps) - 1, 20).astype(int)
+    answers = {}
+    for name, turn in turns.items():
+        exercise = turn.exercise
+        if name in (OURS, RUST):
+            poses = _many_of(exercise)(stamps)[picked]
+            if name == RUST:
+                poses = poses[:, [4, 5, 6, 1, 2, 3, 0]]
+            answers[name] = poses.tolist()
+        else:
+            answers[name] = [exercise.answer(stamp=int(stamp)) for stamp in stamps[picked]]
+    agree(answers)
+
+
+def _pytransform(contestants: Contestants, ours: _Turn, draws: _Draws,
+                 rounds: int) -> Callable[[], float]:
+    """Return the turn of pytransform3d, which takes all samples beforehand."""
+    samples = START + np.arange(_SAMPLES + rounds) * PERIOD
+    manager = contestants.pytransform(motion.chain(3), samples)
+    robot = ours.exercise.robot
+    # Between samples it moves on screws, so it is compared at samples.
+    known = samples[10:_SAMPLES - 10:50]
+    agree({OURS: ours.exercise.peer.buffer.lookup_many(robot.target, robot.source, known).tolist(),
+           PYTRANSFORM: se3.from_matrix_many(manager.lookup_many(known)).tolist()})
+    rounds_of_stamps = (draws.of(number) for number in range(1, rounds + 1))
+
+    def turn() -> float:
+        stamps = next(rounds_of_stamps)
+        return time_one(lambda: manager.lookup_many(stamps))
+
+    return turn
+
+
+def _memory(contestants: Contestants) -> Row:
+    """Return the most memory that an answer takes while it is computed."""
+    exercise = contestants.exercises(Task('chain3', _HISTORY_S, False, 1), (OURS,))[OURS]
+    ask = _many_of(exercise)
+    values: dict[str, list[float]] = {OURS: []}
+    for round_number in range(1, 6):
+        exercise.insertions(batches=1)
+        stamps = _Draws(_COUNT, shuffled=bool(round_number % 2)).of(round_number)
+        tracemalloc.start()
+        answer = ask(stamps)
+        values[OURS].append(tracemalloc.get_traced_memory()[1] / answer.nbytes)
+        tracemalloc.stop()
+    row = Row('many', f'peak memory of {_COUNT:,} stamps', "answer's size", values)
+    row.judge(OURS, _PEAK_MEMORY)
+    return row

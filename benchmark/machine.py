@@ -1,0 +1,64 @@
+"""What the numbers were measured on."""
+
+import datetime
+import importlib.metadata
+import os
+import platform
+import subprocess
+from typing import Any
+
+
+def describe() -> dict[str, Any]:
+    """Return the machine, the versions, the time, and how busy the machine is now."""
+    return {
+        'commit': _commit(),
+        'cpu': _cpu_model(),
+        'cores': os.cpu_count(),
+        'system': platform.platform(),
+        'python': platform.python_version(),
+        **{package: _version(package) for package in (
+            'numpy', 'scipy', 'transform-tree', 'pytransform3d')},
+        'rclpy': _rclpy_version(),
+        'rmw': os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'),
+        'date': datetime.datetime.now(datetime.timezone.utc).isoformat(timespec='seconds'),
+        'load_before': load(),
+    }
+
+
+def load() -> list[float]:
+    """Return the load averages of the last 1, 5 and 15 minutes."""
+    return list(os.getloadavg())
+
+
+def _commit() -> str | None:
+    """Return which version of this repository it is, if git can tell."""
+    try:
+        described = subprocess.run(
+            ['git', 'describe', '--always', '--dirty'], cwd=os.path.dirname(__file__),
+            capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return described.stdout.strip()
+
+
+def _cpu_model() -> str:
+    try:
+        with open('/proc/cpuinfo') as file:
+            for line in file:
+                name, _, value = line.partition(':')
+                if name.strip() == 'model name':
+                    return value.strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def _rclpy_version() -> str | None:
+    return _version('rclpy') or _version('ros-jazzy-rclpy')
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None

@@ -1,0 +1,101 @@
+"""Which contestants are here, and why the others are not."""
+
+from collections.abc import Callable, Collection, Mapping
+import importlib
+from typing import Any
+
+from . import debian
+from .ours import OurBuffer, OurCore
+from ..exercise import Exercise, Task, Unable
+from ..rows import CORE, DEBIAN, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
+
+_TOLERANCE = 1e-9
+
+_CURES = {
+    JAZZY: 'needs an installed ROS 2 Jazzy: sudo apt install ros-jazzy-tf2-py',
+    TF2_ROS: 'needs an installed ROS 2 Jazzy: sudo apt install ros-jazzy-tf2-ros-py',
+}
+
+
+class Disagreement(Exception):
+    """Two contestants gave different answers: there is nothing to compare."""
+
+
+class Contestants:
+    """
+    Everybody who can take part.
+
+    :ivar absent: why the others cannot, by name.
+    """
+
+    def __init__(self) -> None:
+        self.absent: dict[str, str] = {}
+        self._makers: dict[str, Callable[[], Any]] = {OURS: OurBuffer, CORE: OurCore}
+        self.debian = self._try(DEBIAN, debian.find)
+        self.rust = self._try(RUST, lambda: _load('rust').RustTree)
+        self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
+        jazzy = self._try(JAZZY, lambda: _load('jazzy').JazzyBuffer)
+        self.tf2_ros = self._try(TF2_ROS, lambda: importlib.import_module('tf2_ros'))
+        self._makers |= {name: maker for name, maker in {RUST: self.rust, JAZZY: jazzy}.items()
+                         if maker is not None}
+
+    def exercises(self, task: Task, names: Collection[str] = (OURS, CORE, DEBIAN, JAZZY, RUST)
+                  ) -> dict[str, Any]:
+        """
+        Return an exercise for each of these who is here, all giving the same answers.
+
+        :raises Disagreement: they do not.
+        """
+        exercises: dict[str, Any] = {}
+        for name in names:
+            try:
+                if name in self._makers:
+                    exercises[name] = Exercise(self._makers[name](), task)
+                elif name == DEBIAN and self.debian:
+                    exercises[name] = self.debian.exercise(task)
+            except Unable as reason:
+                self.absent[f'{name}, {task.robot}'] = str(reason)
+        agree({name: exercise.answers() for name, exercise in exercises.items()})
+        return exercises
+
+    def close(self) -> None:
+        """End the processes."""
+        if self.debian:
+            self.debian.worker.close()
+
+    def __enter__(self) -> 'Contestants':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _try(self, name: str, find: Callable[[], Any]) -> Any:
+        try:
+            return find()
+        except ImportError as error:
+            self.absent[name] = _CURES.get(name, str(error))
+            return None
+
+
+def agree(answers: Mapping[str, list[list[float]]]) -> None:
+    """
+    Compare what contestants answered: poses, equal up to the quaternion's sign.
+
+    :raises Disagreement: naming the two.
+    """
+    names = list(answers)
+    for name in names[1:]:
+        for one, other in zip(answers[names[0]], answers[name], strict=True):
+            if _distance(one, other) > _TOLERANCE:
+                raise Disagreement(f'{names[0]} says {one} and {name} {other}')
+
+
+def _distance(one: list[float], other: list[float]) -> float:
+    sign = 1.0 if sum(a * b for a, b in zip(one[3:], other[3:], strict=True)) > 0.0 else -1.0
+    return max(
+        *(abs(a - b) for a, b in zip(one[:3], other[:3], strict=True)),
+        *(abs(a - sign * b) for a, b in zip(one[3:], other[3:], strict=True)))
+
+
+def _load(module: str) -> Any:
+    return importlib.import_module(f'{__package__}.{module}')

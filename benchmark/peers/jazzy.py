@@ -1,0 +1,29 @@
+"""Jazzy's own tf2: the C++ buffer with the binding that tf2_ros_py calls."""
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.duration import Duration
+from rclpy.time import Time
+import tf2_py
+
+from .cpp import CppBuffer
+from .messages import transform_stamped
+from .. import motion
+
+
+class JazzyBuffer(CppBuffer):
+    """``tf2_py.BufferCore`` of ROS 2."""
+
+    def __init__(self) -> None:
+        super().__init__(tf2_py)
+
+    def duration(self, seconds: float) -> Duration:
+        """Return a duration of rclpy."""
+        return Duration(seconds=seconds)
+
+    def message(self, edge: motion.Edge, stamp: int, pose: motion.Pose) -> TransformStamped:
+        """Return a transform as a message."""
+        return transform_stamped(edge, stamp, pose)
+
+    def time(self, stamp: int) -> Time:
+        """Return a time of rclpy."""
+        return Time(nanoseconds=stamp)

@@ -1,0 +1,134 @@
+"""The plots of the results, readable in black and white."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .rows import DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST
+from .timing import spread
+
+# Each contestant looks the same everywhere: line, marker, fill, hatch.
+_LOOKS = {
+    OURS: {'color': 'black', 'linestyle': '-', 'marker': 'o'},
+    DEBIAN: {'color': '0.45', 'linestyle': '--', 'marker': 's'},
+    JAZZY: {'color': '0.45', 'linestyle': '-.', 'marker': '^'},
+    RUST: {'color': '0.55', 'linestyle': ':', 'marker': 'D'},
+}
+_FILLS = {
+    OURS: {'color': 'black'},
+    RUST: {'facecolor': '0.75', 'edgecolor': 'black', 'hatch': '///'},
+    DEBIAN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '...'},
+    PYTRANSFORM: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': 'xxx'},
+    PLAIN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '///'},
+}
+
+
+def draw(folder: Path, rows: Sequence[Row]) -> list[Path]:
+    """
+    Draw what there is data for; return the files.
+
+    :raises ImportError: there is no matplotlib.
+    """
+    import matplotlib
+    matplotlib.use('Agg')
+    # The same data gives the same file.
+    matplotlib.rcParams.update({'svg.hashsalt': 'tf_tree_py', 'font.size': 10,
+                                'axes.spines.top': False, 'axes.spines.right': False})
+    folder.mkdir(parents=True, exist_ok=True)
+    plots = {'lookups': _lookups, 'listener': _listener, 'many': _many}
+    written = []
+    for name, plot in plots.items():
+        figure = plot({row.name: row for row in rows if row.group == _GROUPS[name]})
+        if figure is not None:
+            written += _save(figure, folder / f'performance_{name}')
+    return written
+
+
+_GROUPS = {'lookups': 'depth', 'listener': 'listener', 'many': 'many'}
+
+
+def _save(figure: Any, stem: Path) -> list[Path]:
+    files = [stem.with_suffix('.svg'), stem.with_suffix('.png')]
+    figure.savefig(files[0], metadata={'Date': None})
+    figure.savefig(files[1], dpi=150)
+    return files
+
+
+def _lookups(rows: dict[str, Row]) -> Any:
+    """Return lookup time over depth."""
+    if not rows:
+        return None
+    from matplotlib import pyplot
+    figure, panels = pyplot.subplots(1, 2, figsize=(8.0, 3.6), sharey=True, layout='constrained')
+    for panel, where, title in zip(panels, ('middle', 'latest'),
+                                   ('in the middle of 1 s', 'the latest'), strict=True):
+        for name, look in _LOOKS.items():
+            points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).median)
+                      for row in rows.values()
+                      if row.name.startswith(where) and name in row.values]
+            if points:
+                panel.plot(*zip(*points, strict=True), label=name, markersize=4, **look)
+        _scale(panel, [1, 2, 5, 10, 38])
+        panel.set_title(title, fontsize=10)
+        panel.set_xlabel('moving edges between the frames')
+    panels[0].set_ylabel('time of a lookup, µs')
+    panels[0].legend(frameon=False)
+    return figure
+
+
+def _scale(panel: Any, ticks: Sequence[int]) -> None:
+    panel.set_xscale('log')
+    panel.set_yscale('log')
+    panel.set_xticks(ticks, list(map(str, ticks)))
+    panel.minorticks_off()
+    panel.yaxis.set_major_formatter('{x:g}')
+    panel.grid(visible=True, color='0.9')
+
+
+def _listener(rows: dict[str, Row]) -> Any:
+    """Return the CPU of listening, ours beside the plain one's."""
+    rows = {name: row for name, row in rows.items() if PLAIN in row.values}
+    if not rows:
+        return None
+    from matplotlib import pyplot
+    figure, panel = pyplot.subplots(figsize=(6.0, 3.2), layout='constrained')
+    for offset, way, label in ((-0.19, PLAIN, 'empty callback, plain rclpy'),
+                               (0.19, OURS, 'TransformListener, tf_tree_py')):
+        heights = [_percent(row, way) for row in rows.values()]
+        bars = panel.bar([number + offset for number in range(len(rows))], heights, 0.36,
+                         label=label, **_FILLS[way])
+        panel.bar_label(bars, [f'{height:.2g}' if height < 10 else f'{height:.0f}'
+                               for height in heights], fontsize=8)
+    panel.set_xticks(range(len(rows)), [name.replace(' x ', ' × ') for name in rows])
+    panel.set_xlabel('transforms in a message × rate')
+    panel.set_ylabel('CPU, % of a core')
+    panel.legend(frameon=False)
+    return figure
+
+
+def _percent(row: Row, way: str) -> float:
+    rate_hz = int(row.name.split(' x ')[1].split()[0])
+    return spread(row.values[way]).median * 1e-6 * rate_hz * 100.0
+
+
+def _many(rows: dict[str, Row]) -> Any:
+    """Return the times for 100,000 stamps."""
+    chosen = [row for name, row in rows.items()
+              if name in ('100,000 stamps, sorted', '100,000 stamps, shuffled')]
+    if not chosen:
+        return None
+    from matplotlib import pyplot
+    figure, panels = pyplot.subplots(
+        1, len(chosen), figsize=(8.0, 2.4), sharex=True, layout='constrained', squeeze=False)
+    for panel, row in zip(panels[0], chosen, strict=True):
+        names = [name for name in reversed(_FILLS) if name in row.values]
+        for name in names:
+            width = spread(row.values[name]).median
+            label = f'{name}, a loop' if name == DEBIAN else name
+            bar = panel.barh([label], [width], 0.6, **_FILLS[name])
+            panel.bar_label(bar, [f' {width:.3g} ms'], fontsize=8)
+        panel.set_xscale('log')
+        panel.set_xlim(1.0, 5000.0)
+        panel.set_title(row.name, fontsize=10)
+        panel.set_xlabel('ms')
+    return figure

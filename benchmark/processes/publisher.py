@@ -1,0 +1,58 @@
+"""
+A publisher on /tf: ``python -m benchmark.processes.publisher``.
+
+It sends bytes that were made beforehand, so that it keeps its pace.
+"""
+
+import random
+import time
+
+import rclpy
+from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
+from tf_tree_py.ros.qos import dynamic_qos, TF_TOPIC
+
+from .. import motion, wire
+from ..worker import serve
+
+
+class Publisher:
+    """Streams of transforms."""
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.create_publisher(TFMessage, TF_TOPIC, dynamic_qos())
+
+    def send(self, first: int, count: int, transforms: int, rate_hz: float) -> int:
+        """
+        Send messages at a rate, as nearly as the machine lets it.
+
+        :param first: number of the first sample.
+        :param transforms: in each message.
+        :return: how many messages were late by more than a period.
+        """
+        edges = motion.chain(transforms).edges
+        messages = [wire.message_at(edges, first + number) for number in range(count)]
+        begin, late = time.monotonic(), 0
+        for number, message in enumerate(messages):
+            ahead = begin + number / rate_hz - time.monotonic()
+            if ahead > 0.0:
+                time.sleep(ahead)
+            late += ahead < -1.0 / rate_hz
+            self._publisher.publish(message)
+        return late
+
+    def send_timed(self, count: int) -> None:
+        """Send single transforms whose x is the time of sending, now and then."""
+        edge = motion.chain(1).edges[0]
+        for sample in range(count):
+            time.sleep(random.uniform(0.005, 0.015))
+            # The clock is the whole machine's.
+            pose = (time.monotonic(), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+            self._publisher.publish(wire.message([edge], [edge.stamp_of(sample)], [pose]))
+
+
+if __name__ == '__main__':
+    rclpy.init()
+    publisher = Publisher(Node('benchmark_publisher'))
+    serve({'send': publisher.send, 'send_timed': publisher.send_timed})
+    rclpy.try_shutdown()

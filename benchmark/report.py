@@ -1,0 +1,118 @@
+"""Rows as tables: in the terminal, as Markdown, as JSON."""
+
+from collections.abc import Iterable, Sequence
+import json
+from pathlib import Path
+import re
+from typing import Any
+
+from .rows import Comparison, Row
+from .timing import spread
+
+Machine = dict[str, Any]
+
+_TITLES = {
+    'depth': 'One lookup over depth, an insertion between every two, 1 s of history',
+    'history': 'One lookup in longer histories',
+    'humanoid': 'The hand camera of the humanoid: 12 edges, 5 of them moving',
+    'tree': 'All 38 frames of the humanoid relative to one',
+    'many': 'Many stamps at depth 3, 10 s of history',
+    'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
+    'wait': 'From an insertion until a blocked lookup returns',
+    'insert': 'Inserting one transform',
+    'memory': 'Memory',
+}
+
+# Between these comments of docs/performance.md stand the results.
+_BEGIN, _END = '<!-- results: begin -->', '<!-- results: end -->'
+
+
+def group_tables(rows: Sequence[Row]) -> Iterable[str]:
+    """Yield a table of what was measured for each group."""
+    for group in dict.fromkeys(row.group for row in rows):
+        yield group_table([row for row in rows if row.group == group])
+
+
+def group_table(rows: Sequence[Row]) -> str:
+    """Return what was measured in one group: median (least to greatest) of each contestant."""
+    names = list(dict.fromkeys(name for row in rows for name in row.values))
+    lines = [[row.name, row.unit,
+              *(_cell(row.values[name]) if name in row.values else '' for name in names)]
+             for row in rows]
+    title = _TITLES.get(rows[0].group, rows[0].group)
+    return f'### {title}\n\n' + _table(['', 'unit', *names], lines)
+
+
+def comparison_table(rows: Sequence[Row]) -> str:
+    """Return everything that was compared, and with which target."""
+    lines = [[row.group, comparison.name,
+              f'{_number(comparison.spread.median)} {comparison.unit}'.strip(),
+              f'{_number(comparison.spread.least)} to {_number(comparison.spread.greatest)}',
+              '' if comparison.target is None else f'≤ {_number(comparison.target)}',
+              _verdict(comparison)]
+             for row in rows for comparison in row.comparisons]
+    return _table(['group', '', 'median', 'rounds', 'target', ''], lines)
+
+
+def machine_lines(machine: Machine, absent: dict[str, str]) -> str:
+    """Return what it was measured on, and who was absent."""
+    packages = ', '.join(f'{name} {machine[name]}' for name in (
+        'python', 'numpy', 'scipy', 'rclpy', 'rmw', 'transform-tree', 'pytransform3d')
+        if machine[name])
+    load = '; '.join(
+        f'{name} ' + ', '.join(f'{value:.2f}' for value in machine[f'load_{name}'])
+        for name in ('before', 'after') if f'load_{name}' in machine)
+    lines = [f'{machine["cpu"]}, {machine["cores"]} cores', f'load average {load}',
+             packages, f'{machine["date"]}, commit {machine["commit"] or "unknown"}']
+    lines += [f'absent: {name}: {reason}' for name, reason in absent.items()]
+    return '\n'.join(f'- {line}' for line in lines)
+
+
+def summary(rows: Sequence[Row], machine: Machine, absent: dict[str, str]) -> str:
+    """Return all of it as Markdown."""
+    parts = [machine_lines(machine, absent), '### Ratios and targets', comparison_table(rows),
+             *group_tables(rows)]
+    return '\n\n'.join(parts) + '\n'
+
+
+def write(folder: Path, rows: Sequence[Row], machine: Machine, absent: dict[str, str]) -> None:
+    """Write ``results.json`` and ``summary.md``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    results = {'machine': machine, 'absent': absent, 'rows': [row.as_dict() for row in rows]}
+    (folder / 'results.json').write_text(json.dumps(results, indent=1) + '\n')
+    (folder / 'summary.md').write_text(summary(rows, machine, absent))
+
+
+def update_document(document: Path, text: str) -> None:
+    """Put the results between the comments of a document that say where."""
+    found = re.compile(f'{re.escape(_BEGIN)}.*{re.escape(_END)}', re.DOTALL)
+    replaced, count = found.subn(
+        lambda _: f'{_BEGIN}\n\n{text}\n{_END}', document.read_text())
+    if count != 1:
+        raise ValueError(f'{document} has no place for the results: {_BEGIN} ... {_END}')
+    document.write_text(replaced)
+
+
+def _verdict(comparison: Comparison) -> str:
+    return {None: '', True: 'met', False: '**missed**'}[comparison.met]
+
+
+def _cell(values: Sequence[float]) -> str:
+    least, median, greatest = spread(values)
+    if least == greatest:
+        return _number(median)
+    return f'{_number(median)} ({_number(least)} to {_number(greatest)})'
+
+
+def _number(value: float) -> str:
+    """Return three digits, or all before the point."""
+    return f'{value:.0f}' if abs(value) >= 100.0 else f'{value:.3g}'
+
+
+def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """Return a Markdown table that is also readable as it stands."""
+    widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
+    rule = ['-' * max(3, width) for width in widths]
+    return '\n'.join(
+        '| ' + ' | '.join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
+        + ' |' for line in [head, rule, *lines])
