@@ -163,17 +163,18 @@ def test_batch_goes_on_after_one_that_needs_a_closer_look():
     lambda buffer: buffer.insert('a', 'b', 0, Pose(7.0), static=True),
     lambda buffer: buffer.remove_frame('b'),
     lambda buffer: buffer.clear(),
-    lambda buffer: buffer.insert('c', 'b', 3, Pose(7.0)),
+    lambda buffer: buffer.insert('c', 'b', 4, Pose(7.0)),
 ], ids=['made static', 'removed', 'cleared', 'hung elsewhere'])
 def test_messages_of_one_kind_go_on_after_their_edge_has_changed(change):
     buffer = BufferCore()
+    buffer.insert('a', 'b', 1, Pose(1.0))
     edges = (('a', 'b'),)
 
     def arrive(stamp):
         buffer.insert_batch(Batch(edges, [stamp], np.array([Pose(float(stamp))])))
 
-    arrive(1)
     arrive(2)
+    arrive(3)
     change(buffer)
     arrive(4)
     arrive(5)

@@ -1,6 +1,7 @@
 """Between messages and numbers."""
 
 import copy
+import importlib
 import math
 from types import SimpleNamespace
 
@@ -15,7 +16,9 @@ from rclpy.time import Time
 from ros_helpers import transform
 from tf_tree_py import InvalidArgumentException, Pose
 from tf_tree_py.core import Sample
-from tf_tree_py.ros import convert
+
+# Not imported from the package, where tf2's function of that name stands before it.
+convert = importlib.import_module('tf_tree_py.ros.convert')
 
 POSE = (1.0, -2.0, 3.5, 0.5, -0.5, 0.5, -0.5)
 SECOND = 1_000_000_000

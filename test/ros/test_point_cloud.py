@@ -312,6 +312,7 @@ def test_a_field_that_sticks_out_is_refused(cloud):
 
 @pytest.mark.parametrize('changes', [{'width': 7}, {'height': 2}, {'height': 2, 'row_step': 1},
                                      {'width': 3, 'height': 2, 'row_step': 40},
+                                     {'width': 2, 'height': 3, 'row_step': 0},
                                      {'width': 2**31, 'point_step': 2**31}])
 def test_too_little_data_is_refused(cloud, changes):
     for name, value in changes.items():
@@ -361,6 +362,13 @@ def test_points_are_read_in_the_types_they_have(kinds, expected, big):
     assert points.dtype == np.dtype(expected)
     assert points.dtype.isnative
     assert points.tolist() == np.stack(list(columns.values()), axis=1).tolist()
+
+
+@pytest.mark.parametrize(('row_padding', 'shape'), [(0, (1, 6)), (4, (3, 2))])
+def test_rows_without_padding_are_one(row_padding, shape):
+    cloud = make_cloud(random_columns(np.random.default_rng(11), 6, 'f4'),
+                       {'x': 0, 'y': 4, 'z': 8}, 12, height=3, row_padding=row_padding)
+    assert point_cloud.field_column(cloud, 'x').shape == shape
 
 
 def test_packed_cloud_says_where_everything_is():

@@ -129,6 +129,14 @@ def test_result_shares_nothing_and_changes_nothing(kind):
     assert result == result_before
 
 
+@named(stamped.STAMPED_FORMS)
+def test_messages_with_and_without_header_are_moved_alike(kind):
+    message = filled(kind, np.random.default_rng(9))
+    form, field = stamped.STAMPED_FORMS[kind]
+    moved = do_transform(form(**{field: message}), stamped_transform(POSE))
+    assert getattr(moved, field) == do_transform(message, stamped_transform(POSE))
+
+
 @named(GEOMETRY)
 @settings(deadline=None, max_examples=25)
 @given(poses, seeds)
@@ -289,9 +297,9 @@ def test_pose_array_and_path_are_their_poses(count):
     expected = [stamped.do_transform_pose(pose, transform) for pose in some]
     array = stamped.do_transform_pose_array(PoseArray(poses=some), transform)
     assert len(array.poses) == count
+    assert all(pose.orientation.w >= 0.0 for pose in array.poses)
     for pose, wanted in zip(array.poses, expected, strict=True):
         assert_same(pose, wanted, 1e-12)
-        assert pose.orientation.w >= 0.0
     path = Path(header=Header(frame_id='base'), poses=[PoseStamped(pose=pose) for pose in some])
     for pose, wanted in zip(stamped.do_transform_path(path, transform).poses, expected,
                             strict=True):

@@ -41,6 +41,8 @@ _contexts: 'weakref.WeakSet[Context]' = weakref.WeakSet()
 # waking up for each costs more than all else.
 _BUSY_S = 0.005
 _REST_S = 0.004
+# Meanwhile nobody can wake us, so look up every tenth of a second.
+_RESTS = 25
 
 # So that a flood on one topic does not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
@@ -159,7 +161,10 @@ class Receiver:
                 self._tell(event)
             last, before = time.monotonic(), last
             taken = self._drain_all(subscriptions)
-            while taken and last - before < _BUSY_S and not woken:
+            busy = last - before < _BUSY_S and not woken
+            for _ in range(_RESTS if busy else 0):
+                if not taken or self._closing:
+                    break
                 # Messages come fast: let a few gather, unless somebody waits for them.
                 self._rest(_REST_S)
                 taken = self._drain_all(subscriptions)
