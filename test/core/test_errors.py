@@ -128,7 +128,7 @@ def test_error_tells_what_has_to_arrive_before_it_can_succeed(
 
 
 def test_wrong_type_of_a_frame_is_an_invalid_argument(buffer):
-    for frame in (None, 5, b'map'):
+    for frame in (None, 5, b'map', ['map']):
         assert isinstance(error_of(buffer, frame, 'base'), InvalidArgumentException)
         assert isinstance(error_of(buffer, 'map', frame), InvalidArgumentException)
 

@@ -46,6 +46,13 @@ class NaiveHistory:
         self.samples.insert(len(place), (stamp, parent, pose))
         return True
 
+    def nearest_parent(self, stamp):
+        """Return the parent at a stamp, or beyond the ends that of the end."""
+        if stamp == LATEST:
+            return self.samples[0][1]
+        return next((parent for kept, parent, _ in self.samples if kept <= stamp),
+                    self.samples[-1][1])
+
     def sample(self, stamp):
         """Return the parent and the pose, or what keeps it from answering."""
         if not self.samples:
@@ -67,7 +74,8 @@ class NaiveHistory:
 
 def answer(history, stamp):
     try:
-        return history.parent_at(stamp), history.sample(stamp)
+        pose = history.sample(stamp)
+        return history.parent_at(stamp), pose
     except (NoDataException, FutureExtrapolationException, PastExtrapolationException) as error:
         return type(error)
 
@@ -83,12 +91,16 @@ class HistoryMachine(RuleBasedStateMachine):
 
     def arrive(self, stamp, parent, packed):
         self.count += 1
+        was_oldest = self.naive.samples[-1][0] if self.naive.samples else stamp
         pose = pose_number(self.count % 300)
         taken = (packed and parent == self.history.parent
                  and self.history.append(stamp, np.array(pose).tobytes()))
         if not taken:
             taken = self.history.insert(stamp, parent, pose)
         assert taken == self.naive.insert(stamp, parent, pose)
+        if self.count % 16 == 0:
+            # What has just expired must be gone before anybody looked at the rest.
+            self.compare(was_oldest)
 
     @rule(stamp=st.integers(-20, 200), parent=st.sampled_from('pppq'), packed=st.booleans())
     def insert_anywhere(self, stamp, parent, packed):
@@ -136,6 +148,8 @@ class HistoryMachine(RuleBasedStateMachine):
             self.compare(near)
 
     def compare(self, stamp):
+        if stamp % 2 and self.naive.samples:
+            assert self.history.nearest_parent(stamp) == self.naive.nearest_parent(stamp)
         expected, found = self.naive.sample(stamp), answer(self.history, stamp)
         if isinstance(expected, type):
             assert found is expected
@@ -143,7 +157,8 @@ class HistoryMachine(RuleBasedStateMachine):
             assert not isinstance(found, type), f'{found} instead of {expected}'
             assert found[0] == expected[0]
             assert_same_pose(found[1], expected[1], reach=300.0)
-            assert self.history.nearest_parent(stamp) == expected[0]
+        if self.naive.samples:
+            assert self.history.nearest_parent(stamp) == self.naive.nearest_parent(stamp)
 
     @invariant()
     def ends_are_those_of_the_list(self):
@@ -253,6 +268,15 @@ def test_window_hangs_on_the_newest_stamp_before_the_arrival():
     # ... until the next arrival, even one that is refused.
     assert not history.insert(100, 'parent', pose_number(3))
     assert history.oldest_stamp == 200
+
+
+def test_expired_sample_is_gone_for_the_first_who_looks():
+    for stamp in (90, 95, 100):
+        history = history_of((90, 1), (100, 2), (150, 3), (151, 4), cache_time=10)
+        with pytest.raises(PastExtrapolationException):
+            history.sample(stamp)
+    history = history_of((90, 1, 'a'), (100, 2, 'b'), (150, 3, 'c'), (151, 4, 'd'), cache_time=10)
+    assert history.nearest_parent(95) == 'c'
 
 
 def test_late_sample_leaves_the_window_in_its_turn():

@@ -250,7 +250,10 @@ class Tree:
         :raises ConnectivityException: nothing joins the two.
         :raises ExtrapolationException: nothing joins them, and an edge has no data then.
         """
-        path = self._paths.get((target, source))
+        try:
+            path = self._paths.get((target, source))
+        except TypeError:  # a list, say: the checks below name it
+            path = None
         if path is None:
             self.check_frame('target_frame', target)
             self.check_frame('source_frame', source)
