@@ -13,7 +13,6 @@ from tf_tree_py.core import (
     BufferCore,
     ClockJumpException,
     ConnectivityException,
-    deskew,
     EdgeInfo,
     ExtrapolationException,
     FutureExtrapolationException,
@@ -32,24 +31,26 @@ from tf_tree_py.core import (
     TimeoutException,
     TransformException,
 )
+from tf_tree_py.core.deskew import deskew
 
-_ROS_NAMES = frozenset({
-    'as_matrix',
-    'as_points',
-    'as_pose',
-    'Buffer',
-    'BufferInterface',
-    'convert',
-    'ConvertRegistration',
-    'deskew_cloud',
-    'NotImplementedException',
-    'Stamped',
-    'StaticTransformBroadcaster',
-    'TransformBroadcaster',
-    'TransformListener',
-    'TransformRegistration',
-    'TypeException',
-})
+# Which module of the ROS layer has the name.
+_ROS_NAMES = {
+    'as_matrix': 'arrays',
+    'as_points': 'arrays',
+    'as_pose': 'convert',
+    'Buffer': 'buffer',
+    'BufferInterface': 'buffer_interface',
+    'convert': 'registration',
+    'ConvertRegistration': 'registration',
+    'deskew_cloud': 'deskew_cloud',
+    'NotImplementedException': 'registration',
+    'Stamped': 'registration',
+    'StaticTransformBroadcaster': 'broadcaster',
+    'TransformBroadcaster': 'broadcaster',
+    'TransformListener': 'listener',
+    'TransformRegistration': 'registration',
+    'TypeException': 'registration',
+}
 
 __all__ = [
     'as_matrix',
@@ -95,7 +96,7 @@ def __getattr__(name: str) -> Any:
     if name not in _ROS_NAMES:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     try:
-        ros = importlib.import_module('tf_tree_py.ros')
+        module = importlib.import_module(f'tf_tree_py.ros.{_ROS_NAMES[name]}')
     except ModuleNotFoundError as error:
         if error.name is None or '.' in error.name:
             raise  # ROS is there, and something in it is not as expected.
@@ -103,7 +104,7 @@ def __getattr__(name: str) -> Any:
             f'tf_tree_py.{name} needs ROS 2, and {error.name} is not installed: source a ROS 2 '
             'installation, or let scripts/setup of the tf_tree_py repository make one from PyPI'
         ) from error
-    return getattr(ros, name)
+    return getattr(module, name)
 
 
 def __dir__() -> list[str]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, deskew, InvalidArgumentException, Pose
+from tf_tree_py import BufferCore, deskew, InvalidArgumentException, Pose
 
 SECOND = 1_000_000_000
 SCAN_START, SCAN_TIME = 10 * SECOND, SECOND // 10

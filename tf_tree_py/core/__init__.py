@@ -2,7 +2,6 @@
 
 from . import se3
 from .buffer_core import BufferCore
-from .deskew import deskew
 from .errors import (
     ClockJumpException,
     ConnectivityException,
@@ -26,7 +25,6 @@ __all__ = [
     'BufferCore',
     'ClockJumpException',
     'ConnectivityException',
-    'deskew',
     'EdgeInfo',
     'ExtrapolationException',
     'FutureExtrapolationException',

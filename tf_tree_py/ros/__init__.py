@@ -5,10 +5,8 @@ from .broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from .buffer import Buffer
 from .buffer_interface import BufferInterface
 from .convert import as_pose
-from .deskew_cloud import deskew_cloud
 from .listener import TransformListener
 from .registration import (
-    convert,
     ConvertRegistration,
     NotImplementedException,
     Stamped,
@@ -22,9 +20,7 @@ __all__ = [
     'as_pose',
     'Buffer',
     'BufferInterface',
-    'convert',
     'ConvertRegistration',
-    'deskew_cloud',
     'NotImplementedException',
     'Stamped',
     'StaticTransformBroadcaster',
