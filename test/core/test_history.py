@@ -271,12 +271,14 @@ def test_window_hangs_on_the_newest_stamp_before_the_arrival():
 
 
 def test_expired_sample_is_gone_for_the_first_who_looks():
-    for stamp in (90, 95, 100):
-        history = history_of((90, 1), (100, 2), (150, 3), (151, 4), cache_time=10)
+    # Memory is tidied up when an eighth of the window has passed, at 180 here: not for the last.
+    stamps = (100, 105, 180, 185, 189)
+    history = history_of(*((stamp, 1) for stamp in stamps), cache_time=80)
+    for stamp in (100, 102):
         with pytest.raises(PastExtrapolationException):
             history.sample(stamp)
-    history = history_of((90, 1, 'a'), (100, 2, 'b'), (150, 3, 'c'), (151, 4, 'd'), cache_time=10)
-    assert history.nearest_parent(95) == 'c'
+    history = history_of(*zip(stamps, range(5), 'abcde', strict=True), cache_time=80)
+    assert history.nearest_parent(102) == 'b'
 
 
 def test_late_sample_leaves_the_window_in_its_turn():
