@@ -34,7 +34,7 @@ def test_each_call_is_one_line_whatever_it_looks_up_with():
         assert (line.lookups, line.failed, line.latest) == (1, 0, False)
         assert line.moved_m == pytest.approx(0.1, abs=1e-6)
         assert line.caller.file == __file__
-        assert 0.0 < line.behind_now_s < 60.0
+        assert 0.0 < line.behind_now_s < (time.time_ns() - BEGIN) / 1e9
 
 
 def test_latest_and_failures_are_counted():
