@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+import ctypes
 import os
 import signal
 import sys
@@ -57,8 +58,7 @@ def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -
         pass  # the reader of our output has left, as `| head` does
     finally:
         rclpy.try_shutdown()
-        # While Python ends, which gives every other handler up.
-        _handle_signals(signal.SIG_IGN)
+        _ignore_signals()
     return 0
 
 
@@ -88,6 +88,18 @@ def _on_signal() -> Future:
 def _handle_signals(handler: Any) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handler)
+
+
+def _ignore_signals() -> None:
+    """
+    Let no signal disturb the end of the process, where Python gives every other handler up.
+
+    First only where they arrive: Python prints a traceback for one that came just before
+    it heard that it is to be ignored.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        ctypes.pythonapi.PyOS_setsig(number, ctypes.c_void_p(signal.SIG_IGN))
+    _handle_signals(signal.SIG_IGN)
 
 
 def _init(argv: Sequence[str] | None) -> None:
