@@ -3,6 +3,7 @@
 import datetime
 import importlib.metadata
 import os
+from pathlib import Path
 import platform
 import subprocess
 from typing import Any
@@ -31,14 +32,19 @@ def load() -> list[float]:
 
 
 def _commit() -> str | None:
-    """Return which version of this repository it is, if git can tell."""
+    """Return which version of tf_tree_py it is, if git can tell."""
     try:
-        described = subprocess.run(
-            ['git', 'describe', '--always', '--dirty'], cwd=os.path.dirname(__file__),
-            capture_output=True, text=True, check=True)
+        commit = _git('rev-parse', '--short', 'HEAD')
+        changes = _git('status', '--porcelain', '--', 'tf_tree_py')
     except (OSError, subprocess.CalledProcessError):
         return None
-    return described.stdout.strip()
+    return f'{commit} with changes' if changes else commit
+
+
+def _git(*arguments: str) -> str:
+    repository = Path(__file__).resolve().parent.parent
+    return subprocess.run(['git', *arguments], cwd=repository, capture_output=True, text=True,
+                          check=True).stdout.strip()
 
 
 def _cpu_model() -> str:

@@ -63,7 +63,8 @@ def machine_lines(machine: Machine, absent: dict[str, str]) -> str:
         f'{name} ' + ', '.join(f'{value:.2f}' for value in machine[f'load_{name}'])
         for name in ('before', 'after') if f'load_{name}' in machine)
     lines = [f'{machine["cpu"]}, {machine["cores"]} cores', f'load average {load}',
-             packages, f'{machine["date"]}, commit {machine["commit"] or "unknown"}']
+             packages,
+             machine['date'] + (f', commit {machine["commit"]}' if machine['commit'] else '')]
     lines += [f'absent: {name}: {reason}' for name, reason in absent.items()]
     return '\n'.join(f'- {line}' for line in lines)
 

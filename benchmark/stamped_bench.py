@@ -37,7 +37,6 @@ from std_msgs.msg import Header
 from tf_tree_py import Buffer
 from tf_tree_py.core import so3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.ros.buffer_interface import BufferInterface
 from tf_tree_py.ros.convert import public_transform_stamped
 from tf_tree_py.ros.deskew_cloud import deskew_cloud
 from tf_tree_py.ros.point_cloud import do_transform_cloud
@@ -45,10 +44,6 @@ from tf_tree_py.ros.stamped import do_transform
 
 POSE = (1.0, -2.0, 0.5, *so3.from_rpy(0.1, -0.2, 0.7))
 POINTS = 300_000
-
-
-class StampedBuffer(Buffer, BufferInterface):
-    """A buffer with the interface of tf2's."""
 
 
 def medians(calls: dict[str, Callable[[], object]], rounds: int,
@@ -92,9 +87,9 @@ def small_messages() -> dict[str, object]:
     }
 
 
-def filled_buffer() -> StampedBuffer:
+def filled_buffer() -> Buffer:
     """Return map -> odom -> base -> lidar, 10 s of 100 Hz."""
-    buffer = StampedBuffer()
+    buffer = Buffer()
     for step in range(1000):
         stamp = step * NANOSECONDS_PER_SECOND // 100
         for parent, child in (('map', 'odom'), ('odom', 'base')):

@@ -26,7 +26,8 @@ def memory(contestants: Contestants, effort: Effort) -> Iterator[Row]:
         resident = process.call('traffic', seconds=effort.simulated_s)
     warm, most = f'{OURS}, after {_WARM_UP_S} s', f'{OURS}, the most after that'
     row = Row('memory', f'{effort.simulated_s} s of 38 x 500 Hz', 'MB',
-              {warm: [resident[_WARM_UP_S - 1] / 1e6], most: [max(resident[_WARM_UP_S:]) / 1e6]})
+              {warm: [resident[_WARM_UP_S - 1] / 1e6], most: [max(resident[_WARM_UP_S:]) / 1e6],
+               f'{OURS}, every minute': [size / 1e6 for size in resident[59::60]]})
     row.compare(most, warm, _STEADY, unit=f'x after {_WARM_UP_S} s')
     yield row
 

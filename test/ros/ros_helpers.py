@@ -14,6 +14,8 @@ from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 PATIENCE_S = 20.0
 PATIENCE = Duration(seconds=PATIENCE_S)
 LATEST = Time()
+# In the text of an error, however long that was.
+WAITED = r'\(waited \d+\.\d{3} s for it\)'
 SIM_TIME = {'parameter_overrides': [Parameter('use_sim_time', value=True)]}
 
 

@@ -2,11 +2,12 @@
 
 import copy
 import importlib
+import importlib.util
 import math
 from types import SimpleNamespace
 
 from builtin_interfaces.msg import Duration as DurationMessage, Time as TimeMessage
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped
 import numpy as np
 import pytest
 from rclpy.clock_type import ClockType
@@ -14,6 +15,7 @@ from rclpy.duration import Duration
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.time import Time
 from ros_helpers import transform
+from std_msgs.msg import Header
 from tf_tree_py import InvalidArgumentException, Pose
 from tf_tree_py.core import Sample
 
@@ -76,6 +78,12 @@ def test_slotted_message_is_as_good_as_any_to_its_owner():
     message.transform.translation.x = 9.0
     message.header.stamp.sec = 8
     message.header.frame_id = 'c'
+    message.transform.rotation.w = 1.0
+    message.header.stamp = TimeMessage(sec=5)
+    message.transform.rotation = Quaternion(x=1.0)
+    message.header = Header(frame_id='d')
+    message.child_frame_id = 'e'
+    message.transform = Transform()
     assert (other.transform.translation.x, other.header.stamp.sec) == (1.0, 1)
     assert deserialize_message(serialize_message(message), TransformStamped) == message
 
@@ -89,6 +97,16 @@ def test_slots_are_used_where_the_messages_have_those_known():
 def test_other_slots_are_noticed(monkeypatch, slots):
     monkeypatch.setitem(convert._KNOWN_SLOTS, TimeMessage, slots)
     assert not convert.slots_are_known()
+
+
+def test_messages_with_other_slots_are_made_by_their_constructors(monkeypatch):
+    monkeypatch.setattr(TimeMessage, '__slots__', [*TimeMessage.__slots__, '_new'])
+    spec = importlib.util.spec_from_file_location('convert_anew', convert.__file__)
+    anew = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(anew)
+    assert anew.transform_stamped is anew.public_transform_stamped
+    assert anew.transform_stamped('a', 'b', SECOND, POSE) == convert.transform_stamped(
+        'a', 'b', SECOND, POSE)
 
 
 def test_message_becomes_a_sample():

@@ -345,6 +345,9 @@ def test_unknown_unit_is_refused():
 def test_times_far_from_the_stamp_are_refused():
     with pytest.raises(InvalidArgumentException, match='read as s, begin 3600.000 s from'):
         point_times(some_cloud(timestamp=np.array([CALENDAR / 1e9 + 3600])), unit='s')
+    for offsets in ([0.0, 3600.0], [-3600.0, 0.0]):
+        with pytest.raises(InvalidArgumentException, match='pass the stamp of that as origin'):
+            point_times(some_cloud(t=np.array(offsets)), unit='s')
 
 
 @pytest.mark.parametrize(('given', 'sentence'), [
@@ -355,6 +358,8 @@ def test_times_far_from_the_stamp_are_refused():
 def test_reading_says_what_was_assumed(given, sentence):
     times = point_times(some_cloud(SECOND, t=np.array([0, 10**8], dtype='u4')), **given)
     assert re.search(sentence, times.reading)
+    since_1970 = point_times(some_cloud(timestamp=np.array([CALENDAR / 1e9])))
+    assert "(float64) holds s from the clock's zero (assumed" in since_1970.reading
 
 
 def test_assumption_is_logged_once(capfd):

@@ -1,6 +1,7 @@
 """How a listener hears /tf and /tf_static, and whom it leaves alone."""
 
 import gc
+import re
 import threading
 import weakref
 
@@ -21,6 +22,7 @@ from ros_helpers import (
     transform,
     until,
     until_waiting,
+    WAITED,
 )
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
@@ -391,7 +393,7 @@ def test_other_threads_than_the_feeding_one_wait(node, talker, listen, spin):
     spin(node)
     talker.move(transform('map', 'base', 1.0))
     buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
-    with pytest.raises(ExtrapolationException, match=r'waited 0\.02'):
+    with pytest.raises(ExtrapolationException, match=WAITED):
         buffer.lookup_transform('map', 'base', at(2.0), NEVER_ENOUGH)
 
 
@@ -410,7 +412,7 @@ def test_new_thread_with_a_recycled_identifier_may_wait(node, listen):
         if asking.ident == thread.ident:
             break
     for _, why in answers:
-        assert '(waited 0.0' in why
+        assert re.search(WAITED, why)
 
 
 @pytest.mark.parametrize('group', [None, ReentrantCallbackGroup()])

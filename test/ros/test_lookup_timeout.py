@@ -1,6 +1,7 @@
 """Lookups that wait for what has not arrived yet."""
 
 from concurrent.futures import wait
+import re
 import statistics
 import threading
 import time
@@ -16,6 +17,7 @@ from ros_helpers import (
     transform,
     until,
     until_waiting,
+    WAITED,
 )
 from tf_tree_py import (
     Buffer,
@@ -116,7 +118,7 @@ def test_can_transform_says_no_and_why(buffer):
     found, why = buffer.can_transform('map', 'odom', at(3.0), lasting(0.01), True)
     assert found is False
     assert 'extrapolation into the future' in why
-    assert '(waited 0.01' in why
+    assert re.search(WAITED, why)
     found, why = buffer.can_transform_full('odom', at(1.0), 'camera', at(1.0), 'map',
                                            return_debug_tuple=True)
     assert found is False
@@ -170,7 +172,7 @@ def test_late_sample_before_the_oldest_ends_the_wait(buffer, talker, pool):
 ])
 def test_expiry_says_what_was_missing_and_how_long_it_waited(buffer, frames, stamp, kind, missing):
     begin = time.monotonic()
-    with pytest.raises(kind, match=missing + r'.*\(waited 0\.0[5-9]\d s for it\)') as raised:
+    with pytest.raises(kind, match=f'{missing}.*{WAITED}') as raised:
         buffer.lookup_transform(*frames, at(stamp), lasting(0.05))
     assert time.monotonic() - begin >= 0.05
     assert raised.value.waited_s >= 0.05
@@ -179,7 +181,7 @@ def test_expiry_says_what_was_missing_and_how_long_it_waited(buffer, frames, sta
 def test_expiry_of_a_full_lookup_says_so_too(buffer, talker):
     talker.fix(transform('odom', 'base'))
     buffer.lookup_transform('map', 'camera', LATEST, PATIENCE)
-    with pytest.raises(FutureExtrapolationException, match=r'\(waited 0\.02'):
+    with pytest.raises(FutureExtrapolationException, match=WAITED):
         full(buffer, 9.0, lasting(0.02))
 
 
@@ -284,7 +286,7 @@ def test_closing_the_last_listener_ends_the_waits(node, make_node, pool):
 def test_wait_that_begins_after_its_listener_was_closed_is_an_ordinary_one(node, pool):
     buffer = Buffer()
     TransformListener(buffer, node).close()
-    with pytest.raises(LookupException, match=r'\(waited 0\.01\d s for it\)\. Nothing has been'):
+    with pytest.raises(LookupException, match=WAITED + r'\. Nothing has been'):
         buffer.lookup_transform('a', 'b', LATEST, lasting(0.01))
     asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
     until_waiting(buffer)

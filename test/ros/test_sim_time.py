@@ -15,6 +15,7 @@ from ros_helpers import (
     transform,
     until,
     until_waiting,
+    WAITED,
 )
 from rosgraph_msgs.msg import Clock
 from tf_tree_py import (
@@ -70,7 +71,7 @@ def test_moving_clock_times_out_at_its_own_pace(buffer, sim_clock, pool):
 
 def test_wall_guard_ends_the_wait_for_a_clock_that_stands_still(node, listen):
     buffer = listen(node, Buffer(wall_guard=lasting(0.03)))
-    with pytest.raises(LookupException, match=r'Given up after 0\.0\d* s of wall time, the '
+    with pytest.raises(LookupException, match=r'Given up after \d+\.\d{3} s of wall time, the '
                                               r'wall_guard: is anybody publishing /clock\?'):
         buffer.lookup_transform('map', 'base', LATEST, lasting(5.0))
 
@@ -225,5 +226,5 @@ def test_end_of_the_context_ends_a_wait_for_a_clock_that_will_never_tick(
     context.shutdown()
     with pytest.raises(LookupException, match='Given up: the listener was closed, or ROS was'):
         asked.result(PATIENCE_S)
-    with pytest.raises(LookupException, match=r'\(waited 0\.01'):
+    with pytest.raises(LookupException, match=WAITED):
         buffer.lookup_transform('a', 'b', LATEST, lasting(0.01))

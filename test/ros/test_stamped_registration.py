@@ -48,13 +48,9 @@ def empty_registry(monkeypatch):
         monkeypatch.setattr(registration, name, {})
 
 
-class StampedBuffer(Buffer, BufferInterface):
-    """A buffer with the interface of tf2's."""
-
-
 @pytest.fixture
 def buffer():
-    buffer = StampedBuffer()
+    buffer = Buffer()
     for second in (1, 2, 3):
         buffer.set_transform(transform('map', 'base', second, x=float(second)))
     buffer.set_transform_static(transform('base', 'lidar', z=1.0, w=0.0))

@@ -7,7 +7,7 @@ from typing import Any
 from rclpy.node import Node
 from tf_tree_py.core import Pose
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.ros.convert import transform_stamped
 
 from .bad_input import BadInput, frame_name

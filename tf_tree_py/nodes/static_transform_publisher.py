@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.task import Future
-from tf_tree_py.ros import StaticTransformBroadcaster
+from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster
 from tf_tree_py.ros.convert import transform_stamped
 
 from .bad_input import BadInput, number

@@ -71,7 +71,8 @@ def as_points(message: Any) -> npt.NDArray[Any]:
     :return: (N, 3) metres; float64, or float32 of a cloud that has them so.
     :raises TypeError: something else.
     """
-    return _found(_POINTS, message)(message)
+    points: npt.NDArray[Any] = _found(_POINTS, message)(message)
+    return points
 
 
 def _found(table: Mapping[type, Callable[[Any], Any]], message: Any) -> Callable[[Any], Any]:

@@ -1,14 +1,21 @@
 """What a buffer in this process and one in another have in common, as in tf2."""
 
+from functools import cache
+from importlib import import_module
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from std_msgs.msg import Header
 
-from .registration import convert, NotImplementedException, TransformRegistration, TypeException
+# The timeout of whoever gives none; a buffer may recognise it.
+NO_TIME = Duration()
 
-_NO_TIME = Duration()
+
+@cache
+def _registry() -> Any:
+    """Import what can be transformed when it is first needed: that is many messages."""
+    return import_module('.registration', __package__)
 
 
 class BufferInterface:
@@ -19,9 +26,12 @@ class BufferInterface:
     ``TransformRegistration``.
     """
 
-    registration = TransformRegistration()
+    @property
+    def registration(self) -> Any:
+        """Return the registry of what can be transformed, one for all buffers."""
+        return _registry().TransformRegistration()
 
-    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = _NO_TIME,
+    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = NO_TIME,
                   new_type: type | None = None, *, header: Header | None = None) -> Any:
         """
         Return an object in another frame, at its own stamp.
@@ -38,10 +48,10 @@ class BufferInterface:
         header = _header_of(object_stamped) if header is None else header
         result = transformer(object_stamped, self.lookup_transform(
             target_frame, header.frame_id, header.stamp, timeout))
-        return result if new_type is None else convert(result, new_type)
+        return result if new_type is None else _registry().convert(result, new_type)
 
     def transform_full(self, object_stamped: Any, target_frame: str, target_time: Any,
-                       fixed_frame: str, timeout: Any = _NO_TIME,
+                       fixed_frame: str, timeout: Any = NO_TIME,
                        new_type: type | None = None, *, header: Header | None = None) -> Any:
         """
         Return an object in another frame at another time, through a frame that stays put.
@@ -55,35 +65,35 @@ class BufferInterface:
         header = _header_of(object_stamped) if header is None else header
         result = transformer(object_stamped, self.lookup_transform_full(
             target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout))
-        return result if new_type is None else convert(result, new_type)
+        return result if new_type is None else _registry().convert(result, new_type)
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = _NO_TIME) -> TransformStamped:
+                         timeout: Any = NO_TIME) -> TransformStamped:
         """Return the transform from source to target; a subclass says how."""
-        raise NotImplementedException()
+        raise _registry().NotImplementedException()
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
                               source_time: Any, fixed_frame: str,
-                              timeout: Any = _NO_TIME) -> TransformStamped:
+                              timeout: Any = NO_TIME) -> TransformStamped:
         """Return the transform between two times; a subclass says how."""
-        raise NotImplementedException()
+        raise _registry().NotImplementedException()
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = _NO_TIME) -> Any:
+                      timeout: Any = NO_TIME) -> Any:
         """Return whether ``lookup_transform`` would succeed; a subclass says how."""
-        raise NotImplementedException()
+        raise _registry().NotImplementedException()
 
     def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = _NO_TIME) -> Any:
+                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME) -> Any:
         """Return whether ``lookup_transform_full`` would succeed; a subclass says how."""
-        raise NotImplementedException()
+        raise _registry().NotImplementedException()
 
 
 def _header_of(object_stamped: Any) -> Header:
     header = getattr(object_stamped, 'header', None)
     if header is None:
         name = type(object_stamped).__name__
-        raise TypeException(
+        raise _registry().TypeException(
             f'A {name} has no header to say in which frame and when it is: pass header=..., or '
             'Stamped(object, stamp, frame_id)')
     return header

@@ -76,9 +76,11 @@ def quaternion(message: Quaternion, a_T_b: PoseTuple) -> Quaternion:
 
 def polygon(message: Polygon, a_T_b: PoseTuple) -> Polygon:
     """Return a polygon, each of its points turned and moved."""
-    rotation = np.array(so3.as_matrix(a_T_b[3:]))
-    moved = points_array(message.points) @ rotation.T + a_T_b[:3]
-    return _polygon(_points32(*moved.T.tolist()))
+    x, y, z, *q = a_T_b
+    a_R_b = np.array(so3.as_matrix((q[0], q[1], q[2], q[3])))
+    moved = a_R_b @ np.array(_read_points(message.points), dtype=float)
+    moved += ((x,), (y,), (z,))
+    return _polygon(_points32(*moved.tolist()))
 
 
 def polygon_instance(message: PolygonInstance, a_T_b: PoseTuple) -> PolygonInstance:
@@ -99,7 +101,8 @@ def poses(messages: Sequence[PoseMessage], a_T_b: PoseTuple) -> list[PoseMessage
     a_T_each = se3.compose_many(np.array(a_T_b), poses_array(messages))
     a_T_each[a_T_each[:, 6] < 0.0, 3:] *= -1.0
     columns = a_T_each.T.tolist()
-    return _poses(_points(*columns[:3]), _quaternions(*columns[3:]))
+    messages_in_a: list[PoseMessage] = _poses(_points(*columns[:3]), _quaternions(*columns[3:]))
+    return messages_in_a
 
 
 def pose_with_covariance(message: PoseWithCovariance, a_T_b: PoseTuple) -> PoseWithCovariance:

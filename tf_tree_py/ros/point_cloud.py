@@ -191,11 +191,14 @@ def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[Any]],
 
     :param columns: by field name, of types that a PointField can say.
     """
-    points = np.rec.fromarrays(list(columns.values()), names=list(columns))
-    kind = points.dtype
-    fields = [_field(name, kind.fields[name][1], _DATATYPES[kind[name].str[1:]], 1)
-              for name in kind.names]
+    kind = np.dtype([(name, values.dtype) for name, values in columns.items()])
+    points = np.empty(len(next(iter(columns.values()))), kind)
+    fields, offset = [], 0
+    for name, values in columns.items():
+        points[name] = values
+        fields.append(_field(name, offset, _DATATYPES[values.dtype.str[1:]], 1))
+        offset += values.dtype.itemsize
     data = array('B')
     data.frombytes(points.tobytes())
     return _cloud(copy_of(header), 1, len(points), fields, sys.byteorder == 'big',
-                  kind.itemsize, kind.itemsize * len(points), data, is_dense)
+                  offset, offset * len(points), data, is_dense)

@@ -115,11 +115,11 @@ def _inferred_unit(first: Any, last: Any, name: str, stamp: int,
 def _is_absolute(last: Any, name: str, stamp: int) -> bool:
     """Return whether times, nanoseconds, count from the clock's zero and not from the header."""
     # By a clock that has just started, both may be near: then the name decides.
-    return (stamp > _CALENDAR or name == 'timestamp') and abs(last - stamp) < abs(last)
+    return bool((stamp > _CALENDAR or name == 'timestamp') and abs(last - stamp) < abs(last))
 
 
 def _is_near(first: Any, last: Any, stamp: int) -> bool:
-    return abs(first - stamp) < _TOO_FAR and abs(last - stamp) < _TOO_FAR
+    return bool(abs(first - stamp) < _TOO_FAR and abs(last - stamp) < _TOO_FAR)
 
 
 def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any,
@@ -139,7 +139,8 @@ def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64
     exact = values.astype(float)
     whole = np.floor(exact)
     with np.errstate(invalid='ignore'):  # Points that were not seen may hold anything.
-        return whole.astype(np.int64) * size + np.rint((exact - whole) * size).astype(np.int64)
+        rest = np.rint((exact - whole) * size)
+        return np.asarray(whole.astype(np.int64) * size + rest.astype(np.int64))
 
 
 def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int | None,
