@@ -25,18 +25,17 @@ from tf_tree_py.core.errors import ClockJumpException, TransformException
 from tf_tree_py.core.incidents import Incident
 
 from .authority import Authority
-from .buffer_interface import BufferInterface
+from .buffer_interface import BufferInterface, NO_TIME
 from .clock import ClockDeadline, ClockWatch
 from .convert import as_nanoseconds, as_sample, transform_stamped
 from .core_api import CoreApi
+from .futures import AsyncLookups
 from .incident_log import IncidentLog
 
 Answer = TypeVar('Answer')
 
-_NO_TIME = Duration()
 
-
-class Buffer(CoreApi, BufferInterface):
+class Buffer(AsyncLookups, CoreApi, BufferInterface):
     """
     Stores transforms and answers where one frame is in another, at a time.
 
@@ -128,6 +127,7 @@ class Buffer(CoreApi, BufferInterface):
             deserted = self._feeds == 0
         if deserted:
             self._watch.release()
+            self.wake_everybody()
 
     def fed_by(self, thread: threading.Thread) -> None:
         """Note a thread that delivers transforms, and therefore must not wait for them."""
@@ -160,7 +160,7 @@ class Buffer(CoreApi, BufferInterface):
     # --- asking
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = _NO_TIME) -> TransformStamped:
+                         timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
@@ -174,7 +174,7 @@ class Buffer(CoreApi, BufferInterface):
         """
         stamp = as_nanoseconds(time)
 
-        if timeout is _NO_TIME:
+        if timeout is NO_TIME:
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
         else:
             found, pose = self._within(
@@ -183,7 +183,7 @@ class Buffer(CoreApi, BufferInterface):
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
                               source_time: Any, fixed_frame: str,
-                              timeout: Any = _NO_TIME) -> TransformStamped:
+                              timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform from a source at one time to a target at another.
 
@@ -196,7 +196,7 @@ class Buffer(CoreApi, BufferInterface):
         return transform_stamped(target_frame, source_frame, found, pose)
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = _NO_TIME,
+                      timeout: Any = NO_TIME,
                       return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
         """
         Return whether ``lookup_transform`` would succeed.
@@ -207,7 +207,7 @@ class Buffer(CoreApi, BufferInterface):
             target_frame, source_frame, time, timeout))
 
     def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = _NO_TIME,
+                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
                            return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
         """
         Return whether ``lookup_transform_full`` would succeed.

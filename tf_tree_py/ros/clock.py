@@ -33,7 +33,7 @@ class ClockWatch:
         self._handles: list[JumpHandle] = []
         # A clock has no more than a bare pointer to its handle, which dies with us.
         weakref.finalize(self, _unregister, self._handles).atexit = False
-        self._sleepers: dict[threading.Event, float] = {}
+        self._sleepers: dict[Callable[[], None], float] = {}
         self.released = 0
         """How often ``release`` was called."""
 
@@ -58,13 +58,13 @@ class ClockWatch:
         return clock.now().nanoseconds if context is None or context.ok() else None
 
     @contextmanager
-    def waking(self, event: threading.Event, end: float) -> Iterator[None]:
-        """Set the event when the simulated time reaches the end, or another clock counts."""
-        self._sleepers[event] = end
+    def waking(self, wake: Callable[[], None], end: float) -> Iterator[None]:
+        """Call ``wake`` when the simulated time reaches the end, or another clock counts."""
+        self._sleepers[wake] = end
         try:
             yield
         finally:
-            del self._sleepers[event]
+            del self._sleepers[wake]
 
     def release(self) -> None:
         """End every wait that has begun."""
@@ -89,9 +89,9 @@ class ClockWatch:
             self._wake_until(clock.now().nanoseconds)
 
     def _wake_until(self, time: float) -> None:
-        for event, end in list(self._sleepers.items()):
+        for wake, end in list(self._sleepers.items()):
             if end <= time:
-                event.set()
+                wake()
 
 
 class ClockDeadline:
@@ -123,7 +123,7 @@ class ClockDeadline:
 
     def wait(self, event: threading.Event) -> bool:
         """Sleep until there is reason to look again (True), or time is up (False)."""
-        with self._watch.waking(event, self._end):
+        with self._watch.waking(event.set, self._end):
             if self._is_over():
                 return event.is_set()
             if self._wall_end is None:

@@ -1,0 +1,153 @@
+"""
+rclpy's future, fit for results that come from a thread which is not the executor's.
+
+Which executor runs the coroutine that awaits, rclpy does not tell; only this file
+looks for it, on the stack. Where it cannot be found, the coroutine goes on when its
+executor next has something to do, as with rclpy's own futures.
+"""
+
+from collections.abc import Generator
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from copy import copy
+import sys
+import threading
+from typing import Any
+import weakref
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.task import Future, Task
+from tf_tree_py.core.errors import TransformException
+
+_STEP_OF_TASK = Task.__call__.__code__
+# An executor that looked away looks back at once: it never takes more than a few.
+_MAX_NUDGES = 100
+
+
+class AwaitableFuture(Future):
+    """
+    A future that ends once, from any thread, and wakes whoever awaits it.
+
+    It can be awaited in every rclpy executor and in asyncio, and spun for. Callbacks
+    of ``add_done_callback`` run in the thread that ends it. What ``result`` raises is
+    a copy, so that threads do not share a traceback.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._ending = threading.Lock()
+
+    def _end(self) -> bool:
+        """Return whether nobody has ended it before."""
+        return self._ending.acquire(blocking=False)
+
+    def set_result(self, result: Any) -> None:
+        """End with a result, unless it has ended."""
+        if self._end():
+            super().set_result(result)
+
+    def set_exception(self, exception: BaseException) -> None:
+        """End with an exception, unless it has ended."""
+        if self._end():
+            super().set_exception(exception)
+
+    def cancel(self) -> None:
+        """End without a result, unless it has ended."""
+        if self._end():
+            super().cancel()
+
+    def result(self) -> Any:
+        """
+        Return the result; None while there is none.
+
+        :raises CancelledError: it was cancelled; that of ``concurrent.futures``.
+        """
+        if self.cancelled():
+            raise CancelledError
+        error = self.exception()
+        if isinstance(error, TransformException):
+            raise copy(error)
+        return super().result()
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        if not self.done() and not self.cancelled():
+            awaiting = _who_awaits()
+            if isinstance(awaiting, Task):
+                return (yield from self._await_in_executor(awaiting))
+            if awaiting is not None:
+                return (yield from self._await_in_loop(awaiting))
+        return (yield from super().__await__())
+
+    def _await_in_executor(self, task: Task) -> Generator[Any, Any, Any]:
+        awaiter = _Awaiter(task)
+        # Not by a method of our own, which may keep the future alive for its callbacks:
+        # the coroutine keeps this one, and when it is dropped so are we.
+        super().add_done_callback(awaiter)
+        try:
+            return (yield from super().__await__())
+        finally:
+            awaiter.resumed = True
+            self.remove_done_callback(awaiter)
+
+    def _await_in_loop(self, loop: Any) -> Generator[Any, Any, Any]:
+        ended = loop.create_future()
+
+        def tell() -> None:
+            if not ended.done():
+                ended.set_result(None)
+
+        def tell_loop(_: Future) -> None:
+            with suppress(RuntimeError):  # the loop was closed meanwhile
+                loop.call_soon_threadsafe(tell)
+
+        self.add_done_callback(tell_loop)
+        try:
+            yield from ended
+        finally:
+            # As in asyncio: who is cancelled cancels what it awaits.
+            self.cancel()
+        return self.result()
+
+
+class _Awaiter:
+    """
+    Makes an executor go on with a task, once what the task awaits has ended.
+
+    A ``MultiThreadedExecutor`` that is woken passes over a task whose last step has not
+    quite returned, and sleeps again: then it is nudged until the task was resumed.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self._task = weakref.ref(task)
+        self._executor: Any = getattr(task, '_executor', lambda: None)
+        self._nudges = _MAX_NUDGES
+        self.resumed = False
+
+    def __call__(self, _: Future) -> None:
+        executor, task = self._executor(), self._task()
+        if executor is None or task is None:
+            return
+        # It may be shut down just now, and then has nothing left to wake.
+        with suppress(AttributeError, InvalidHandle):
+            executor.wake()
+            if task.executing():
+                executor.create_task(self._nudge)
+
+    def _nudge(self) -> None:
+        executor = self._executor()
+        self._nudges -= 1
+        if self._nudges and not self.resumed and executor is not None:
+            executor.create_task(self._nudge)
+
+
+def _who_awaits() -> Any:
+    """Return the rclpy task or the asyncio loop in which a coroutine runs; None: neither."""
+    asyncio = sys.modules.get('asyncio')
+    step_of_loop = None if asyncio is None else asyncio.Handle._run.__code__
+    frame = sys._getframe(2)
+    # Either may run inside the other: the inner one counts.
+    while frame is not None and frame.f_code is not step_of_loop:
+        if frame.f_code is _STEP_OF_TASK:
+            return frame.f_locals['self']
+        frame = frame.f_back
+    return None if asyncio is None else asyncio._get_running_loop()
