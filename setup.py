@@ -5,6 +5,7 @@ from setuptools import find_packages, setup
 package_name = 'tf_tree_py'
 
 executables = [
+    'buffer_server',
     'five_frame_demo',
     'five_frame_listener',
     'five_frame_publisher',

@@ -1,0 +1,537 @@
+"""The buffer client, at our server and at one that behaves as tf2's does."""
+
+import asyncio
+from concurrent.futures import CancelledError
+import gc
+import statistics
+import threading
+import time
+
+from action_msgs.srv import CancelGoal
+from geometry_msgs.msg import PointStamped
+import pytest
+from rclpy.action import CancelResponse, GoalResponse
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    transform,
+    until,
+    until_waiting,
+)
+from tf2_msgs.action import LookupTransform
+from tf2_msgs.msg import TF2Error
+from tf_tree_py import (
+    Buffer,
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+from tf_tree_py.ros import buffer_client, lookup_call
+from tf_tree_py.ros.buffer_client import BufferClient
+from tf_tree_py.ros.buffer_server import _ClosableServer, BufferServer
+
+ACTION = 'tf2_buffer_server'
+
+
+def move(buffer, seconds):
+    buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
+
+
+def x_of(message):
+    return message.transform.translation.x
+
+
+def ended(future):
+    """Return an event that is set when a future ends."""
+    event = threading.Event()
+    future.add_done_callback(lambda _: event.set())
+    return event
+
+
+@pytest.fixture
+def buffer():
+    """Hold map -> base from 1 s to 2 s; afterwards nobody may wait in it."""
+    buffer = Buffer()
+    move(buffer, 1.0)
+    move(buffer, 2.0)
+    yield buffer
+    until(lambda: len(buffer._waiters) == 0)
+
+
+@pytest.fixture
+def server(buffer, make_node, spin):
+    node = make_node('serving')
+    with BufferServer(buffer, node, ACTION) as server:
+        spin(node)
+        yield server
+
+
+@pytest.fixture
+def make_client(node):
+    """Make clients that are closed at the end of the test."""
+    clients = []
+
+    def make(node=node, name=ACTION, **options):
+        clients.append(BufferClient(node, name, **options))
+        return clients[-1]
+
+    yield make
+    for client in clients:
+        client.close()
+        assert not client.action_client._calls
+
+
+@pytest.fixture
+def client(make_client):
+    return make_client(check_frequency=50.0)
+
+
+@pytest.fixture
+def ready(server, client):
+    """Return a client whose server is there."""
+    assert client.wait_for_server(PATIENCE)
+    return client
+
+
+class OtherServer:
+    """A server that says what it is told to, as another implementation might."""
+
+    def __init__(self, node):
+        self.accepts, self.forgets = True, False
+        self.status, self.result = 'abort', LookupTransform.Result()
+        self.may_answer, self.executing, self.canceled = (threading.Event() for _ in range(3))
+        self.may_answer.set()
+        self.handles = []
+        self.server = _ClosableServer(
+            node, LookupTransform, ACTION, self._execute,
+            goal_callback=lambda _: GoalResponse.ACCEPT if self.accepts else GoalResponse.REJECT,
+            handle_accepted_callback=self._accept, cancel_callback=self._cancel)
+
+    def _accept(self, handle):
+        if self.forgets:
+            self.server._goal_handles.clear()
+        else:
+            handle.execute()
+
+    def _cancel(self, _):
+        self.canceled.set()
+        return CancelResponse.ACCEPT
+
+    def _execute(self, handle):
+        self.handles.append(handle)
+        self.executing.set()
+        self.may_answer.wait(PATIENCE_S)
+        if handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            getattr(handle, self.status)()
+        return self.result
+
+
+@pytest.fixture
+def other(make_node, spin, client):
+    node = make_node('other')
+    other = OtherServer(node)
+    spin(node, kind=MultiThreadedExecutor)
+    assert client.wait_for_server(PATIENCE)
+    yield other
+    other.may_answer.set()
+    other.server.destroy()
+
+
+# --- what comes back
+
+
+def test_answers_are_those_of_the_buffer(ready, buffer):
+    assert ready.lookup_transform('map', 'base', at(1.5)) == buffer.lookup_transform(
+        'map', 'base', at(1.5))
+    assert ready.lookup_transform('map', 'base', LATEST).header.stamp == at(2.0).to_msg()
+    assert ready.lookup_transform('map', 'base', at(1.5).to_msg()).header.stamp.sec == 1
+    full = 'base', at(1.0), 'base', at(2.0), 'map'
+    assert ready.lookup_transform_full(*full) == buffer.lookup_transform_full(*full)
+    assert x_of(ready.lookup_transform_full(*full)) == 1.0
+
+
+def test_lookup_waits_at_the_server(ready, buffer, pool):
+    asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
+    until_waiting(buffer)
+    move(buffer, 3.0)
+    assert x_of(asked.result(PATIENCE_S)) == 3.0
+
+
+def test_can_transform_says_yes_or_no_and_why(ready):
+    assert ready.can_transform('map', 'base', at(1.5)) is True
+    assert ready.can_transform('map', 'base', at(3.0)) is False
+    assert ready.can_transform_full('base', at(1.0), 'base', at(2.0), 'map') is True
+    assert ready.can_transform_full('base', at(1.0), 'base', at(3.0), 'map') is False
+    found, why = ready.can_transform('map', 'nowhere', LATEST, return_debug_tuple=True)
+    assert found is False
+    assert '"nowhere"' in why
+    assert ready.can_transform_full(
+        'base', at(1.0), 'base', at(2.0), 'map', return_debug_tuple=True) == (True, '')
+
+
+def test_client_is_a_buffer_interface(ready):
+    point = PointStamped()
+    point.header.frame_id, point.header.stamp = 'base', at(1.5).to_msg()
+    assert ready.transform(point, 'map').point.x == 1.5
+
+
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_it_works_inside_a_callback(ready, node, spin, kind):
+    """Though the callback blocks the one thread of the node's executor."""
+    answers, answered = [], threading.Event()
+
+    def call_back():
+        timer.cancel()
+        answers.append(ready.lookup_transform('map', 'base', at(1.5), PATIENCE))
+        answered.set()
+
+    timer = node.create_timer(0.001, call_back)
+    spin(node, kind=kind)
+    assert answered.wait(PATIENCE_S)
+    assert x_of(answers[0]) == 1.5
+
+
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_coroutines_await_answers(ready, buffer, node, spin, kind):
+    executor = spin(node, kind=kind)
+    tasks = [
+        executor.create_task(ready.lookup_transform_async, 'map', 'base', at(3.0)),
+        executor.create_task(ready.lookup_transform_full_async(
+            'base', at(1.0), 'base', at(3.0), 'map', PATIENCE))]
+    events = [ended(task) for task in tasks]
+    until_waiting(buffer, 2)
+    move(buffer, 3.0)
+    assert all(event.wait(PATIENCE_S) for event in events)
+    assert [x_of(task.result()) for task in tasks] == [3.0, 2.0]
+
+
+def test_asyncio_awaits_answers(ready):
+    async def main():
+        return await asyncio.gather(*(
+            ready.lookup_transform_async('map', 'base', at(1.0 + number / 10.0))
+            for number in range(5)))
+
+    assert [x_of(answer) for answer in asyncio.run(main())] == pytest.approx(
+        [1.0, 1.1, 1.2, 1.3, 1.4])
+
+
+def test_namespace_and_remapping_are_those_of_the_node(buffer, make_node, make_client, spin):
+    serving = make_node('serving', namespace='/robot')
+    remap = f'buffers/_action/{{0}}:=/robot/{ACTION}/_action/{{0}}'
+    rules = [each for service in ('send_goal', 'get_result', 'cancel_goal')
+             for each in ('-r', remap.format(service))]
+    with BufferServer(buffer, serving):
+        spin(serving)
+        for client in (
+                make_client(make_node('asking', namespace='/robot')),
+                make_client(make_node('elsewhere'), f'/robot/{ACTION}'),
+                make_client(make_node('remapped', cli_args=['--ros-args', *rules]), 'buffers')):
+            assert client.wait_for_server(PATIENCE)
+            assert x_of(client.lookup_transform('map', 'base', at(1.5))) == 1.5
+
+
+# --- errors
+
+
+@pytest.mark.parametrize(('code', 'kind'), [
+    (TF2Error.LOOKUP_ERROR, LookupException),
+    (TF2Error.CONNECTIVITY_ERROR, ConnectivityException),
+    (TF2Error.EXTRAPOLATION_ERROR, ExtrapolationException),
+    (TF2Error.INVALID_ARGUMENT_ERROR, InvalidArgumentException),
+    (TF2Error.TIMEOUT_ERROR, TimeoutException),
+    (TF2Error.TRANSFORM_ERROR, TransformException),
+    (99, TransformException),
+])
+@pytest.mark.parametrize('status', ['succeed', 'abort'])
+def test_code_of_an_error_becomes_its_exception(other, client, code, kind, status):
+    other.status = status
+    other.result.error = TF2Error(error=code, error_string='so it is')
+    with pytest.raises(TransformException, match='so it is') as raised:
+        client.lookup_transform('map', 'base', LATEST)
+    assert type(raised.value) is kind
+
+
+def test_timeout_of_tf2s_server_is_a_timeout_and_no_identity(other, client):
+    """It aborts the goal, with an empty result: a pain of tf2's own client."""
+    with pytest.raises(TimeoutException, match='did not find the transform in time'):
+        client.lookup_transform('map', 'base', LATEST, lasting(0.01))
+
+
+def test_timeout_of_our_server_says_what_was_missing(ready):
+    with pytest.raises(TimeoutException, match=r'future.*map -> base.*waited 0\.0[2-9]'):
+        ready.lookup_transform('map', 'base', at(3.0), lasting(0.02))
+
+
+def test_goal_that_somebody_else_canceled_is_no_identity(other, client, make_node, pool):
+    other.may_answer.clear()
+    asked = pool.submit(client.lookup_transform, 'map', 'base', LATEST, PATIENCE)
+    assert other.executing.wait(PATIENCE_S)
+    cancel = make_node('somebody').create_client(CancelGoal, f'{ACTION}/_action/cancel_goal')
+    until(cancel.service_is_ready)
+    cancel.call_async(CancelGoal.Request())  # all goals
+    assert other.canceled.wait(PATIENCE_S)
+    until(lambda: all(goal.is_cancel_requested for goal in other.handles))
+    other.may_answer.set()
+    with pytest.raises(TransformException, match='canceled at the buffer server'):
+        asked.result(PATIENCE_S)
+
+
+def test_goal_that_is_not_accepted_says_so(other, client):
+    other.accepts = False
+    with pytest.raises(TimeoutException, match='did not accept the goal'):
+        client.lookup_transform('map', 'base', LATEST, PATIENCE)
+
+
+def test_goal_that_the_server_forgot_is_no_identity(other, client):
+    other.forgets = True
+    with pytest.raises(TransformException, match='does not know the goal any more'):
+        client.lookup_transform('map', 'base', LATEST, PATIENCE)
+
+
+def test_server_that_is_not_there_is_told_at_once_without_a_timeout(client):
+    begin = time.monotonic()
+    with pytest.raises(TimeoutException, match=f'There is no buffer server /{ACTION}'):
+        client.lookup_transform('map', 'base', LATEST)
+    assert time.monotonic() - begin < 1.0
+    assert client.can_transform('map', 'base', LATEST) is False
+
+
+def test_server_that_is_not_there_is_waited_for_as_long_as_the_timeout(client):
+    with pytest.raises(TimeoutException, match=r'no buffer server.*waited 0\.[01]'):
+        client.lookup_transform('map', 'base', LATEST, lasting(0.05))
+    assert not client.wait_for_server(lasting(0.02))
+
+
+def test_server_that_comes_in_time_answers(client, buffer, make_node, spin, pool):
+    asked = pool.submit(client.lookup_transform, 'map', 'base', at(1.5), PATIENCE)
+    until(lambda: client.action_client._calls)
+    node = make_node('serving')
+    with BufferServer(buffer, node):
+        spin(node)
+        assert x_of(asked.result(PATIENCE_S)) == 1.5
+
+
+def test_server_that_goes_away_is_told_soon(ready, server, buffer, pool):
+    asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
+    until_waiting(buffer)
+    server.close()
+    with pytest.raises(TimeoutException, match='went away before it answered') as raised:
+        asked.result(PATIENCE_S)
+    assert raised.value.waited_s < PATIENCE_S / 2.0
+
+
+def test_server_that_hangs_is_given_up_after_the_padding_and_told_so(other, make_client):
+    client = make_client(check_frequency=50.0, timeout_padding=lasting(0.05))
+    assert client.wait_for_server(PATIENCE)
+    other.may_answer.clear()
+    begin = time.monotonic()
+    with pytest.raises(TimeoutException, match='is there, and did not answer in time'):
+        client.lookup_transform('map', 'base', LATEST, lasting(0.05))
+    assert time.monotonic() - begin >= 0.1
+    assert other.canceled.wait(PATIENCE_S)
+
+
+def test_long_wait_is_asked_for_in_parts(ready, buffer, monkeypatch, pool):
+    """So that a server may forget those whose client has died."""
+    monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
+    sent = []
+    goal = lookup_call.LookupCall.goal
+    monkeypatch.setattr(lookup_call.LookupCall, 'goal',
+                        lambda call: sent.append(goal(call)) or sent[-1])
+    asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
+    until(lambda: len(sent) > 3)
+    assert sent[-1].timeout.sec == 0
+    move(buffer, 3.0)
+    assert x_of(asked.result(PATIENCE_S)) == 3.0
+    with pytest.raises(TimeoutException, match='into the future'):
+        ready.lookup_transform('map', 'base', at(4.0), lasting(0.05))
+
+
+def test_server_that_times_out_before_its_time_is_believed(other, client):
+    with pytest.raises(TimeoutException, match='did not find the transform in time'):
+        client.lookup_transform('map', 'base', LATEST, PATIENCE)
+    assert len(other.handles) == 1
+
+
+def test_burst_of_goals_is_sent_in_turns(ready, buffer):
+    """tf2's server holds ten that it did not look at yet, and loses the others."""
+    home = ready.action_client
+    unaccepted = []
+    fetch = home._fetch_result
+    home._fetch_result = lambda *them: unaccepted.append(len(home._unaccepted)) or fetch(*them)
+    calls = [ready.wait_for_transform_async('map', 'base', at(1.5)) for _ in range(50)]
+    events = [ended(call) for call in calls]
+    assert all(event.wait(PATIENCE_S) for event in events)
+    assert max(unaccepted) <= 8
+    assert not home._unaccepted
+    assert not home._unsent
+
+
+def test_server_that_accepts_nothing_is_given_up_also_without_a_timeout(
+        client, make_node, monkeypatch):
+    monkeypatch.setattr(lookup_call, '_ACCEPTANCE_S', 0.02)
+    client.timeout_padding = lasting(0.0)
+    deaf = make_node('deaf')  # nobody spins it
+    server = _ClosableServer(deaf, LookupTransform, ACTION, lambda _: None)
+    assert client.wait_for_server(PATIENCE)
+    call = client.wait_for_transform_async('map', 'base', LATEST)
+    assert ended(call).wait(PATIENCE_S)
+    with pytest.raises(TimeoutException, match='is there, and did not answer'):
+        call.result()
+    server.destroy()
+
+
+def test_server_gets_what_is_left_of_the_timeout(other, client):
+    client.can_transform('map', 'base', LATEST, lasting(5.0))
+    sent = other.handles[0].request.timeout
+    assert 4.0 < sent.sec + sent.nanosec / 1e9 <= 5.0
+
+
+# --- cancelling and ending
+
+
+def test_cancelled_call_cancels_its_goal(ready, buffer):
+    call = ready.wait_for_transform_async('map', 'base', at(3.0))
+    until_waiting(buffer)
+    call.cancel()
+    until(lambda: len(buffer._waiters) == 0)
+    with pytest.raises(CancelledError):
+        call.result()
+
+
+def test_call_that_is_cancelled_before_there_is_a_server_is_never_sent(
+        client, buffer, make_node, spin):
+    call = client.wait_for_transform_async('map', 'base', at(3.0))
+    call.cancel()
+    node = make_node('serving')
+    with BufferServer(buffer, node):
+        spin(node)
+        assert client.wait_for_server(PATIENCE)
+        assert x_of(client.lookup_transform('map', 'base', at(1.5))) == 1.5
+    assert not call.sent
+
+
+def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
+    """As Ctrl-C does, which interrupts the main thread in its sleep."""
+    class Interrupted(threading.Event):
+
+        def wait(self, timeout=None):
+            until_waiting(buffer)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(buffer_client, 'Event', Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ready.lookup_transform('map', 'base', at(3.0), PATIENCE)
+    until(lambda: len(buffer._waiters) == 0)
+
+
+def test_closing_ends_what_is_on_its_way(ready, buffer, node):
+    calls = [ready.wait_for_transform_async('map', 'base', at(3.0)) for _ in range(3)]
+    until_waiting(buffer, 3)
+    ready.close()
+    for call in calls:
+        with pytest.raises(TransformException, match='was closed'):
+            call.result()
+    until(lambda: len(buffer._waiters) == 0)
+    assert not ready.action_client.thread.is_alive()
+    ready.close()
+    with pytest.raises(TransformException, match='was closed'):
+        ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
+    assert not ready.wait_for_server()
+    until(lambda: not [name for name in node.get_node_names() if 'client_impl' in name])
+
+
+@pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
+def test_end_of_ros_ends_what_is_on_its_way(ready, buffer, context, pool):
+    asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
+    until_waiting(buffer)
+    context.shutdown()
+    with pytest.raises(TransformException, match='or ROS shut down'):
+        asked.result(PATIENCE_S)
+    buffer.fail_waiters(TransformException('the test is over'))
+
+
+def test_client_that_nobody_keeps_ends_its_thread(node):
+    client = BufferClient(node, ACTION)
+    thread = client.action_client.thread
+    del client
+    gc.collect()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+
+
+def test_context_manager_closes(node):
+    with BufferClient(node, ACTION) as client:
+        assert client.action_client.thread.is_alive()
+    assert not client.action_client.thread.is_alive()
+
+
+def test_lookup_in_the_clients_own_thread_fails_instead_of_hanging(ready):
+    errors, told = [], threading.Event()
+
+    def ask_more(_):
+        try:
+            ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
+        except TransformException as error:
+            errors.append(error)
+        told.set()
+
+    call = ready.wait_for_transform_async('map', 'base', at(3.0), lasting(0.01))
+    call.add_done_callback(ask_more)
+    assert told.wait(PATIENCE_S)
+    assert 'this very thread takes the answers' in str(errors[0])
+
+
+def test_calls_take_no_threads_and_leave_nothing(ready, buffer):
+    before = threading.active_count()
+    calls = [ready.wait_for_transform_async('map', 'base', at(3.0 + number / 100.0), PATIENCE)
+             for number in range(100)]
+    events = [ended(call) for call in calls]
+    until_waiting(buffer, 100)
+    # One watches the deadlines of all, at the server.
+    assert threading.active_count() <= before + 1
+    move(buffer, 4.0)
+    assert all(event.wait(PATIENCE_S) for event in events)
+    assert {call.exception() for call in calls} == {None}
+    home = ready.action_client
+    assert not home._calls
+    for service in (home._send, home._fetch, home._cancel):
+        assert not service._pending_requests
+
+
+def test_hundred_clients_at_once(server, buffer, make_node, make_client, capsys, record_property):
+    """Reported, not judged: how long it takes to serve them, at once and one after the other."""
+    nodes = [make_node(f'asking_{number}') for number in range(10)]
+    clients = [make_client(nodes[number % 10]) for number in range(100)]
+    assert all(client.wait_for_server(PATIENCE) for client in clients)
+    begin = time.perf_counter()
+    calls = [client.wait_for_transform_async('map', 'base', at(3.0), PATIENCE)
+             for client in clients]
+    events = [ended(call) for call in calls]
+    until_waiting(buffer, 100)
+    arrival = time.perf_counter()
+    move(buffer, 3.0)
+    assert all(event.wait(PATIENCE_S) for event in events)
+    end = time.perf_counter()
+    assert [x_of(call.result()) for call in calls] == [3.0] * 100
+    single = []
+    for _ in range(100):
+        start = time.perf_counter()
+        clients[0].lookup_transform('map', 'base', at(3.0))
+        single.append((time.perf_counter() - start) * 1e3)
+    measured = {'asked_ms': (arrival - begin) * 1e3, 'answered_ms': (end - arrival) * 1e3,
+                'one_ms': statistics.median(single)}
+    record_property('hundred_clients', measured)
+    with capsys.disabled():
+        print('\n    100 clients: all wait at the server after {asked_ms:.0f} ms, all answered '
+              '{answered_ms:.0f} ms after the transform; one lookup {one_ms:.1f} ms'
+              .format(**measured))

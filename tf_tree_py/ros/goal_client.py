@@ -1,0 +1,204 @@
+"""
+Sending ``LookupTransform`` goals from any thread, and following them to their end.
+
+An action is three services and two topics. rclpy's ``ActionClient`` hears the topics
+too, on one of which the server tells all clients the states of all goals whenever one
+changes: a hundred clients would be busy with nothing else. This one uses the services.
+"""
+
+from contextlib import suppress
+from functools import partial
+import math
+import secrets
+import threading
+import time
+from typing import Any
+
+from action_msgs.msg import GoalInfo
+from action_msgs.srv import CancelGoal
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from tf2_msgs.action import LookupTransform
+
+from .lookup_call import LookupCall
+from .lookup_goal import service_qos
+from .responses import Responses
+
+_SendGoal = LookupTransform.Impl.SendGoalService
+_GetResult = LookupTransform.Impl.GetResultService
+
+# So many goals may be on their way to be accepted: tf2's server holds ten, and would
+# lose what comes on top.
+_MAX_UNACCEPTED = 8
+
+
+class GoalClient:
+    """
+    The client side of the action, on a small node with a thread of its own.
+
+    So answers arrive while a callback of your node waits for one. Every call ends: at
+    the latest a check period after its deadline, or after its server disappeared.
+    """
+
+    def __init__(self, node: Node, name: str, check_period_s: float) -> None:
+        """
+        Make the services' clients.
+
+        :param node: whose context, namespace and remappings to use.
+        :param name: the action's, relative to the node or absolute.
+        """
+        self.name = node.resolve_service_name(name)
+        self._period_s = check_period_s
+        self._lock = threading.Lock()
+        self._calls: set[LookupCall] = set()
+        # In the order in which they came.
+        self._unsent: dict[LookupCall, None] = {}
+        self._unaccepted: set[LookupCall] = set()
+        self._closed = threading.Event()
+        home = _companion(node)
+        self._send, self._fetch, self._cancel = (
+            home.create_client(kind, node.resolve_service_name(f'{name}/_action/{service}'),
+                               qos_profile=service_qos())
+            for kind, service in ((_SendGoal, 'send_goal'), (_GetResult, 'get_result'),
+                                  (CancelGoal, 'cancel_goal')))
+        self._responses = Responses(home, self._end_calls, self._check, check_period_s)
+
+    @property
+    def thread(self) -> threading.Thread:
+        """Return the thread that takes the answers."""
+        return self._responses.thread
+
+    def server_is_ready(self) -> bool:
+        """Return whether a server is there."""
+        with suppress(InvalidHandle):
+            return self._send.service_is_ready() and self._fetch.service_is_ready()
+        return False
+
+    def wait_for_server(self, timeout_sec: float | None = None) -> bool:
+        """
+        Wait until a server is there, seconds or as long as it takes; return whether it is.
+
+        Of what comes and goes on the graph rclpy tells nobody, so this looks again and again.
+        """
+        end = math.inf if timeout_sec is None else time.monotonic() + timeout_sec
+        while not self.server_is_ready():
+            left_s = end - time.monotonic()
+            if self._closed.is_set() or left_s <= 0.0:
+                return False
+            self._closed.wait(min(self._period_s, left_s))
+        return True
+
+    def start(self, call: LookupCall) -> LookupCall:
+        """Send a call's goal, now or when it can be; return the call."""
+        with self._lock:
+            if not self._closed.is_set():
+                self._calls.add(call)
+                self._unsent[call] = None
+                if len(self._calls) == 1:
+                    self._responses.wake()
+        self._send_next()
+        if not call.sent:
+            self._give_up_without_hope(call, self.server_is_ready())
+        return call
+
+    def send_later(self, call: LookupCall) -> None:
+        """Send a call's goal, behind those that are to be sent already."""
+        with self._lock:
+            if call in self._calls:
+                self._unsent[call] = None
+        self._send_next()
+
+    def forget(self, call: LookupCall, *, cancel: bool) -> None:
+        """Let a call go that has ended; cancel its goal at the server if need be."""
+        with self._lock:
+            self._calls.discard(call)
+            self._unsent.pop(call, None)
+            self._unaccepted.discard(call)
+        if cancel:
+            with suppress(InvalidHandle):
+                goal = GoalInfo(goal_id=call.goal_id)
+                # What comes back changes nothing: the call is over.
+                self._cancel.remove_pending_request(
+                    self._cancel.call_async(CancelGoal.Request(goal_info=goal)))
+        self._send_next()
+
+    def stop(self) -> None:
+        """End the thread soon, and with it the calls."""
+        self._responses.stop()
+
+    def close(self) -> None:
+        """Give up what is on its way, and end the thread."""
+        self._end_calls()
+        self._responses.close()
+
+    def _send_next(self) -> None:
+        """Send the next goals, if a server is there that surely has room for them."""
+        while True:
+            with self._lock:
+                if (not self._unsent or len(self._unaccepted) >= _MAX_UNACCEPTED
+                        or not self.server_is_ready()):
+                    return
+                call = next(iter(self._unsent))
+                del self._unsent[call]
+                self._unaccepted.add(call)
+                call.sent = True
+            with suppress(InvalidHandle):
+                goal = call.goal()
+                request = _SendGoal.Request(goal_id=call.goal_id, goal=goal)
+                call.follow(self._send.call_async(request), partial(self._fetch_result, call))
+
+    def _fetch_result(self, call: LookupCall, response: Any) -> None:
+        with self._lock:
+            self._unaccepted.discard(call)
+        call.accepted = response.accepted
+        if call.accepted:
+            with suppress(InvalidHandle):
+                request = _GetResult.Request(goal_id=call.goal_id)
+                call.follow(self._fetch.call_async(request), call.answer)
+            self._send_next()
+        else:
+            call.give_up(f'The buffer server {self.name} did not accept the goal')
+
+    def _check(self) -> bool:
+        """Look after the calls; return whether there are any."""
+        self._send_next()
+        is_ready = self.server_is_ready()
+        with self._lock:
+            calls = list(self._calls)
+        for call in calls:
+            self._give_up_without_hope(call, is_ready)
+        return bool(calls)
+
+    def _give_up_without_hope(self, call: LookupCall, is_ready: bool) -> None:
+        name = self.name
+        if self._closed.is_set():
+            call.give_up(f'The client of the buffer server {name} was closed, or ROS shut down')
+        elif is_ready and call.is_late():
+            call.give_up(f'The buffer server {name} is there, and did not answer in time')
+        elif not is_ready and call.sent:
+            call.give_up(f'The buffer server {name} went away before it answered')
+        elif not is_ready and not call.left_s():
+            call.give_up(f'There is no buffer server {name}: is a buffer_server running, '
+                         'and is that its name?')
+
+    def _end_calls(self) -> None:
+        with self._lock:
+            self._closed.set()
+            calls = list(self._calls)
+        for call in calls:
+            self._give_up_without_hope(call, is_ready=False)
+
+
+def _companion(node: Node) -> Node:
+    """Return a small node beside another, which its executor does not see."""
+    return Node(
+        f'buffer_client_impl_{secrets.token_hex(6)}',
+        context=node.context,
+        namespace=node.get_namespace(),
+        # The names are resolved by the other node already; a rename is meant for it alone.
+        use_global_arguments=False,
+        enable_rosout=False,
+        start_parameter_services=False,
+        parameter_overrides=[Parameter('start_type_description_service', value=False)],
+    )
