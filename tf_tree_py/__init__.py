@@ -39,10 +39,14 @@ _ROS_NAMES = {
     'as_points': 'arrays',
     'as_pose': 'convert',
     'Buffer': 'buffer',
+    'BufferClient': 'buffer_client',
     'BufferInterface': 'buffer_interface',
+    'BufferServer': 'buffer_server',
     'convert': 'registration',
     'ConvertRegistration': 'registration',
     'deskew_cloud': 'deskew_cloud',
+    'Drop': 'drop',
+    'MessageFilter': 'message_filter',
     'NotImplementedException': 'registration',
     'Stamped': 'registration',
     'StaticTransformBroadcaster': 'broadcaster',
@@ -50,6 +54,7 @@ _ROS_NAMES = {
     'TransformListener': 'listener',
     'TransformRegistration': 'registration',
     'TypeException': 'registration',
+    'velocity_stamped': 'velocity',
 }
 
 __all__ = [
@@ -57,14 +62,17 @@ __all__ = [
     'as_points',
     'as_pose',
     'Buffer',
+    'BufferClient',
     'BufferCore',
     'BufferInterface',
+    'BufferServer',
     'ClockJumpException',
     'ConnectivityException',
     'convert',
     'ConvertRegistration',
     'deskew',
     'deskew_cloud',
+    'Drop',
     'EdgeInfo',
     'ExtrapolationException',
     'FutureExtrapolationException',
@@ -74,6 +82,7 @@ __all__ = [
     'lookup_twist',
     'lookup_twist_many',
     'LookupException',
+    'MessageFilter',
     'NoDataException',
     'NotImplementedException',
     'PastExtrapolationException',
@@ -89,6 +98,7 @@ __all__ = [
     'TransformListener',
     'TransformRegistration',
     'TypeException',
+    'velocity_stamped',
 ]
 
 

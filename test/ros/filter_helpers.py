@@ -1,0 +1,50 @@
+"""What the tests of the message filter share: messages, and where they come out."""
+
+import threading
+
+from geometry_msgs.msg import PointStamped
+from ros_helpers import at, transform
+
+
+def point(seconds, frame='base', x=0.0):
+    message = PointStamped()
+    message.header.frame_id = frame
+    message.header.stamp = at(seconds).to_msg()
+    message.point.x = x
+    return message
+
+
+def move(buffer, seconds, parent='map', child='base'):
+    """Insert an edge's sample, at x = seconds."""
+    buffer.set_transform(transform(parent, child, seconds, x=seconds), 'me')
+
+
+class Inbox:
+    """What a filter called back with."""
+
+    def __init__(self):
+        self.delivered, self.dropped, self.threads = [], [], set()
+
+    def take(self, message, found):
+        self.threads.add(threading.current_thread())
+        self.delivered.append((message, found))
+
+    def lose(self, message, drop, why):
+        self.threads.add(threading.current_thread())
+        self.dropped.append((message, drop, why))
+
+    def xs(self):
+        """Return of what was delivered the message's and the transform's x."""
+        return [(message.point.x, found.transform.translation.x)
+                for message, found in self.delivered]
+
+    def stamps(self):
+        return [message.header.stamp.sec for message, _ in self.delivered]
+
+    def reasons(self):
+        return [drop for _, drop, _ in self.dropped]
+
+
+def check(counts):
+    """Every message is accounted for."""
+    assert counts.received == counts.delivered + sum(counts.dropped.values()) + counts.held

@@ -1,0 +1,164 @@
+"""The message filter beside one that asks everything again after every step."""
+
+from filter_helpers import check, Inbox, move, point
+from hypothesis import given, HealthCheck, settings, strategies as st
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from ros_helpers import at, lasting
+from tf_tree_py import Buffer, ClockJumpException, TransformException
+from tf_tree_py.ros.drop import Drop
+from tf_tree_py.ros.message_filter import MessageFilter
+
+
+class Naive:
+    """What a filter should do, by asking everything again after every step."""
+
+    def __init__(self, targets, queue_size, tolerance):
+        self.buffer = Buffer()
+        self.targets, self.queue_size, self.tolerance = targets, queue_size, tolerance
+        self.number, self.waiting, self.ready, self.delivered, self.dropped = 0, [], [], [], []
+
+    def ask(self, frame, seconds):
+        """Return the transforms' x, or the error."""
+        try:
+            answer = [self.buffer.lookup_transform(target, frame, at(seconds))
+                      for target in self.targets]
+            for target in self.targets:
+                self.buffer.lookup_transform(target, frame, at(seconds + self.tolerance))
+        except TransformException as error:
+            return error
+        return [each.transform.translation.x for each in answer]
+
+    def look_again(self):
+        for number, frame, seconds in list(self.waiting):
+            answer = self.ask(frame, seconds)
+            if isinstance(answer, list):
+                self.waiting.remove((number, frame, seconds))
+                self.ready.append((number, answer))
+            elif answer.blocked_on is None:
+                self.waiting.remove((number, frame, seconds))
+                self.dropped.append((number, Drop.TOO_OLD))
+        if len(self.ready) > self.queue_size:
+            self.dropped.append((self.ready.pop(0)[0], Drop.QUEUE_FULL))
+        if len(self.waiting) > self.queue_size:
+            self.dropped.append((self.waiting.pop(0)[0], Drop.QUEUE_FULL))
+
+    def add(self, frame, seconds):
+        self.number += 1
+        if frame == '':
+            self.dropped.append((self.number, Drop.EMPTY_FRAME))
+        else:
+            self.waiting.append((self.number, frame, seconds))
+            self.look_again()
+
+    def move(self, child, seconds):
+        move(self.buffer, seconds, child=child)
+        self.look_again()
+
+    def jump(self):
+        self.buffer.clear()
+        self.dropped += [(number, Drop.CLOCK_JUMPED) for number, *_ in self.waiting]
+        self.waiting = []
+
+    def settle(self):
+        self.delivered += self.ready
+        self.ready = []
+
+    def close(self):
+        self.dropped += [(number, Drop.CLOSED) for number, *_ in self.waiting + self.ready]
+
+
+def steps(latest):
+    """Return a strategy for what may happen, at times up to the latest."""
+    seconds = st.integers(1, 2 * latest).map(lambda halves: halves / 2.0)
+    return st.lists(max_size=40, elements=st.one_of(
+        st.tuples(st.just('add'), st.sampled_from(['a', 'a', 'b', 'nowhere', '']), seconds),
+        st.tuples(st.just('move'), st.sampled_from(['a', 'b']), seconds),
+        st.tuples(st.sampled_from(['settle', 'settle', 'jump'])),
+    ))
+
+
+@pytest.fixture(scope='module')
+def modelled():
+    """Return a node and its executor; hypothesis makes all examples in one test."""
+    context = Context()
+    rclpy.init(context=context, args=[])
+    node = Node('modelled', context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    yield node, executor
+    executor.shutdown()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False):
+    """Do the same with a filter and with the model; return the model and the inbox."""
+    node, executor = modelled
+    model, buffer, inbox = Naive(targets, queue_size, tolerance), Buffer(), Inbox()
+    each = MessageFilter(buffer, node, targets, inbox.take, on_drop=inbox.lose,
+                         queue_size=queue_size, tolerance=lasting(tolerance))
+
+    def settle():
+        while each._ready or each._notices:
+            executor.spin_once(timeout_sec=0.0)
+
+    def jump():
+        buffer.clear()
+        buffer.fail_waiters(ClockJumpException('jumped'))
+
+    def add(frame, seconds):
+        each.add(point(seconds, frame, x=float(model.number)))
+
+    actions = {'add': add, 'settle': settle, 'jump': jump,
+               'move': lambda child, seconds: move(buffer, seconds, child=child)}
+    if settle_always:
+        steps = [each for step in steps for each in (step, ('settle',))]
+    for name, *arguments in steps:
+        getattr(model, name)(*arguments)
+        actions[name](*arguments)
+        check(each.statistics())
+    each.close()
+    model.close()
+    assert len(buffer._waiters) == 0
+    return model, inbox
+
+
+def drops_of(model, inbox):
+    """Return who was dropped and why, by the model and by the filter."""
+    return (sorted((float(number), drop.name) for number, drop in model.dropped),
+            sorted((message.point.x, drop.name) for message, drop, _ in inbox.dropped))
+
+
+def deliveries_of(model, inbox):
+    """Return who was delivered and with which transforms, likewise, in order."""
+    return ([(float(number), xs) for number, xs in model.delivered],
+            [(message.point.x, [each.transform.translation.x for each in found.values()])
+             for message, found in inbox.delivered])
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+@given(steps=steps(30), queue_size=st.integers(1, 4), tolerance=st.sampled_from([0.0, 0.5]))
+def test_every_message_fares_as_in_the_naive_model(modelled, steps, queue_size, tolerance):
+    """Delivered once, in this order, with this transform; or dropped once, for this reason."""
+    results = act(modelled, ['map'], steps, queue_size, tolerance)
+    expected, delivered = deliveries_of(*results)
+    assert delivered == expected
+    expected, dropped = drops_of(*results)
+    assert dropped == expected
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@given(steps=steps(9), queue_size=st.integers(1, 4), tolerance=st.sampled_from([0.0, 0.5]))
+def test_so_it_does_with_several_targets(modelled, steps, queue_size, tolerance):
+    """Between messages of two frames that are answered at once, the order is left open."""
+    results = act(modelled, ['map', 'a'], steps, queue_size, tolerance, settle_always=True)
+    frames = ['', *[step[1] for step in steps if step[0] == 'add']]
+    expected, delivered = (sorted(them, key=lambda it: frames[int(it[0])])
+                           for them in deliveries_of(*results))
+    assert delivered == expected
+    expected, dropped = drops_of(*results)
+    assert dropped == expected
