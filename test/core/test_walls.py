@@ -30,7 +30,9 @@ CORE = [
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}
 
-FILES = sorted(path for path in PACKAGE.rglob('*.py') if '__pycache__' not in path.parts)
+# What lies in dropin/packages is imported under other names, and imports as users do.
+FILES = sorted(path for path in PACKAGE.rglob('*.py')
+               if not {'__pycache__', 'packages'} & set(path.parts))
 
 
 def named(path):

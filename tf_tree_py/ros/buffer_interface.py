@@ -1,6 +1,6 @@
 """What a buffer in this process and one in another have in common, as in tf2."""
 
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from typing import Any
 
@@ -26,7 +26,7 @@ class BufferInterface:
     ``TransformRegistration``.
     """
 
-    @property
+    @cached_property
     def registration(self) -> Any:
         """Return the registry of what can be transformed, one for all buffers."""
         return _registry().TransformRegistration()

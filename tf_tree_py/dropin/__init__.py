@@ -1,0 +1,49 @@
+"""
+Lets code that imports tf2_ros run on this package, unchanged.
+
+The folder ``packages`` holds packages with tf2's names, which have no code of their own;
+putting it on Python's path is all that is done::
+
+    python -m tf_tree_py.dropin your_node.py arguments
+    python -m tf_tree_py.dropin -m pytest
+
+In a program, before the first import of tf2::
+
+    import tf_tree_py.dropin
+    tf_tree_py.dropin.install()
+"""
+
+import importlib
+from pathlib import Path
+import sys
+
+NAMES = ('tf2_ros', 'tf2_py', 'tf2_geometry_msgs', 'tf2_sensor_msgs')
+PACKAGES = str(Path(__file__).parent / 'packages')
+"""Where the packages are, for ``PYTHONPATH``."""
+
+
+def install(force: bool = False) -> None:
+    """
+    Make tf2_ros, tf2_py, tf2_geometry_msgs and tf2_sensor_msgs importable.
+
+    Each that is installed is left to win, unless forced. Calling it again is harmless.
+
+    :param force: let ours win.
+    :raises RuntimeError: forced, and one of them was imported before.
+    """
+    if force:
+        for name in NAMES:
+            _check_is_not_another(name)
+    if PACKAGES in sys.path:
+        sys.path.remove(PACKAGES)
+    sys.path.insert(0 if force else len(sys.path), PACKAGES)
+    importlib.invalidate_caches()
+
+
+def _check_is_not_another(name: str) -> None:
+    module = sys.modules.get(name)
+    place = getattr(module, '__file__', None) or 'somewhere'
+    if module is not None and not place.startswith(PACKAGES):
+        raise RuntimeError(
+            f'{name} was imported from {place} already: call '
+            'tf_tree_py.dropin.install(force=True) before the first import of it')

@@ -1,0 +1,63 @@
+"""tf2's buffers where they differ from ours: two classes, and setters that return nothing."""
+
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
+from rclpy.node import Node
+from tf_tree_py.core.incidents import Incident
+from tf_tree_py.ros.buffer import Buffer as OurBuffer
+
+
+class BufferCore(OurBuffer):
+    """``tf2_py.BufferCore``: what is refused, the log and ``statistics()`` tell."""
+
+    def __init__(self, cache_time: Duration | None = None, node: Node | None = None,
+                 **options: Any) -> None:
+        """
+        Make an empty buffer.
+
+        :param cache_time: how much history each edge keeps; 10 s unless given.
+        :param options: those of ``tf_tree_py.Buffer``.
+        """
+        super().__init__(cache_time, node, **options)
+        self._guards: list[GuardCondition] = []
+
+    def set_transform(self, transform: TransformStamped,  # type: ignore[override]
+                      authority: str) -> None:
+        """Take a transform that moves."""
+        super().set_transform(transform, authority)
+
+    def set_transform_static(self, transform: TransformStamped,  # type: ignore[override]
+                             authority: str) -> None:
+        """Take a transform that is valid at all times."""
+        super().set_transform_static(transform, authority)
+
+    def insert_batch(self, *batch: Any) -> list[Incident]:
+        """Take what a listener received, and wake those who spin for it."""
+        try:
+            return super().insert_batch(*batch)
+        finally:
+            for guard in self._guards[:]:
+                self._trigger(guard)
+
+    def wake_executor_of(self, node: Node) -> None:
+        """
+        Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.
+
+        For programs that wait for a transform in a loop of it. What comes while nobody
+        spins makes it return once.
+        """
+        self._guards.append(node.create_guard_condition(lambda: None))
+
+    def _trigger(self, guard: GuardCondition) -> None:
+        try:
+            guard.trigger()
+        except InvalidHandle:  # the node was destroyed
+            self._guards.remove(guard)
+
+
+class Buffer(BufferCore):
+    """``tf2_ros.Buffer``."""

@@ -1,0 +1,37 @@
+"""Names of tf2_geometry_msgs.tf2_geometry_msgs."""
+
+import geometry_msgs.msg
+from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
+from tf_tree_py.ros.stamped import (
+    do_transform_accel,
+    do_transform_point,
+    do_transform_polygon_stamped,
+    do_transform_pose,
+    do_transform_pose_stamped,
+    do_transform_pose_with_covariance_stamped,
+    do_transform_quaternion,
+    do_transform_transform,
+    do_transform_twist,
+    do_transform_vector3,
+    do_transform_wrench,
+    transform_covariance,
+)
+
+__all__ = [
+    'do_transform_accel',
+    'do_transform_point',
+    'do_transform_polygon_stamped',
+    'do_transform_pose',
+    'do_transform_pose_stamped',
+    'do_transform_pose_with_covariance_stamped',
+    'do_transform_quaternion',
+    'do_transform_transform',
+    'do_transform_twist',
+    'do_transform_vector3',
+    'do_transform_wrench',
+    'from_msg_msg',
+    'to_msg_msg',
+    'transform_covariance',
+]
+
+register(geometry_msgs.msg)

@@ -1,0 +1,21 @@
+"""Names of tf2_py, backed by tf_tree_py."""
+
+from tf_tree_py.core.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+from tf_tree_py.dropin.buffer import BufferCore
+
+__all__ = [
+    'BufferCore',
+    'ConnectivityException',
+    'ExtrapolationException',
+    'InvalidArgumentException',
+    'LookupException',
+    'TimeoutException',
+    'TransformException',
+]

@@ -1,0 +1,36 @@
+"""Names of tf2_ros, backed by tf_tree_py; each is loaded when it is first used."""
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    'buffer': ['Buffer'],
+    'buffer_client': ['BufferClient'],
+    'buffer_interface': [
+        'BufferInterface', 'convert', 'ConvertRegistration', 'NotImplementedException', 'Stamped',
+        'TransformRegistration', 'TypeException'],
+    'static_transform_broadcaster': ['StaticTransformBroadcaster'],
+    'static_transform_listener': ['StaticTransformListener'],
+    'transform_broadcaster': ['TransformBroadcaster'],
+    'transform_listener': ['TransformListener'],
+}
+_HOME_OF = {name: f'{__name__}.{home}' for home, names in _HOMES.items() for name in names}
+_HOME_OF |= dict.fromkeys([
+    'BufferCore', 'ConnectivityException', 'ExtrapolationException', 'InvalidArgumentException',
+    'LookupException', 'TimeoutException', 'TransformException'], 'tf2_py')
+
+__all__ = sorted(_HOME_OF)
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return import_module(f'{__name__}.{name}')
+    if name not in _HOME_OF:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    found = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *_HOMES]

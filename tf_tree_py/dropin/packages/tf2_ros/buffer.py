@@ -1,0 +1,5 @@
+"""Names of tf2_ros.buffer."""
+
+from tf_tree_py.dropin.buffer import Buffer
+
+__all__ = ['Buffer']

@@ -1,0 +1,5 @@
+"""Names of tf2_ros.buffer_client."""
+
+from tf_tree_py.ros.buffer_client import BufferClient
+
+__all__ = ['BufferClient']

@@ -1,0 +1,21 @@
+"""Names of tf2_ros.buffer_interface."""
+
+from tf_tree_py.ros.buffer_interface import BufferInterface
+from tf_tree_py.ros.registration import (
+    convert,
+    ConvertRegistration,
+    NotImplementedException,
+    Stamped,
+    TransformRegistration,
+    TypeException,
+)
+
+__all__ = [
+    'BufferInterface',
+    'convert',
+    'ConvertRegistration',
+    'NotImplementedException',
+    'Stamped',
+    'TransformRegistration',
+    'TypeException',
+]

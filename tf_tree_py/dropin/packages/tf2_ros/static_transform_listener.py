@@ -1,0 +1,6 @@
+"""Names of tf2_ros.static_transform_listener."""
+
+from tf_tree_py.dropin.listener import StaticTransformListener
+from tf_tree_py.ros.qos import TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC
+
+__all__ = ['DEFAULT_STATIC_TF_TOPIC', 'StaticTransformListener']

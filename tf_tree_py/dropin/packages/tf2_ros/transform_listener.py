@@ -1,0 +1,9 @@
+"""Names of tf2_ros.transform_listener."""
+
+from tf_tree_py.dropin.listener import TransformListener
+from tf_tree_py.ros.qos import (
+    TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC,
+    TF_TOPIC as DEFAULT_TF_TOPIC,
+)
+
+__all__ = ['DEFAULT_STATIC_TF_TOPIC', 'DEFAULT_TF_TOPIC', 'TransformListener']

@@ -1,0 +1,9 @@
+"""Names of tf2_sensor_msgs.tf2_sensor_msgs."""
+
+import sensor_msgs.msg
+from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
+from tf_tree_py.ros.point_cloud import do_transform_cloud, transform_points
+
+__all__ = ['do_transform_cloud', 'from_msg_msg', 'to_msg_msg', 'transform_points']
+
+register(sensor_msgs.msg)
