@@ -45,7 +45,7 @@ _ROS_NAMES = {
     'convert': 'registration',
     'ConvertRegistration': 'registration',
     'deskew_cloud': 'deskew_cloud',
-    'Drop': 'drop',
+    'Drop': 'message_filter',
     'MessageFilter': 'message_filter',
     'NotImplementedException': 'registration',
     'Stamped': 'registration',
