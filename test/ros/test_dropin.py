@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import textwrap
+import time
 
 from geometry_msgs.msg import (
     Point,
@@ -26,6 +27,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
 from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 import tf_tree_py
 from tf_tree_py import dropin
 from tf_tree_py.dropin import listener as listener_module
@@ -212,9 +214,22 @@ def test_everything_can_be_imported_with_a_star():
 
 def test_unknown_name_is_an_attribute_error():
     import tf2_ros
-    with pytest.raises(AttributeError, match="'tf2_ros' has no attribute 'Bufer'"):
+    with pytest.raises(AttributeError, match="has no attribute 'Bufer'"):
         _ = tf2_ros.Bufer
     assert 'Buffer' in dir(tf2_ros)
+
+
+def test_names_that_come_along_are_there():
+    """Those that tf2's files import: programs take them from there."""
+    from tf2_geometry_msgs import PointStamped, PoseStamped
+    from tf2_geometry_msgs.tf2_geometry_msgs import TransformStamped
+    import tf2_ros
+    from tf2_ros.buffer_interface import Duration, Time
+    assert tf2_ros.TransformStamped is TransformStamped
+    assert (tf2_ros.Duration, tf2_ros.Time) == (Duration, Time)
+    assert Duration(seconds=1).nanoseconds == 10**9
+    assert {kind.__module__.split('.')[0] for kind in (PointStamped, PoseStamped)} == {
+        'geometry_msgs'}
 
 
 def test_exceptions_are_one_family_everywhere():
@@ -440,6 +455,14 @@ def spinner(context, node):
     executor.shutdown()
 
 
+def spin_until(executor, condition):
+    """Spin as programs do, each time until something happens on the node."""
+    while not condition():
+        begin = time.monotonic()
+        executor.spin_once(timeout_sec=PATIENCE_S)
+        assert time.monotonic() - begin < PATIENCE_S, 'nothing woke it'
+
+
 @pytest.fixture
 def begin():
     """Make listeners of tf2_ros that end with the test."""
@@ -461,9 +484,7 @@ def test_loop_of_spin_once_ends_when_the_transform_has_come(node, talker, spinne
     begin(buffer, node)
     talker.move(transform('map', 'odom', 1.0))
     talker.move(transform('odom', 'base', 1.0))
-    # Without a timeout: each waits until something happens on the node.
-    while not buffer.can_transform('map', 'base', Time()):
-        spinner.spin_once()
+    spin_until(spinner, lambda: buffer.can_transform('map', 'base', Time()))
     assert buffer.lookup_transform('map', 'base', Time()).child_frame_id == 'base'
 
 
@@ -480,8 +501,7 @@ def test_callback_may_wait(node, talker, spinner, begin):
 
     timer = node.create_timer(0.0, look)
     talker.fix(transform('map', 'base'))
-    while not found:
-        spinner.spin_once()
+    spin_until(spinner, lambda: found)
     assert found[0].header.frame_id == 'map'
 
 
@@ -528,6 +548,69 @@ def test_static_listener_leaves_tf_alone(node, talker, begin):
     buffer.lookup_transform('base', 'camera', Time(), PATIENCE)
     assert node.count_subscribers('/tf') == 0
     listener.unregister()
+
+
+def test_overridden_callback_gets_every_message(node, talker, spinner):
+    import tf2_ros
+    heard = []
+
+    class Listener(tf2_ros.TransformListener):
+        """As people write it who want to be told."""
+
+        def callback(self, data):
+            super().callback(data)
+            heard.append([transform.child_frame_id for transform in data.transforms])
+
+    buffer = tf2_ros.Buffer()
+    listener = Listener(buffer, node)
+    talker.move(transform('map', 'base', 1.0), transform('base', 'arm', 1.0))
+    spin_until(spinner, lambda: heard)
+    assert heard == [['base', 'arm']]
+    assert buffer.can_transform('map', 'arm', at(1.0))
+    listener.unregister()
+
+
+def test_buffer_with_its_own_set_transform_gets_every_transform(node, talker, spinner, begin):
+    import tf2_ros
+    heard = []
+
+    class Spying(tf2_ros.Buffer):
+        """As people write it who want to see what arrives."""
+
+        def set_transform_static(self, transform, authority):
+            heard.append(transform.child_frame_id)
+            super().set_transform_static(transform, authority)
+
+    buffer = Spying()
+    begin(buffer, node)
+    talker.fix(transform('base', 'camera'))
+    spin_until(spinner, lambda: heard)
+    assert heard == ['camera']
+    assert buffer.can_transform('base', 'camera', Time())
+
+
+def test_subscription_may_be_replaced(node, talker, spinner, begin):
+    import tf2_ros
+    buffer = tf2_ros.Buffer()
+    listener = begin(buffer, node)
+    assert node.destroy_subscription(listener.tf_sub)
+    listener.tf_sub = node.create_subscription(TFMessage, '/robot/tf', listener.callback, 10)
+    talker.send(TFMessage(transforms=[transform('map', 'base', 1.0)]), '/robot/tf')
+    talker.fix(transform('base', 'camera'))
+    spin_until(spinner, lambda: buffer.can_transform('map', 'camera', at(1.0)))
+    assert node.count_subscribers('/tf') == 0
+    listener.unregister()
+    assert node.count_subscribers('/robot/tf') == node.count_subscribers('/tf_static') == 0
+
+
+def test_buffer_may_be_replaced(node, talker, spinner, begin):
+    import tf2_ros
+    listener = begin(tf2_ros.Buffer(), node)
+    for _ in range(2):
+        listener.buffer = buffer = tf2_ros.Buffer()
+        talker.move(transform('map', 'base', 1.0))
+        spin_until(spinner, lambda: listener.buffer.can_transform('map', 'base', at(1.0)))
+        assert len(buffer.frames()) == 2
 
 
 def test_client_asks_a_server(make_node, spin):

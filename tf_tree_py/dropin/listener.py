@@ -1,30 +1,43 @@
-"""tf2's listeners: ours, where they differ from it."""
+"""
+tf2's listeners, backed by ours.
+
+They read in a thread of their own, as ours does, unless a program handles messages or
+subscriptions itself: then these are on its node, as tf2's are.
+"""
 
 import threading
 from typing import Any
 import weakref
 
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY
 from tf_tree_py.ros.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.listener import TransformListener as OurListener
-from tf_tree_py.ros.qos import TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.ros.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 
 from .buffer import BufferCore
 
 _UNTIL_SPUN_S = 5.0
 
 
-class TransformListener(OurListener):
+class TransformListener:
     """
-    ``tf2_ros.TransformListener``: it reads in a thread of its own in any case.
+    ``tf2_ros.TransformListener``.
 
     tf2's subscribes on your node by default, so ``rclpy.spin_once`` returns when a
     transform has come, and so it does here. With ``spin_thread=True`` tf2's spins your
     whole node in a thread; this one leaves your node alone.
+
+    A program that overrides ``callback``, asks for ``tf_sub``, sets another ``buffer``, or
+    brings one with a ``set_transform`` of its own gets what tf2 has: subscriptions on its
+    node, which it has to spin.
     """
 
-    def __init__(self, buffer: OurBuffer, node: Node | None, *, spin_thread: bool = False,
+    def __init__(self, buffer: Any, node: Node | None, *, spin_thread: bool = False,
                  qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None,
                  tf_topic: str = TF_TOPIC, tf_static_topic: str = TF_STATIC_TOPIC,
                  static_only: bool = False, **options: Any) -> None:
@@ -33,20 +46,102 @@ class TransformListener(OurListener):
 
         :param options: those of ``tf_tree_py.TransformListener``; the others likewise.
         """
-        super().__init__(buffer, node, qos=qos, static_qos=static_qos, tf_topic=tf_topic,
-                         tf_static_topic=tf_static_topic, static_only=static_only, **options)
-        if node is None:
+        self.node = node
+        self._buffer = buffer
+        self._subscriptions: dict[str, Subscription] = {}
+        self._topics = {'tf_static_sub': (
+            tf_static_topic, static_qos or static_listener_qos(), self.static_callback)}
+        if not static_only:
+            self._topics['tf_sub'] = (tf_topic, qos or dynamic_qos(), self.callback)
+        self._listener: OurListener | None = None
+        if node is not None and not self._may_read_aside(buffer):
+            self._read_on_node()
             return
-        if spin_thread:
+        self._listener = OurListener(
+            buffer, node, qos=qos, static_qos=static_qos, tf_topic=tf_topic,
+            tf_static_topic=tf_static_topic, static_only=static_only, **options)
+        if node is not None and spin_thread:
             warn_if_nobody_spins(node)
-        elif isinstance(buffer, BufferCore):
+        elif node is not None and isinstance(buffer, BufferCore):
             buffer.wake_executor_of(node)
+
+    def unregister(self) -> None:
+        """Stop listening."""
+        if self._listener is not None:
+            self._listener.close()
+        for subscription in self._subscriptions.values():
+            subscription.destroy()
+
+    def callback(self, data: TFMessage) -> None:
+        """Take a message of what moves; to be overridden or called, as in tf2."""
+        for transform in data.transforms:
+            self.buffer.set_transform(transform, DEFAULT_AUTHORITY)
+
+    def static_callback(self, data: TFMessage) -> None:
+        """Take a message of what does not move, likewise."""
+        for transform in data.transforms:
+            self.buffer.set_transform_static(transform, DEFAULT_AUTHORITY)
+
+    @property
+    def buffer(self) -> Any:
+        """Return what is filled; another may take its place."""
+        return self._buffer
+
+    @buffer.setter
+    def buffer(self, buffer: Any) -> None:
+        self._read_on_node()
+        self._buffer = buffer
+
+    @property
+    def tf_sub(self) -> Subscription:
+        """Return the subscription to ``/tf``; it is on the node from now on."""
+        self._read_on_node()
+        return self._subscriptions['tf_sub']
+
+    @tf_sub.setter
+    def tf_sub(self, subscription: Subscription) -> None:
+        self._subscriptions['tf_sub'] = subscription
+
+    @property
+    def tf_static_sub(self) -> Subscription:
+        """Return the subscription to ``/tf_static``; it is on the node from now on."""
+        self._read_on_node()
+        return self._subscriptions['tf_static_sub']
+
+    @tf_static_sub.setter
+    def tf_static_sub(self, subscription: Subscription) -> None:
+        self._subscriptions['tf_static_sub'] = subscription
+
+    def _may_read_aside(self, buffer: Any) -> bool:
+        """Return whether nobody would notice that no message is made of what arrives."""
+        methods = (self.callback, self.static_callback, getattr(buffer, 'set_transform', None),
+                   getattr(buffer, 'set_transform_static', None))
+        return all(getattr(method, '__func__', None) in _NOT_OVERRIDDEN for method in methods)
+
+    def _read_on_node(self) -> None:
+        """Do as tf2 does, once and for all."""
+        if self._subscriptions or self.node is None:
+            return
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+        group = ReentrantCallbackGroup()
+        for name, (topic, qos, callback) in self._topics.items():
+            self._subscriptions[name] = self.node.create_subscription(
+                TFMessage, topic, callback, qos, callback_group=group)
+
+
+_NOT_OVERRIDDEN = {
+    TransformListener.callback, TransformListener.static_callback,
+    OurBuffer.set_transform, OurBuffer.set_transform_static,
+    BufferCore.set_transform, BufferCore.set_transform_static,
+}
 
 
 class StaticTransformListener(TransformListener):
     """``tf2_ros.StaticTransformListener``: it leaves ``/tf`` alone."""
 
-    def __init__(self, buffer: OurBuffer, node: Node, *, spin_thread: bool = False,
+    def __init__(self, buffer: Any, node: Node, *, spin_thread: bool = False,
                  static_qos: QoSProfile | int | None = None,
                  tf_static_topic: str = TF_STATIC_TOPIC) -> None:
         super().__init__(buffer, node, spin_thread=spin_thread, static_qos=static_qos,

@@ -1,6 +1,15 @@
-"""Names of tf2_geometry_msgs.tf2_geometry_msgs."""
+"""Names of tf2_geometry_msgs.tf2_geometry_msgs, and the messages that it imports."""
 
 import geometry_msgs.msg
+from geometry_msgs.msg import (
+    PointStamped,
+    PolygonStamped,
+    Pose,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Vector3Stamped,
+)
 from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
 from tf_tree_py.ros.stamped import (
     do_transform_accel,
@@ -30,8 +39,15 @@ __all__ = [
     'do_transform_vector3',
     'do_transform_wrench',
     'from_msg_msg',
+    'PointStamped',
+    'PolygonStamped',
+    'Pose',
+    'PoseStamped',
+    'PoseWithCovarianceStamped',
     'to_msg_msg',
     'transform_covariance',
+    'TransformStamped',
+    'Vector3Stamped',
 ]
 
 register(geometry_msgs.msg)

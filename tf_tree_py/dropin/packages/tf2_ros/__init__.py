@@ -3,6 +3,8 @@
 from importlib import import_module
 from typing import Any
 
+from tf_tree_py.dropin import along
+
 _HOMES = {
     'buffer': ['Buffer'],
     'buffer_client': ['BufferClient'],
@@ -19,15 +21,13 @@ _HOME_OF |= dict.fromkeys([
     'BufferCore', 'ConnectivityException', 'ExtrapolationException', 'InvalidArgumentException',
     'LookupException', 'TimeoutException', 'TransformException'], 'tf2_py')
 
-__all__ = sorted(_HOME_OF)
+__all__ = [*_HOME_OF, *along.NAMES]
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return import_module(f'{__name__}.{name}')
-    if name not in _HOME_OF:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    found = getattr(import_module(_HOME_OF[name]), name)
+    found = getattr(import_module(_HOME_OF[name]) if name in _HOME_OF else along, name)
     globals()[name] = found
     return found
 

@@ -1,5 +1,6 @@
 """Names of tf2_ros.buffer_interface."""
 
+from tf_tree_py.dropin.along import __getattr__  # noqa: F401
 from tf_tree_py.ros.buffer_interface import BufferInterface
 from tf_tree_py.ros.registration import (
     convert,

@@ -1,9 +1,10 @@
 """Names of tf2_sensor_msgs.tf2_sensor_msgs."""
 
 import sensor_msgs.msg
+from sensor_msgs.msg import PointCloud2
 from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
 from tf_tree_py.ros.point_cloud import do_transform_cloud, transform_points
 
-__all__ = ['do_transform_cloud', 'from_msg_msg', 'to_msg_msg', 'transform_points']
+__all__ = ['do_transform_cloud', 'from_msg_msg', 'PointCloud2', 'to_msg_msg', 'transform_points']
 
 register(sensor_msgs.msg)

@@ -1,0 +1,37 @@
+"""
+Names that tf2's modules have because they import them, and that programs take from there.
+
+Any module gets them with ``from tf_tree_py.dropin.along import __getattr__``.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    'geometry_msgs.msg': [
+        'PointStamped', 'Pose', 'PoseStamped', 'PoseWithCovarianceStamped', 'TransformStamped',
+        'Vector3Stamped'],
+    'rclpy.action.client': ['ActionClient'],
+    'rclpy.callback_groups': ['ReentrantCallbackGroup'],
+    'rclpy.clock': ['Clock', 'JumpThreshold', 'TimeJump'],
+    'rclpy.duration': ['Duration'],
+    'rclpy.executors': ['SingleThreadedExecutor'],
+    'rclpy.node': ['Node'],
+    'rclpy.qos': ['DurabilityPolicy', 'HistoryPolicy', 'QoSProfile'],
+    'rclpy.task': ['Future'],
+    'rclpy.time': ['Time'],
+    'sensor_msgs.msg': ['PointCloud2'],
+    'std_msgs.msg': ['Header'],
+    'tf2_msgs.action': ['LookupTransform'],
+    'tf2_msgs.msg': ['TF2Error', 'TFMessage'],
+    'tf2_msgs.srv': ['FrameGraph'],
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+NAMES = sorted(_HOME_OF)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f'tf2 has no attribute {name!r} here')
+    return getattr(import_module(_HOME_OF[name]), name)
