@@ -3,9 +3,10 @@
 import math
 
 import pytest
+from rclpy.duration import Duration
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_helpers import at
-from tf_tree_py import BufferCore, Pose
+from tf_tree_py import Buffer, BufferCore, Pose
 from tf_tree_py.core.twist import lookup_twist
 from tf_tree_py.ros.convert import public_transform_stamped
 from tf_tree_py.ros.stamped import do_transform
@@ -48,3 +49,17 @@ def test_velocity_in_other_axes_is_the_velocity_transformed(buffer):
         one, other = getattr(moved.velocity, part), getattr(in_base.velocity, part)
         assert (one.x, one.y, one.z) == pytest.approx((other.x, other.y, other.z), abs=1e-9)
     assert in_base.velocity.linear.y == pytest.approx(-2.0)
+
+
+def test_buffer_takes_times_of_ros(buffer):
+    ours = Buffer()
+    for step in range(21):
+        ours.insert('odom', 'base', SECOND + step * SECOND // 10,
+                    Pose.from_xyz_rpy(x=0.2 * step, yaw=math.pi / 2))
+    interval = Duration(seconds=0.2)
+    found = ours.lookup_twist('base', 'odom', at(2).to_msg(), interval, reference_frame='base')
+    assert found == velocity_stamped(
+        lookup_twist(buffer, 'base', 'odom', 2 * SECOND, SECOND // 5, reference_frame='base'),
+        'base', 'odom', 'base')
+    twists = ours.lookup_twist_many('base', 'odom', [2 * SECOND], interval, reference_frame='base')
+    assert twists[0] == pytest.approx([0.0, -2.0, 0.0, 0.0, 0.0, 0.0], abs=1e-9)

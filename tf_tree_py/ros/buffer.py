@@ -31,11 +31,12 @@ from .convert import as_nanoseconds, as_sample, transform_stamped
 from .core_api import CoreApi
 from .futures import AsyncLookups
 from .incident_log import IncidentLog
+from .velocity import TwistLookups
 
 Answer = TypeVar('Answer')
 
 
-class Buffer(AsyncLookups, CoreApi, BufferInterface):
+class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
     """
     Stores transforms and answers where one frame is in another, at a time.
 
