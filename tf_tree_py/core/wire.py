@@ -1,5 +1,5 @@
 """
-The bytes of a ``tf2_msgs/msg/TFMessage``, read without ROS.
+The bytes of a ``tf2_msgs/msg/TFMessage``, read and written without ROS.
 
 CDR: 4 bytes of encapsulation, a uint32 count, then for each transform int32
 sec, uint32 nanosec, string frame_id, string child_frame_id and 7 doubles
@@ -14,27 +14,34 @@ and the names that must be found in it. The next of its kind is one unpack and
 one comparison.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 import struct
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from .frame_names import as_published, Rename
 from .history import POSE_BYTES
-from .sample import Batch
+from .sample import Batch, Sample
 from .stamp import NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
 _ENCAPSULATION_BYTES = 4
 _HEAD_BYTES = 8  # encapsulation and count
-_FIRST_NAME = 16  # encapsulation, count, sec, nanosec
+_FIRST_LENGTH, _FIRST_NAME = 16, 20  # behind encapsulation, count, sec, nanosec
 # The smallest transform: a stamp, two empty names, a pose, without padding.
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
 _MAX_PADDING = 7
-_MAX_LAYOUTS = 256
+# Transforms in all layouts together: a swarm of robots has hundreds.
+_MAX_REMEMBERED = 20_000
+# Layouts that have to be tried one after the other.
+_MAX_ALIKE = 64
 # Up to so many transforms plain floats are cheaper than an array.
 _FEW = 6
+
+_Key = tuple[int, bytes]
+_Unpack = Callable[[bytes], tuple[Any, ...]]
 
 
 class WireError(ValueError):
@@ -48,9 +55,16 @@ class WireReader:
     Not safe for several threads: one reader a subscription.
     """
 
-    def __init__(self) -> None:
-        self._layouts: dict[int, list[_Layout]] = {}
-        self._count = 0
+    def __init__(self, rename: Rename = as_published) -> None:
+        """
+        Begin without memory.
+
+        :param rename: what to make of (parent, child); None of what to pass over. Asked
+            once a layout, so what is passed over costs next to nothing.
+        """
+        self._rename = rename
+        self._layouts: dict[_Key, list[_Layout]] = {}
+        self._remembered = 0
 
     def read(self, data: bytes) -> Batch:
         """
@@ -58,23 +72,49 @@ class WireReader:
 
         :raises WireError: the bytes are not a TFMessage.
         """
-        for layout in self._layouts.get(len(data), ()):
+        for layout in self._layouts.get(_key(data), ()):
             batch = layout.read(data)
             if batch is not None:
                 return batch
-        layout = _find_layout(data)
+        layout = _find_layout(data, self._rename)
         self._remember(layout)
         batch = layout.read(data)
         assert batch is not None
         return batch
 
     def _remember(self, layout: '_Layout') -> None:
-        if self._count >= _MAX_LAYOUTS:
-            # Names that change all the time: somebody hostile, or a swarm. Start afresh.
+        if self._remembered > _MAX_REMEMBERED:
+            # Names that change all the time: somebody hostile. Start afresh.
             self._layouts.clear()
-            self._count = 0
-        self._layouts.setdefault(layout.size, []).append(layout)
-        self._count += 1
+            self._remembered = 0
+        alike = self._layouts.setdefault(layout.key, [])
+        if len(alike) >= _MAX_ALIKE:
+            alike.clear()
+        alike.append(layout)
+        self._remembered += layout.count
+
+
+def write(samples: Collection[Sample]) -> bytes:
+    """
+    Return a TFMessage of these transforms, serialized.
+
+    :raises struct.error: a stamp that does not fit into the message's 32 bits.
+    """
+    data = bytearray(_HEAD_BYTES)
+    struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
+    for parent, child, stamp, pose in samples:
+        _align(data, 4)
+        data += struct.pack('<iI', *divmod(stamp, NANOSECONDS_PER_SECOND))
+        for name in (parent.encode() + b'\0', child.encode() + b'\0'):
+            _align(data, 4)
+            data += struct.pack('<I', len(name)) + name
+        _align(data, 8)
+        data += struct.pack('<7d', *pose)
+    return bytes(data)
+
+
+def _align(data: bytearray, size: int) -> None:
+    data += bytes(-(len(data) - _ENCAPSULATION_BYTES) % size)
 
 
 def read(data: bytes) -> Batch:
@@ -86,73 +126,85 @@ def read(data: bytes) -> Batch:
     return WireReader().read(data)
 
 
+def _key(data: bytes) -> _Key:
+    """Return what tells most layouts apart: the size, and the first parent's name."""
+    if len(data) <= _FIRST_NAME:
+        return len(data), b''
+    # One byte of four is all of the length, or some of it: of one layout always the same.
+    return len(data), data[_FIRST_NAME:_FIRST_NAME + data[_FIRST_LENGTH]]
+
+
 class _Layout:
     """Where the numbers of a message with these very names lie in its bytes."""
 
-    __slots__ = ('size', '_edges', '_names', '_first_name', '_unpack', '_step', '_doubles',
-                 '_poses')
+    __slots__ = ('key', 'count', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_step',
+                 '_doubles', '_poses')
 
-    def __init__(self, data: bytes, order: str, places: Sequence['_Place']) -> None:
+    def __init__(self, data: bytes, order: str, places: Sequence['_Place'],
+                 edges: Sequence[tuple[str, str] | None]) -> None:
         """
         Take what was found in a message.
 
         :param order: struct's letter of its byte order.
         :param places: where each of its transforms lies.
+        :param edges: what each of them is about; None: it is passed over.
         """
-        self.size = len(data)
-        self._edges = tuple((place.parent, place.child) for place in places)
-        # A few poses are unpacked with the rest, of many numpy takes care.
-        few = len(places) <= _FEW
-        pose, self._step = ('7d', 11) if few else (f'{POSE_BYTES}x', 4)
-        fields = [f'{order}{_HEAD_BYTES}s']
-        for place in places:
-            parent, child = place.parent_bytes, place.child_bytes
-            gap, rest = child.start - parent.stop, place.pose - child.stop
-            # struct aligns nothing by itself after an explicit byte order.
-            fields.append(f'iI{parent.stop - parent.start}s{gap}x'
-                          f'{child.stop - child.start}s{rest}x{pose}')
-        fields.append(f'{len(data) - struct.calcsize("".join(fields))}x')
-        self._unpack = struct.Struct(''.join(fields)).unpack
-        self._names = self._names_in(self._unpack(data))
-        self._first_name = data[places[0].parent_bytes] if places else b''
+        self.key = _key(data)
+        self.count = 1 + len(places)
+        self.edges = tuple(edge for edge in edges if edge is not None)
+        wanted = [place for place, edge in zip(places, edges, strict=True) if edge is not None]
+        self._unpack_names = _fields(order, len(data), [
+            (0, f'{_HEAD_BYTES}s'),
+            *((name.start, f'{name.stop - name.start}s')
+              for place in places for name in (place.parent, place.child))])
+        self._names = self._unpack_names(data)
+        # A few poses are unpacked with the stamps, of many numpy takes care.
+        few = len(wanted) <= _FEW
+        numbers: list[tuple[int, str]] = []
+        for place in wanted:
+            numbers += [(place.stamp, 'iI'), (place.pose, '7d')][:1 + few]
+        self._unpack_numbers = _fields(order, len(data), numbers)
+        self._step = 9 if few else 2
         # Doubles are aligned relative to the encapsulation's end. Which of them are poses:
         self._doubles = np.dtype(f'{order}f8')
-        firsts = [(place.pose - _ENCAPSULATION_BYTES) // 8 for place in places]
+        firsts = [(place.pose - _ENCAPSULATION_BYTES) // 8 for place in wanted]
         self._poses = None if few else np.array(firsts)[:, None] + np.arange(7)
 
     def read(self, data: bytes) -> Batch | None:
         """Return the transforms, or None when the message has other names."""
-        if self._first_name and not data.startswith(self._first_name, _FIRST_NAME):
+        if self._unpack_names(data) != self._names:
             return None
-        values = self._unpack(data)
-        if self._names_in(values) != self._names:
-            return None
-        step = self._step
+        values, step = self._unpack_numbers(data), self._step
         stamps = [sec * NANOSECONDS_PER_SECOND + nanosec
-                  for sec, nanosec in zip(values[1::step], values[2::step], strict=True)]
+                  for sec, nanosec in zip(values[::step], values[1::step], strict=True)]
         if self._poses is None:
-            return Batch(self._edges, stamps,
-                         [values[begin:begin + 7] for begin in range(5, len(values), step)])
+            return Batch(self.edges, stamps,
+                         [values[begin:begin + 7] for begin in range(2, len(values), step)])
         count = (len(data) - _ENCAPSULATION_BYTES) // 8
         doubles = np.frombuffer(data, self._doubles, count, _ENCAPSULATION_BYTES)
-        return Batch(self._edges, stamps, doubles.take(self._poses).astype(float, copy=False))
+        return Batch(self.edges, stamps, doubles.take(self._poses).astype(float, copy=False))
 
-    def _names_in(self, values: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return what must not differ: encapsulation and count, parents, children."""
-        return values[0], values[3::self._step], values[4::self._step]
+
+def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack:
+    """Return what unpacks fields of a message of a size; each is where it lies, and its form."""
+    form, position = order, 0
+    for begin, kind in fields:
+        # struct aligns nothing by itself after an explicit byte order.
+        form += f'{begin - position}x{kind}'
+        position = begin + struct.calcsize(order + kind)
+    return struct.Struct(f'{form}{size - position}x').unpack
 
 
 class _Place(NamedTuple):
-    """Where one transform lies: slices of its names' bytes, lengths included, and its pose."""
+    """Where one transform lies: its stamp, its names' bytes with their lengths, its pose."""
 
-    parent: str
-    child: str
-    parent_bytes: slice
-    child_bytes: slice
+    stamp: int
+    parent: slice
+    child: slice
     pose: int
 
 
-def _find_layout(data: bytes) -> _Layout:
+def _find_layout(data: bytes, rename: Rename) -> _Layout:
     """Read a message field by field, and note how it lies."""
     order = _BYTE_ORDERS.get(data[:2])
     if order is None:
@@ -161,17 +213,18 @@ def _find_layout(data: bytes) -> _Layout:
     count = cursor.take_uint32()
     if count * _MIN_TRANSFORM_BYTES > len(data):
         raise WireError(f'{len(data)} bytes cannot hold {count} transforms')
-    places = []
+    places, edges = [], []
     for _ in range(count):
-        cursor.skip(8, alignment=4)
+        stamp = cursor.skip(8, alignment=4)
         parent, parent_bytes = cursor.take_string()
         child, child_bytes = cursor.take_string()
         pose = cursor.skip(POSE_BYTES, alignment=8)
-        places.append(_Place(parent, child, parent_bytes, child_bytes, pose))
+        places.append(_Place(stamp, parent_bytes, child_bytes, pose))
+        edges.append(rename(parent, child))
     if len(data) - cursor.position > _MAX_PADDING:
         raise WireError(
             f'{len(data) - cursor.position} bytes are left over after {count} transforms')
-    return _Layout(data, order, places)
+    return _Layout(data, order, places, edges)
 
 
 class _Cursor:
