@@ -66,6 +66,27 @@ def test_qos_may_be_chosen(node, kind, topic):
     assert kind(node, qos=3).pub_tf.qos_profile.depth == 3
 
 
+@pytest.mark.parametrize(('kind', 'option'), [
+    (TransformBroadcaster, 'tf_topic'), (StaticTransformBroadcaster, 'tf_static_topic')])
+def test_topic_may_be_chosen_and_lies_in_the_namespace(make_node, kind, option):
+    broadcaster = kind(make_node('talking', namespace='/robot1'), **{option: 'transforms'})
+    assert broadcaster.pub_tf.topic_name == '/robot1/transforms'
+
+
+@pytest.mark.parametrize(('kind', 'topic'), [
+    (TransformBroadcaster, '/tf'), (StaticTransformBroadcaster, '/tf_static')])
+def test_prefix_is_added_on_the_way_out_to_a_copy(node, heard, kind, topic):
+    broadcaster = kind(node, frame_prefix='robot1/', shared_frames=['map'])
+    wait = heard(topic)
+    message = transform('map', 'odom', 3.0, x=1.0)
+    before = copy.deepcopy(message)
+    broadcaster.sendTransform([message, transform('odom', '/base')])
+    first, second = wait(1)[0].transforms
+    assert first == transform('map', 'robot1/odom', 3.0, x=1.0)
+    assert second == transform('robot1/odom', 'robot1/base')
+    assert message == before
+
+
 @pytest.mark.parametrize('form', [
     lambda a, b: [a, b], lambda a, b: (a, b), lambda a, b: (m for m in (a, b))],
     ids=['list', 'tuple', 'generator'])

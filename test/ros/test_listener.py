@@ -219,6 +219,98 @@ def test_two_nodes_of_one_name_do_not_share_a_companion(make_node, listen):
     assert len(set(companions)) == 2
 
 
+@pytest.mark.parametrize('spin_thread', [True, False])
+def test_prefix_is_added_on_the_way_in(node, talker, listen, spin, spin_thread):
+    buffer = listen(node, frame_prefix='robot1/', shared_frames=['map'], spin_thread=spin_thread)
+    spin(node)
+    talker.fix(transform('base', 'camera', x=1.0))
+    talker.move(transform('map', 'base', x=2.0))
+    found = buffer.lookup_transform('map', 'robot1/camera', LATEST, PATIENCE)
+    assert found.transform.translation.x == 3.0
+    assert sorted(buffer.frames()) == ['map', 'robot1/base', 'robot1/camera']
+
+
+def test_prefix_is_taken_away_on_the_way_in_and_other_robots_are_left_out(node, talker, listen):
+    buffer = listen(node, strip_frame_prefix='robot1/', shared_frames=['map'])
+    talker.move(*(transform(parent, f'{robot}/{child}') for robot in ('robot1', 'robot2')
+                  for parent, child in (('map', 'odom'), (f'{robot}/odom', 'base'))))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    assert sorted(buffer.frames()) == ['base', 'map', 'odom']
+
+
+def test_filter_keeps_out_what_nobody_looks_up(node, talker, listen):
+    legs = [transform('base', f'leg{number}') for number in range(9)]
+    both = listen(node, frame_filter={'map', 'odom', 'base'})
+    one = listen(node, frame_filter=lambda parent, child: child == 'odom')
+    # What is left out altogether, and what is left out of a message.
+    talker.move(*legs, listeners=2)
+    talker.move(*legs, transform('odom', 'base'), transform('map', 'odom'), listeners=2)
+    both.lookup_transform('map', 'base', LATEST, PATIENCE)
+    one.lookup_transform('map', 'odom', LATEST, PATIENCE)
+    assert [edge.child for edge in both.edges()] == ['base', 'odom']
+    assert [edge.child for edge in one.edges()] == ['odom']
+    assert both.statistics().refused == one.statistics().refused == 0
+
+
+def test_one_name_where_several_frames_belong_is_refused_and_nothing_is_left_behind(node):
+    with pytest.raises(ValueError, match='frame_filter has to be a collection'):
+        TransformListener(Buffer(), node, frame_filter='map')
+    assert receivers() == []
+
+
+# --- without a node
+
+
+@pytest.fixture
+def process():
+    """Initialise ROS for the process, as programs do."""
+    def begin(*arguments):
+        rclpy.init(args=['--ros-args', *arguments])
+        return rclpy.get_default_context()
+
+    yield begin
+    rclpy.try_shutdown()
+
+
+def test_without_a_node_the_command_line_counts(process):
+    context = process('-r', '/tf:=/robot/tf', '-r', '__node:=renamed', '-p', 'use_sim_time:=true')
+    other = Node('other', context=context, use_global_arguments=False)
+    buffer = Buffer()
+    with TransformListener(buffer) as listener:
+        Talker(other).send(TFMessage(transforms=[transform('map', 'base')]), '/robot/tf')
+        buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+        assert listener.node.get_parameter('use_sim_time').value
+        assert 'renamed' not in other.get_node_names()
+    assert receivers() == []
+    other.destroy_node()
+
+
+def test_without_a_node_a_listener_that_nobody_keeps_lives_until_ros_ends(process):
+    context = process()
+    buffer = Buffer()
+    TransformListener(buffer)
+    gc.collect()
+    other = Node('other', context=context)
+    Talker(other).move(transform('map', 'base'))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    other.destroy_node()
+    (thread,) = receivers()
+    rclpy.shutdown()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+
+
+def test_without_a_node_ros_has_to_be_initialised():
+    with pytest.raises(RuntimeError, match=r'rclpy\.init\(\) has to be called first'):
+        TransformListener(Buffer())
+
+
+def test_without_a_node_there_is_none_for_you_to_spin(process):
+    process()
+    with pytest.raises(ValueError, match='spin_thread=False needs a node of yours'):
+        TransformListener(Buffer(), spin_thread=False)
+
+
 # --- several
 
 

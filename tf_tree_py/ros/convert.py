@@ -13,6 +13,7 @@ from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.frame_names import Rename
 from tf_tree_py.core.pose import Pose
 from tf_tree_py.core.sample import Sample
 from tf_tree_py.core.se3 import PoseTuple
@@ -78,6 +79,17 @@ def with_float_fields(message: TransformStamped) -> TransformStamped:
         return message
     return TransformStamped(header=message.header, child_frame_id=message.child_frame_id,
                             transform=transform_message(_pose_tuple(message.transform)))
+
+
+def with_frames(message: TransformStamped, names: Rename) -> TransformStamped:
+    """Return the message itself, or, if its frames get other names, a copy with those."""
+    header = message.header
+    edge = names(header.frame_id, message.child_frame_id)
+    if edge is None or edge == (header.frame_id, message.child_frame_id):
+        return message
+    parent, child = edge
+    return TransformStamped(header=Header(stamp=header.stamp, frame_id=parent),
+                            child_frame_id=child, transform=message.transform)
 
 
 def transform_message(pose: PoseTuple) -> Transform:

@@ -1,9 +1,8 @@
 """Feeding a buffer from /tf and /tf_static."""
 
+from collections.abc import Collection
 import functools
-import secrets
 import threading
-from typing import Any
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -12,16 +11,18 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.incidents import Incident, Kind
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.wire import WireError, WireReader
 
 from .authority import Authority
 from .buffer import Buffer
+from .companion import companion, node_of_its_own, USE_SIM_TIME
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .receiver import Receiver
 
-_USE_SIM_TIME = 'use_sim_time'
+_NAME = 'transform_listener_impl'
 
 
 class TransformListener:
@@ -33,19 +34,23 @@ class TransformListener:
     lookup with a timeout works inside a callback, also of a single-threaded
     executor: what it waits for arrives meanwhile.
 
-    It lives as long as your node or until ``close()``; it is a context manager.
+    It lives as long as your node (without one, as ROS) or until ``close()``; it is a
+    context manager. Several may fill one buffer.
     """
 
-    def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = True,
+    def __init__(self, buffer: Buffer, node: Node | None = None, *, spin_thread: bool = True,
                  qos: QoSProfile | int | None = None,
                  static_qos: QoSProfile | int | None = None,
                  tf_topic: str = TF_TOPIC, tf_static_topic: str = TF_STATIC_TOPIC,
-                 static_only: bool = False) -> None:
+                 static_only: bool = False, frame_prefix: str = '',
+                 strip_frame_prefix: str = '', shared_frames: Collection[str] = (),
+                 frame_filter: FrameFilter | None = None) -> None:
         """
         Begin to listen.
 
         :param buffer: what to fill.
-        :param node: whose names, remappings and clock to use.
+        :param node: whose names, remappings and clock to use; None: those of the
+            command line.
         :param spin_thread: read in a thread of its own. False puts the subscriptions
             on your node for your executor to serve, and then a callback that waits in
             a single-threaded executor keeps out what it waits for: it fails at once.
@@ -54,16 +59,29 @@ class TransformListener:
         :param tf_topic: where moving transforms are published.
         :param tf_static_topic: where static ones are.
         :param static_only: leave ``/tf`` alone.
+        :param frame_prefix: put in front of every frame, such as ``robot1/``.
+        :param strip_frame_prefix: taken from the front before that; an edge of a frame
+            that does not have it is left out.
+        :param shared_frames: keep their name all the same, such as ``map``.
+        :param frame_filter: whether to take (parent, child), or the frames to take: an
+            edge between two of them. It judges names as they arrive, and not again for
+            every message, so it has to give the same answer every time.
+        :raises RuntimeError: there is no node, and ROS is not initialised.
+        :raises ValueError: ``spin_thread=False`` and no node to spin, or a string where
+            a collection of frames belongs.
         """
+        names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
+                       shared_frames=shared_frames, frame_filter=frame_filter)
+        lives_with_node = node is not None
+        self._home = _home(node, spin_thread)
+        self.node = node = node or self._home
         self.buffer = buffer
-        self.node = node
         self._receiver: Receiver | None = None
-        self._home = _companion(node) if spin_thread else node
         topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
         topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
         buffer.log_to(node.get_logger())
         self._feeds = [
-            _Feed(buffer, self._home, node.resolve_topic_name(topic), static, profile)
+            _Feed(buffer, self._home, node.resolve_topic_name(topic), static, profile, names)
             for topic, static, profile in topics
         ]
         feed_of = self._home.get_clock(), node.context
@@ -73,16 +91,18 @@ class TransformListener:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.sleep_until_waited_for)
             buffer.fed_by(self._receiver.thread)
-            # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
-            node.add_post_set_parameters_callback(self._follow_clock)
-            weakref.finalize(self, self._receiver.stop)
+            if lives_with_node:
+                # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
+                node.add_post_set_parameters_callback(self._follow_clock)
+                weakref.finalize(self, self._receiver.stop)
 
     def close(self) -> None:
         """Stop listening; what is in the buffer stays there."""
         feeds, self._feeds = self._feeds, []
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
-            self.node.remove_post_set_parameters_callback(self._follow_clock)
+            if self.node is not self._home:
+                self.node.remove_post_set_parameters_callback(self._follow_clock)
             receiver.close()
         elif feeds:
             for feed in feeds:
@@ -101,7 +121,7 @@ class TransformListener:
 
     def _follow_clock(self, parameters: list[Parameter]) -> None:
         """Switch to simulated time and back when the node does."""
-        changed = [parameter for parameter in parameters if parameter.name == _USE_SIM_TIME]
+        changed = [parameter for parameter in parameters if parameter.name == USE_SIM_TIME]
         receiver = self._receiver
         if changed and receiver is not None and self.node.context.ok():
             self._home.set_parameters(changed)
@@ -112,12 +132,12 @@ class _Feed:
     """What arrives on one topic, on its way into the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
-                 qos: QoSProfile | int) -> None:
+                 qos: QoSProfile | int, names: Rename) -> None:
         self._buffer = buffer
         self._node = node
         self._static = static
         self._thread: threading.Thread | None = None
-        self._reader = WireReader()
+        self._reader = WireReader(names)
         self._authority = Authority(node, topic)
         buffer.name_later(self._authority)
         # In a group of its own, for one of the node's callbacks may block and wait for this.
@@ -141,25 +161,14 @@ class _Feed:
         except WireError as error:
             self._buffer.refuse(Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error)))
             return
-        self._buffer.note(self._buffer.insert_batch(batch, authority, self._static))
+        if batch.edges:
+            self._buffer.note(self._buffer.insert_batch(batch, authority, self._static))
 
 
-def _companion(node: Node) -> Node:
-    """Return a small node beside another, which its executor does not see."""
-    clock_topic = node.resolve_topic_name('/clock')
-    overrides: list[Any] = [
-        node.get_parameter(_USE_SIM_TIME),
-        # A service that the receiver would never answer.
-        Parameter('start_type_description_service', value=False),
-    ]
-    return Node(
-        f'transform_listener_impl_{secrets.token_hex(6)}',
-        context=node.context,
-        namespace=node.get_namespace(),
-        # The topics are resolved by the other node already; a rename is meant for it alone.
-        use_global_arguments=False,
-        cli_args=['--ros-args', '-r', f'/clock:={clock_topic}'],
-        enable_rosout=False,
-        start_parameter_services=False,
-        parameter_overrides=overrides,
-    )
+def _home(node: Node | None, spin_thread: bool) -> Node:
+    """Return the node to put the subscriptions on."""
+    if node is None and not spin_thread:
+        raise ValueError('spin_thread=False needs a node of yours, for you to spin')
+    if node is None:
+        return node_of_its_own(_NAME)
+    return companion(node, _NAME) if spin_thread else node

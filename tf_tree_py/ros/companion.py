@@ -1,0 +1,47 @@
+"""Small nodes that nobody else spins, for what has to be served while a user's node is busy."""
+
+import secrets
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+USE_SIM_TIME = 'use_sim_time'
+
+_OPTIONS = {'enable_rosout': False, 'start_parameter_services': False}
+# A service that a receiver would never answer.
+_NO_TYPE_DESCRIPTION = Parameter('start_type_description_service', value=False)
+
+
+def companion(node: Node, name: str) -> Node:
+    """Return a node beside another, unseen by its executor, with its namespace and clock."""
+    clock_topic = node.resolve_topic_name('/clock')
+    overrides: list[Any] = [node.get_parameter(USE_SIM_TIME), _NO_TYPE_DESCRIPTION]
+    return Node(
+        _unique(name),
+        context=node.context,
+        namespace=node.get_namespace(),
+        # The topics are resolved by the other node already; a rename is meant for it alone.
+        use_global_arguments=False,
+        cli_args=['--ros-args', '-r', f'/clock:={clock_topic}'],
+        parameter_overrides=overrides,
+        **_OPTIONS,
+    )
+
+
+def node_of_its_own(name: str) -> Node:
+    """
+    Return a node that goes by the command line, except for its name.
+
+    :raises RuntimeError: ROS is not initialised.
+    """
+    if not rclpy.ok():
+        raise RuntimeError('Without a node, rclpy.init() has to be called first')
+    name = _unique(name)
+    return Node(name, cli_args=['--ros-args', '-r', f'__node:={name}'],
+                parameter_overrides=[_NO_TYPE_DESCRIPTION], **_OPTIONS)
+
+
+def _unique(name: str) -> str:
+    return f'{name}_{secrets.token_hex(6)}'
