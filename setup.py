@@ -10,6 +10,7 @@ executables = [
     'five_frame_listener',
     'five_frame_publisher',
     'static_transform_publisher',
+    'tf_relay',
 ]
 
 setup(

@@ -29,6 +29,7 @@ _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
 _ENCAPSULATION_BYTES = 4
 _HEAD_BYTES = 8  # encapsulation and count
 _FIRST_LENGTH, _FIRST_NAME = 16, 20  # behind encapsulation, count, sec, nanosec
+_MAX_SEC = 2**31 - 1
 # The smallest transform: a stamp, two empty names, a pose, without padding.
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
@@ -98,13 +99,15 @@ def write(samples: Collection[Sample]) -> bytes:
     """
     Return a TFMessage of these transforms, serialized.
 
-    :raises struct.error: a stamp that does not fit into the message's 32 bits.
+    :raises struct.error: a stamp that no message can hold.
     """
     data = bytearray(_HEAD_BYTES)
     struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
     for parent, child, stamp, pose in samples:
         _align(data, 4)
-        data += struct.pack('<iI', *divmod(stamp, NANOSECONDS_PER_SECOND))
+        # A message may count more than a second of nanoseconds, and then the last second fits.
+        sec = min(stamp // NANOSECONDS_PER_SECOND, _MAX_SEC)
+        data += struct.pack('<iI', sec, stamp - sec * NANOSECONDS_PER_SECOND)
         for name in (parent.encode() + b'\0', child.encode() + b'\0'):
             _align(data, 4)
             data += struct.pack('<I', len(name)) + name

@@ -4,7 +4,7 @@ ROS parameters, each described once: for the node, for ``--help``, for the error
 None of them can change while the node runs; who tries is told so.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,22 +17,24 @@ from .bad_input import BadInput
 @dataclass(frozen=True)
 class Setting:
     """
-    One parameter of a node: a string, or with limits a number.
+    One parameter of a node: a string, a list of strings, or with limits a number.
 
     :ivar limits: the least and the most that a number may be.
     """
 
     name: str
-    default: str | float
+    default: str | float | Sequence[str]
     meaning: str
     limits: tuple[float, float] | None = None
 
-    def check(self, given: Any) -> str | float:
+    def check(self, given: Any) -> str | float | list[str]:
         """
         Return a given value in the parameter's type.
 
         :raises BadInput: it is of another type, or out of range.
         """
+        if not isinstance(self.default, str | float):
+            return self._check_names(given)
         if self.limits is None:
             if isinstance(given, str):
                 return given
@@ -43,6 +45,14 @@ class Setting:
             return float(given)
         raise BadInput(f'parameter {self.name} has to be a number from {lowest} to {highest}, '
                        f'not {given!r}')
+
+    def _check_names(self, given: Any) -> list[str]:
+        # ROS makes None of [], and people leave out the brackets around one name.
+        names = [] if given is None else [given] if isinstance(given, str) else given
+        if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
+            raise BadInput(f'parameter {self.name} has to be a list of strings, not {given!r}')
+        # What people write for an empty list where ROS wants to know of what.
+        return [name for name in names if name]
 
     def descriptor(self) -> ParameterDescriptor:
         """Return what ``ros2 param describe`` shows."""
@@ -66,7 +76,7 @@ def declare(node: Node, settings: Iterable[Setting]) -> dict[str, Any]:
     return {setting.name: _declare(node, setting) for setting in settings}
 
 
-def _declare(node: Node, setting: Setting) -> str | float:
+def _declare(node: Node, setting: Setting) -> str | float | list[str]:
     # Twice: first to see what is given whatever its type, then with its type for good.
     anything = ParameterDescriptor(dynamic_typing=True)
     value = setting.check(node.declare_parameter(setting.name, setting.default, anything).value)

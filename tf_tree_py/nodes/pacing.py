@@ -1,0 +1,70 @@
+"""How often what moves is passed on; no ROS, and no clock of its own."""
+
+from collections.abc import Iterable
+
+from tf_tree_py.core.sample import Sample
+
+
+class Pacing:
+    """
+    Lets at most one sample of each frame through in a period, the newest.
+
+    What comes after a pause goes at once. What comes too soon waits for its frame's
+    turn unless a newer one takes its place, so the last pose of what stops moving is
+    never lost. Costs O(1) a sample, and memory for frames that moved of late only.
+    """
+
+    def __init__(self, period: float) -> None:
+        """
+        Begin with nobody waiting.
+
+        :param period: nanoseconds.
+        """
+        self._period = period
+        # When each frame may go again; the next first, for time does not run backwards.
+        self._turns: dict[str, float] = {}
+        self._waiting: dict[str, Sample] = {}
+
+    @property
+    def next_turn(self) -> float | None:
+        """Return when to ask for what is due, None while nothing can be."""
+        return next(iter(self._turns.values()), None)
+
+    def offer(self, samples: Iterable[Sample], now: int) -> list[Sample]:
+        """
+        Take samples, and return those that may go at once.
+
+        :param now: nanoseconds of a clock that never goes back.
+        """
+        going: dict[str, Sample] = {}
+        for sample in samples:
+            child = sample.child
+            if self._turns.get(child, now) <= now or child in going:
+                going[child] = _newer(sample, going.get(child) or self._waiting.pop(child, None))
+                self._next_turn_of(child, now)
+            else:
+                self._waiting[child] = _newer(sample, self._waiting.get(child))
+        return list(going.values())
+
+    def due(self, now: int) -> list[Sample]:
+        """Return those that waited and may go by now."""
+        over = []
+        for child, turn in self._turns.items():
+            if turn > now:
+                break
+            over.append(child)
+        going = []
+        for child in over:
+            del self._turns[child]
+            if child in self._waiting:
+                going.append(self._waiting.pop(child))
+                self._next_turn_of(child, now)
+        return going
+
+    def _next_turn_of(self, child: str, now: int) -> None:
+        self._turns.pop(child, None)
+        self._turns[child] = now + self._period
+
+
+def _newer(sample: Sample, other: Sample | None) -> Sample:
+    return sample if other is None or sample.stamp >= other.stamp else other
