@@ -25,8 +25,8 @@ LAYERS = {
 # Inside the core a file imports only files above it.
 CORE = [
     'stamp', 'errors', 'so3', 'se3', 'pose', 'se2', 'many', 'history', 'path', 'incidents',
-    'sample', 'tree', 'waiters', 'deadline', 'frame_names', 'wire', 'queries', 'buffer_core',
-    'deskew', 'twist', 'audit', 'report',
+    'sample', 'tree', 'waiters', 'deadline', 'frame_names', 'wire', 'queries', 'future_guard',
+    'jump_back', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}
 

@@ -162,11 +162,12 @@ def test_old_data_is_counted_and_its_likely_cause_told(buffer, talker, log):
         assert words in log()
 
 
-def test_far_future_stamp_makes_all_after_it_old_and_is_told(buffer, talker):
+def test_far_future_stamp_makes_all_after_it_old_and_is_told(buffer, talker, log):
     send_and_settle(talker, buffer, message(transform('map', 'odom', 2_000_000_000.0)),
                     *[message(transform('map', 'odom', 100.0 + i)) for i in range(5)])
-    assert incidents(buffer) == {Kind.OLD_DATA: 5}
+    assert incidents(buffer) == {Kind.AHEAD_OF_CLOCK: 1, Kind.OLD_DATA: 5}
     assert buffer.lookup_transform('map', 'odom', LATEST).header.stamp.sec == 2_000_000_000
+    until(lambda: 'The newest stamp of this edge is' in log())
 
 
 @pytest.mark.parametrize('stamp', [-2**31, -1, 0, 1, 2**31 - 1])
@@ -175,7 +176,7 @@ def test_any_stamp_that_a_message_can_carry_is_taken(buffer, talker, stamp):
     sent.header.stamp.sec = stamp
     sent.header.stamp.nanosec = 4_294_967_295
     send_and_settle(talker, buffer, message(sent))
-    assert incidents(buffer) == {}
+    assert buffer.statistics().refused == 0
     assert buffer.can_transform('map', 'odom', LATEST)
 
 

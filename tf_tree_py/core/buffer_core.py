@@ -5,16 +5,20 @@ Every public method may be called from any thread. Nothing of a caller's, and no
 long computation, runs while the lock is held.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
+from dataclasses import replace
+from operator import attrgetter
 import threading
 from typing import TypeVar
 
 import numpy as np
 
 from .deadline import Deadline, WallDeadline
-from .errors import TransformException
-from .incidents import Incident, Statistics
+from .errors import ClockJumpException, TransformException
+from .future_guard import FutureGuard
+from .incidents import Incident, Kind, Statistics
+from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
 from .queries import Queries
 from .sample import Batch, checked, checked_stamp, Sample, unit_poses
@@ -29,6 +33,8 @@ DEFAULT_CACHE_TIME = from_seconds(10.0)
 DEFAULT_MAX_FRAMES = 20_000
 DEFAULT_AUTHORITY = 'default_authority'
 
+_stamp_of = attrgetter('stamp')
+
 
 class BufferCore(Queries):
     """
@@ -39,16 +45,26 @@ class BufferCore(Queries):
 
     :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given.
     :param max_frames: how many frame names are let in, against a hostile publisher.
+    :param now: the clock that stamps go by, nanoseconds, such as ``time.time_ns``; what
+        is far ahead of it is told. None: stamps may be of any time.
+    :param max_future: how far ahead of it a stamp may be, nanoseconds; what is further
+        is refused. None: it is taken, as tf2 does.
+    :param clear_on_jump_back: forget what moves when stamps jump back by more than so
+        many nanoseconds, as those of a looping bag do: see ``JumpBack``. None: refuse
+        what is older than the window, as tf2 does.
     """
 
     def __init__(self, cache_time: int | None = None, *,
-                 max_frames: int = DEFAULT_MAX_FRAMES) -> None:
+                 max_frames: int = DEFAULT_MAX_FRAMES, now: Callable[[], int] | None = None,
+                 max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
         if cache_time is not None and cache_time < 0:
             raise ValueError(f'cache_time is {cache_time} ns, and cannot be negative')
         super().__init__(
             Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames))
         self._waiters = Waiters()
         self._statistics = Statistics()
+        self._guard = FutureGuard(now, max_future)
+        self._jump_back = None if clear_on_jump_back is None else JumpBack(clear_on_jump_back)
 
     # --- inserting
 
@@ -71,23 +87,20 @@ class BufferCore(Queries):
                     static: bool = False) -> list[Incident]:
         """Take transforms under one lock; see ``insert``."""
         samples = list(samples)
-        with self._lock:
-            version = self._tree.version
-            incidents = self._insert_each(samples, authority, static)
-            ready = self._take_ready((sample.child for sample in samples), version)
-        wake_all(ready)
-        return incidents
+        return self._insert(samples, [sample.stamp for sample in samples], authority, static)
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:
         """Take a whole message under one lock; see ``insert``."""
         poses = None
-        if not static and isinstance(batch.poses, np.ndarray):
+        if (not static and isinstance(batch.poses, np.ndarray)
+                and not self._guard.is_too_far(max(batch.stamps, default=LATEST))):
             poses = unit_poses(batch.poses)
         if poses is None:
-            return self.insert_many(batch.samples(), authority, static)
+            return self._insert(batch.samples(), batch.stamps, authority, static)
         packed = poses.tobytes()
         incidents: list[Incident] = []
+        told = self._follow(batch.edges, batch.stamps, authority) if self._jump_back else []
         with self._lock:
             version = self._tree.version
             taken = self._tree.append_batch(batch, packed, authority)
@@ -96,7 +109,19 @@ class BufferCore(Queries):
                 incidents = self._insert_each(batch.samples()[taken:], authority, static)
             ready = self._take_ready((child for _, child in batch.edges), version)
         wake_all(ready)
-        return incidents
+        return told + self._explained(incidents) if told or incidents else incidents
+
+    def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
+                static: bool) -> list[Incident]:
+        told: list[Incident] = []
+        if stamps and not static and (self._jump_back or max(stamps) > self._guard.limit):
+            samples, told = self._in_time(samples, authority)
+        with self._lock:
+            version = self._tree.version
+            incidents = self._insert_each(samples, authority, static)
+            ready = self._take_ready((sample.child for sample in samples), version)
+        wake_all(ready)
+        return told + self._explained(incidents) if told or incidents else incidents
 
     def _insert_each(self, samples: Iterable[Sample], authority: str,
                      static: bool) -> list[Incident]:
@@ -115,6 +140,43 @@ class BufferCore(Queries):
             accepted += not (told and told[-1].refused)
         self._count(accepted, incidents)
         return incidents
+
+    def _in_time(self, samples: list[Sample],
+                 authority: str) -> tuple[list[Sample], list[Incident]]:
+        """Return the samples that are not refused for their stamps, and what to tell."""
+        told: list[Incident] = []
+        guard = self._guard
+        if guard.is_too_far(max(map(_stamp_of, samples))):
+            with self._lock:
+                samples, told = guard.part(samples, authority, self._tree.histories)
+                self._count(0, told)
+        if self._jump_back:
+            told += self._follow([sample[:2] for sample in samples],
+                                 [sample.stamp for sample in samples], authority)
+        return samples, told
+
+    def _follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
+                authority: str) -> list[Incident]:
+        """Forget what moves if these stamps show that another run has begun, and tell it."""
+        if not self._jump_back or not edges:
+            return []
+        with self._lock:
+            incident = self._jump_back.follow(edges, stamps, authority, self._tree.histories)
+            if incident is None:
+                return []
+            self._count(0, [incident])
+            self._forget()
+        self._give_up('All stamps went back, as those of a bag that loops,')
+        return [incident]
+
+    def _explained(self, incidents: list[Incident]) -> list[Incident]:
+        """Return incidents that say why data is old."""
+        return [replace(incident, detail=f'{incident.detail}. {self._why_old(incident.newest)}')
+                if incident.kind is Kind.OLD_DATA else incident for incident in incidents]
+
+    def _why_old(self, newest: int) -> str:
+        return self._guard.why_old(newest) or (
+            WHY_OLD if self._jump_back else f'{WHY_OLD}. {CURE}')
 
     def record(self, incident: Incident) -> None:
         """Count something that went wrong before there was a sample to insert."""
@@ -208,7 +270,27 @@ class BufferCore(Queries):
     def clear(self) -> None:
         """Forget what moves; frame names and static edges stay, as in tf2."""
         with self._lock:
-            self._tree.clear()
+            self._forget()
+            if self._jump_back:
+                self._jump_back.begin()
+
+    def start_anew(self, why: str) -> None:
+        """
+        Forget what moves, because another time has begun, and tell everybody who waits.
+
+        :param why: the beginning of a sentence.
+        """
+        self.clear()
+        self._give_up(why)
+
+    def _forget(self) -> None:
+        self._tree.clear()
+        # A new one, so that a thread that just read the clock does not spoil it.
+        self._guard = self._guard.renewed()
+
+    def _give_up(self, why: str) -> None:
+        self.fail_waiters(ClockJumpException(
+            f'{why} while this was waited for; the buffer was cleared'))
 
     def remove_frame(self, frame: str) -> bool:
         """

@@ -9,6 +9,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from enum import Enum
 
+from .stamp import LATEST
+
 
 class Kind(Enum):
     """The kinds of incident; those in ``REMARKS`` were taken all the same."""
@@ -19,14 +21,18 @@ class Kind(Enum):
     NOT_FINITE = 'NaN or infinity'
     ZERO_ROTATION = 'all-zero quaternion'
     OLD_DATA = 'older than the buffer keeps'
+    FAR_FUTURE = 'too far in the future'
     LOOP = 'would close a loop'
     TOO_MANY_FRAMES = 'too many frames'
     SECOND_PARENT = 'two publishers, two parents'
     KIND_CHANGE = 'static and dynamic'
     STALE_EDGE_DROPPED = 'stale edge dropped'
+    AHEAD_OF_CLOCK = 'ahead of the clock'
+    JUMP_BACK = 'stamps jumped back'
 
 
-REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED})
+REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED,
+                     Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
 
 
 _ONE_OF = 'one of '
@@ -53,6 +59,8 @@ class Incident:
     authority: str
     detail: str
     """One sentence: why, what was kept, and the likely culprit."""
+    newest: int = LATEST
+    """The newest stamp of the edge, where that is why it was refused."""
 
     @property
     def refused(self) -> bool:

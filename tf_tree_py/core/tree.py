@@ -211,8 +211,8 @@ class Tree:
             Kind.OLD_DATA, parent, history.child, stamp, authority,
             f'its stamp {format_stamp(stamp)} is {format_span(history.latest_stamp - stamp)} '
             f'older than the newest, {format_stamp(history.latest_stamp)}, and the buffer keeps '
-            f'{format_span(self.cache_time)}. A bag that loops, a clock that jumped, or a second '
-            f'publisher: the last one heard was {history.authority!r}')
+            f'{format_span(self.cache_time)}; the last one heard was {history.authority!r}',
+            history.latest_stamp)
 
     def _remarks(self, history: History | None, parent: str, child: str, stamp: int,
                  authority: str, static: bool) -> list[Incident]:

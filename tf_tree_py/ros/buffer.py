@@ -21,7 +21,7 @@ from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.audit import LookupAudit
 from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
-from tf_tree_py.core.errors import ClockJumpException, TransformException
+from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.incidents import Incident
 
 from .authority import Authority
@@ -48,7 +48,9 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
-                 wall_guard: Duration | None = None, audit: bool = False) -> None:
+                 wall_guard: Duration | None = None, audit: bool = False,
+                 max_future: Duration | None = None,
+                 clear_on_jump_back: Duration | None = None) -> None:
         """
         Make an empty buffer.
 
@@ -58,11 +60,18 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         :param wall_guard: with simulated time, the longest that a lookup may wait by
             the wall, should ``/clock`` stand still; None: as long as it does.
         :param audit: watch what lookups ask for; ``self.audit`` tells, else it is None.
+        :param max_future: how far ahead of the buffer's clock a stamp may be; what is
+            further is refused. None: it is taken, and told from 10 s on.
+        :param clear_on_jump_back: forget what moves when stamps jump back by more than
+            that, as those of a bag that is played in a loop without ``/clock`` do: more
+            than any publisher is late, less than the bag is long. None: refuse them.
         """
-        super().__init__(None if cache_time is None else as_nanoseconds(cache_time),
-                         max_frames=max_frames)
-        self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
         self._watch = ClockWatch(self._on_jump_back)
+        super().__init__(
+            _nanoseconds_or_none(cache_time), max_frames=max_frames, now=self._now,
+            max_future=_nanoseconds_or_none(max_future),
+            clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
+        self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
         self._feeds = 0
         # Not their identifiers: those are given to other threads later.
         self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
@@ -153,10 +162,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self._watch.follow(clock)
 
     def _on_jump_back(self, jump: TimeJump) -> None:
-        self.clear()
-        self.fail_waiters(ClockJumpException(
-            f'The clock jumped by {jump.delta.nanoseconds / 1e9:.3f} s, or changed its source, '
-            'while this was waited for; the buffer was cleared'))
+        self.start_anew(
+            f'The clock jumped by {jump.delta.nanoseconds / 1e9:.3f} s, or changed its source,')
 
     # --- asking
 
@@ -253,6 +260,10 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
                       response: FrameGraph.Response) -> FrameGraph.Response:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
+
+
+def _nanoseconds_or_none(duration: Duration | None) -> int | None:
+    return None if duration is None else as_nanoseconds(duration)
 
 
 def _debug_tuple_of(wanted: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
