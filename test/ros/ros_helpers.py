@@ -3,6 +3,7 @@
 import time
 
 from geometry_msgs.msg import TransformStamped
+from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rclpy.time import Time
@@ -20,8 +21,8 @@ SIM_TIME = {'parameter_overrides': [Parameter('use_sim_time', value=True)]}
 
 
 def at(seconds):
-    """Return seconds as a ``Time``."""
-    return Time(nanoseconds=round(seconds * 1e9))
+    """Return seconds as a ``Time`` of ROS, simulated or not."""
+    return Time(nanoseconds=round(seconds * 1e9), clock_type=ClockType.ROS_TIME)
 
 
 def lasting(seconds):

@@ -43,7 +43,7 @@ def test_answer_takes_coordinates_in_the_source_to_the_target(buffer):
     Time(), Time(seconds=0).to_msg(), transform('a', 'b', 0.0).header.stamp, Duration()])
 def test_time_zero_is_the_latest_common_time(buffer, time):
     assert buffer.lookup_transform('map', 'camera', time).header.stamp.sec == 3
-    assert buffer.get_latest_common_time('map', 'camera') == at(3.0)
+    assert buffer.get_latest_common_time('map', 'camera') == Time(seconds=3)
 
 
 def test_latest_common_time_of_statics_is_zero(buffer):

@@ -43,6 +43,10 @@ class BufferCore(OurBuffer):
             for guard in self._guards[:]:
                 self._trigger(guard)
 
+    def _is_simulated(self) -> bool:
+        # To tf2 a Time is its nanoseconds, and its programs make such of any clock type.
+        return False
+
     def wake_executor_of(self, node: Node) -> None:
         """
         Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.

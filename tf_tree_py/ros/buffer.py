@@ -27,7 +27,7 @@ from tf_tree_py.core.incidents import Incident
 from .authority import Authority
 from .buffer_interface import BufferInterface, NO_TIME
 from .clock import ClockDeadline, ClockWatch
-from .convert import as_nanoseconds, as_sample, transform_stamped
+from .convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
 from .core_api import CoreApi
 from .futures import AsyncLookups
 from .incident_log import IncidentLog
@@ -161,6 +161,9 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
         self._watch.follow(clock)
 
+    def _is_simulated(self) -> bool:
+        return self._watch.simulated_now() is not None
+
     def _on_jump_back(self, jump: TimeJump) -> None:
         self.start_anew(
             f'The clock jumped by {jump.delta.nanoseconds / 1e9:.3f} s, or changed its source,')
@@ -178,9 +181,10 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         :raises LookupException: a frame that nobody published.
         :raises ConnectivityException: nothing joins the two.
         :raises ExtrapolationException: an edge between them has no data for the time.
-        :raises InvalidArgumentException: a name that cannot be a frame.
+        :raises InvalidArgumentException: a name that cannot be a frame, or a ``Time`` of
+            another clock than that of the stamps.
         """
-        stamp = as_nanoseconds(time)
+        stamp = as_stamp(time, self._is_simulated)
 
         if timeout is NO_TIME:
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
@@ -198,7 +202,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         Through a frame that stays put meanwhile: (target <- fixed at target_time)
         (fixed <- source at source_time). Parameters and errors as ``lookup_transform``.
         """
-        stamps = as_nanoseconds(target_time), as_nanoseconds(source_time)
+        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
         found, pose = self._within(timeout, lambda: self.lookup_full_stamped(
             target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
         return transform_stamped(target_frame, source_frame, found, pose)

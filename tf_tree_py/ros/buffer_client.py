@@ -5,13 +5,14 @@ from typing import Any
 import weakref
 
 from geometry_msgs.msg import TransformStamped
+from rclpy.clock import ROSClock
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
 
 from .buffer import _debug_tuple_of
 from .buffer_interface import BufferInterface
-from .convert import as_nanoseconds
+from .convert import as_nanoseconds, as_stamp
 from .futures import LookupCoroutines
 from .goal_client import GoalClient
 from .lookup_call import LookupCall
@@ -129,14 +130,22 @@ class BufferClient(BufferInterface, LookupCoroutines):
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
                                  timeout: Any = None) -> LookupCall:
         """Return a future of the transform; a timeout of None waits as long as it takes."""
-        return self._begin(simple_goal(target_frame, source_frame, time), timeout)
+        return self._begin(simple_goal(target_frame, source_frame, self._as_stamp(time)), timeout)
 
     def wait_for_transform_full_async(
             self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
             fixed_frame: str, timeout: Any = None) -> LookupCall:
         """Return a future of the transform between two times, likewise."""
         return self._begin(full_goal(
-            target_frame, target_time, source_frame, source_time, fixed_frame), timeout)
+            target_frame, self._as_stamp(target_time), source_frame, self._as_stamp(source_time),
+            fixed_frame), timeout)
+
+    def _as_stamp(self, time: Any) -> int:
+        return as_stamp(time, self._is_simulated)
+
+    def _is_simulated(self) -> bool:
+        clock = self.node.get_clock()
+        return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
     def _begin(self, goal: LookupTransform.Goal, timeout: Any) -> LookupCall:
         timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9

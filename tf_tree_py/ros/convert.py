@@ -11,6 +11,8 @@ from typing import Any
 
 from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from rclpy.clock_type import ClockType
+from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.frame_names import Rename
@@ -18,6 +20,9 @@ from tf_tree_py.core.pose import Pose
 from tf_tree_py.core.sample import Sample
 from tf_tree_py.core.se3 import PoseTuple
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+
+_ROS_TIME = ClockType.ROS_TIME.value
+_STEADY_TIME = ClockType.STEADY_TIME.value
 
 
 def as_nanoseconds(time: Any) -> int:
@@ -37,6 +42,34 @@ def as_nanoseconds(time: Any) -> int:
                 f'{time!r} is no time: pass an rclpy.time.Time, a header.stamp, '
                 'or an rclpy.duration.Duration') from None
     return nanoseconds  # type: ignore[no-any-return]
+
+
+def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
+    """
+    Return a time to look up as integer nanoseconds.
+
+    Zero is the latest, whatever its clock.
+
+    :param time: an rclpy ``Time``, or a message's, or as ``as_nanoseconds`` takes them.
+    :param is_simulated: tells whether ROS time is another than the system's.
+    :raises InvalidArgumentException: none of these, or a ``Time`` of another clock than
+        that of the stamps.
+    """
+    stamp = as_nanoseconds(time)
+    if stamp and isinstance(time, Time):
+        # rclpy's enumerations are several times slower to compare.
+        kind = time.clock_type.value
+        if kind != _ROS_TIME and (kind == _STEADY_TIME or is_simulated()):
+            raise InvalidArgumentException(_other_clock(time))
+    return stamp
+
+
+def _other_clock(time: Time) -> str:
+    why = ('counts from when the machine started' if time.clock_type.value == _STEADY_TIME
+           else 'is not that of the stamps while time is simulated')
+    return (f'{time!r} is of a clock that {why}: pass the header.stamp of the message that you '
+            'work on, node.get_clock().now(), or Time() for the latest. A Time that is made by '
+            'hand needs clock_type=ClockType.ROS_TIME')
 
 
 def time_message(stamp: int) -> TimeMessage:

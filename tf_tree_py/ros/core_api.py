@@ -3,6 +3,7 @@
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
+from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from tf_tree_py.core import report
 from tf_tree_py.core.buffer_core import BufferCore
@@ -10,7 +11,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.so3 import Vector3
 from tf_tree_py.core.twist import lookup_velocity
 
-from .convert import as_nanoseconds, transform_stamped
+from .convert import as_nanoseconds, as_stamp, transform_stamped
 
 
 class CoreApi(BufferCore):
@@ -20,25 +21,32 @@ class CoreApi(BufferCore):
     The names with a leading underscore are used by tf2's own tools and by people.
     """
 
+    def _is_simulated(self) -> bool:
+        """Return whether stamps are of another clock than the system's."""
+        return False
+
+    def _as_stamp(self, time: Any) -> int:
+        return as_stamp(time, self._is_simulated)
+
     def lookup_transform_core(self, target_frame: str, source_frame: str,
                               time: Any) -> TransformStamped:
         """Return the transform from source to target, or raise at once."""
-        stamp, pose = self.lookup_stamped(target_frame, source_frame, as_nanoseconds(time))
+        stamp, pose = self.lookup_stamped(target_frame, source_frame, self._as_stamp(time))
         return transform_stamped(target_frame, source_frame, stamp, pose)
 
     def lookup_transform_full_core(self, target_frame: str, target_time: Any, source_frame: str,
                                    source_time: Any, fixed_frame: str) -> TransformStamped:
         """Return the transform between two times, or raise at once."""
         stamp, pose = self.lookup_full_stamped(
-            target_frame, as_nanoseconds(target_time), source_frame, as_nanoseconds(source_time),
-            fixed_frame)
+            target_frame, self._as_stamp(target_time), source_frame,
+            self._as_stamp(source_time), fixed_frame)
         return transform_stamped(target_frame, source_frame, stamp, pose)
 
     def can_transform_core(self, target_frame: str, source_frame: str,
                            time: Any) -> tuple[bool, str]:
         """Return whether the lookup would succeed, and if not, why."""
         try:
-            self.lookup_stamped(target_frame, source_frame, as_nanoseconds(time))
+            self.lookup_stamped(target_frame, source_frame, self._as_stamp(time))
         except TransformException as error:
             return (False, str(error))
         return (True, '')
@@ -55,7 +63,10 @@ class CoreApi(BufferCore):
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """Return the newest time for which all edges between two frames have data."""
-        return Time(nanoseconds=self.latest_common_time(target_frame, source_frame))
+        # In simulated time one that can be looked up; else as tf2's, for it is compared.
+        kind = ClockType.ROS_TIME if self._is_simulated() else ClockType.SYSTEM_TIME
+        return Time(nanoseconds=self.latest_common_time(target_frame, source_frame),
+                    clock_type=kind)
 
     def all_frames_as_yaml(self) -> str:
         """Return what is stored of every edge, as tf2 writes it."""
@@ -73,7 +84,7 @@ class CoreApi(BufferCore):
         Right for rotating frames: ``tf_tree_py.lookup_twist``.
         """
         velocity = lookup_velocity(self, tracking_frame, observation_frame,
-                                   as_nanoseconds(time), as_nanoseconds(averaging_interval))
+                                   self._as_stamp(time), as_nanoseconds(averaging_interval))
         return velocity.linear, velocity.angular
 
     def lookupVelocityFullCore(self, tracking_frame: str, observation_frame: str,
@@ -82,7 +93,7 @@ class CoreApi(BufferCore):
                                averaging_interval: Any) -> tuple[Vector3, Vector3]:
         """Return the velocity of a point, in the axes of a reference frame; as above."""
         velocity = lookup_velocity(
-            self, tracking_frame, observation_frame, as_nanoseconds(time),
+            self, tracking_frame, observation_frame, self._as_stamp(time),
             as_nanoseconds(averaging_interval), reference_frame=reference_frame,
             reference_point=reference_point, reference_point_frame=reference_point_frame)
         return velocity.linear, velocity.angular
@@ -99,6 +110,6 @@ class CoreApi(BufferCore):
     def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
                fixed_frame: str) -> list[str]:
         """Return the frames from the source over the fixed one to the target."""
-        to_fixed = self.frames_between(fixed_frame, source_frame, as_nanoseconds(source_time))
+        to_fixed = self.frames_between(fixed_frame, source_frame, self._as_stamp(source_time))
         return to_fixed[:-1] + self.frames_between(
-            target_frame, fixed_frame, as_nanoseconds(target_time))
+            target_frame, fixed_frame, self._as_stamp(target_time))

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import rclpy.logging
-from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py.core.deskew import deskew
@@ -57,8 +56,8 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
 
     if timeout is not None:
         last = int(stamps.max(initial=LATEST))
-        buffer.lookup_transform(fixed_frame, source_frame, Time(nanoseconds=last), timeout)
-        buffer.lookup_transform(target_frame, fixed_frame, Time(nanoseconds=reference), timeout)
+        buffer.lookup_transform(fixed_frame, source_frame, time_message(last), timeout)
+        buffer.lookup_transform(target_frame, fixed_frame, time_message(reference), timeout)
     if reference == LATEST:
         reference, _ = buffer.lookup_stamped(target_frame, fixed_frame)
     points[timed] = deskew(

@@ -241,7 +241,7 @@ class AsyncLookups(LookupCoroutines, BufferCore):
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
                                  timeout: Any = None) -> TransformFuture:
         """Return a future of the transform."""
-        stamp = as_nanoseconds(time)
+        stamp = self._as_stamp(time)
         return TransformFuture(
             self, (target_frame, source_frame),
             lambda: self.lookup_stamped(target_frame, source_frame, stamp), timeout)
@@ -250,7 +250,7 @@ class AsyncLookups(LookupCoroutines, BufferCore):
             self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
             fixed_frame: str, timeout: Any = None) -> TransformFuture:
         """Return a future of the transform between two times."""
-        stamps = as_nanoseconds(target_time), as_nanoseconds(source_time)
+        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
         return TransformFuture(
             self, (target_frame, source_frame),
             lambda: self.lookup_full_stamped(

@@ -4,7 +4,6 @@ The ``LookupTransform`` action on the wire: goals, results, and how an error tra
 What client and server have to agree on, with each other and with tf2's.
 """
 
-from typing import Any
 
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import TransformStamped
@@ -20,7 +19,7 @@ from tf_tree_py.core.errors import (
     TransformException,
 )
 
-from .convert import as_nanoseconds, time_message
+from .convert import time_message
 
 ACTION_NAME = 'tf2_buffer_server'
 
@@ -46,17 +45,17 @@ def service_qos() -> QoSProfile:
                       durability=DurabilityPolicy.VOLATILE)
 
 
-def simple_goal(target_frame: str, source_frame: str, time: Any) -> LookupTransform.Goal:
+def simple_goal(target_frame: str, source_frame: str, stamp: int) -> LookupTransform.Goal:
     """Return the goal for a lookup at one time, without a timeout."""
     return LookupTransform.Goal(target_frame=target_frame, source_frame=source_frame,
-                                source_time=time_message(as_nanoseconds(time)))
+                                source_time=time_message(stamp))
 
 
-def full_goal(target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+def full_goal(target_frame: str, target_stamp: int, source_frame: str, source_stamp: int,
               fixed_frame: str) -> LookupTransform.Goal:
     """Return the goal for a lookup between two times, without a timeout."""
-    goal = simple_goal(target_frame, source_frame, source_time)
-    goal.target_time = time_message(as_nanoseconds(target_time))
+    goal = simple_goal(target_frame, source_frame, source_stamp)
+    goal.target_time = time_message(target_stamp)
     goal.fixed_frame = fixed_frame
     goal.advanced = True
     return goal
