@@ -95,7 +95,7 @@ def test_refused_loop_is_told_frame_by_frame_with_both_publishers():
     assert "'odom' -> 'base_link' from 'localiser'" in text
     assert "'map' -> 'odom' from 'localiser'" in text
     assert "from 'tracker'" in text
-    assert "stop 'tracker', or the other" in text
+    assert 'stop the sender of this, or the other' in text
     assert text.startswith("Refused transform 'base_link' -> 'map'")
 
 

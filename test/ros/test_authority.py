@@ -1,9 +1,12 @@
 """Names of publishers, also of those that the graph does not know yet: no real one does so."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+from tf_tree_py import Incident
+from tf_tree_py.core import Kind
 from tf_tree_py.ros import authority
 from tf_tree_py.ros.authority import Authority
 
@@ -61,6 +64,29 @@ def test_known_name_is_asked_for_once_a_second(graph, clock):
     clock.now += 0.02
     graph.publishers.append(('/', 'slam'))
     assert who.name() == 'one of /amcl, /slam'
+
+
+def test_name_that_is_about_to_be_told_is_asked_for_again(graph, clock):
+    graph.publishers = [('/', 'amcl')]
+    who = Authority(graph, '/tf')
+    odd = [Incident(Kind.LOOP, 'map', 'odom', 1, who.name(), 'because')]
+    graph.publishers.append(('/', 'slam'))
+    (told,) = who.correct(odd)
+    assert told == replace(odd[0], authority='one of /amcl, /slam')
+    assert who.name() == 'one of /amcl, /slam'
+
+
+def test_flood_of_what_is_told_does_not_flood_the_graph(graph, clock):
+    graph.publishers = [('/', 'amcl')]
+    who = Authority(graph, '/tf')
+    odd = [Incident(Kind.LOOP, 'map', 'odom', 1, who.name(), 'because')]
+    for _ in range(1000):
+        assert who.correct([]) == []
+    assert graph.asked == 1
+    for _ in range(1000):
+        who.correct(odd)
+        clock.now += 0.001
+    assert graph.asked <= 1 + 21
 
 
 def test_missing_name_is_asked_for_again_soon(graph, clock):

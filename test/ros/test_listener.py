@@ -560,6 +560,29 @@ def test_of_several_publishers_all_are_named(make_node, listen, node):
     until(lambda: authority_of(buffer, 'camera') == 'one of /a, /b')
 
 
+def test_second_publisher_is_among_those_named_in_its_first_refusal(
+        make_node, listen, node, capfd):
+    """Though the name of the first is good for a second."""
+    buffer = listen(node)
+    Talker(make_node('first')).move(transform('map', 'odom'))
+    until(lambda: buffer.edges() and authority_of(buffer, 'odom') == '/first')
+    second = make_node('second')
+    publisher = second.create_publisher(TFMessage, '/tf', 10)
+    until(lambda: 'second' in [info.node_name for info in node.get_publishers_info_by_topic('/tf')]
+          and publisher.get_subscription_count() == 1)
+    publisher.publish(TFMessage(transforms=[transform('odom', 'map')]))
+    logged = ''
+
+    def is_told():
+        nonlocal logged
+        logged += capfd.readouterr().err
+        return 'would close a loop' in logged
+
+    until(is_told)
+    assert "Refused transform 'odom' -> 'map' from 'one of /first, /second'" in logged
+    assert "kept: 'map' -> 'odom' from '/first'" in logged
+
+
 def test_several_publishers_of_one_node_are_that_node(make_node, listen, node):
     talking = make_node('talking')
     Talker(talking).fix(transform('base', 'camera'))

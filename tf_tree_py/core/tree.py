@@ -202,7 +202,7 @@ class Tree:
         return Incident(
             Kind.LOOP, frames[0], child, stamp, authority,
             f'each frame the child of the next, {way} is a loop; kept: {kept}. '
-            f'Two nodes disagree about who is whose parent: stop {authority!r}, or the other')
+            'Two nodes disagree about who is whose parent: stop the sender of this, or the other')
 
     def _too_old(self, history: DynamicHistory, parent: str, stamp: int,
                  authority: str) -> Incident:

@@ -1,12 +1,13 @@
 """Who publishes on a topic, as far as the graph tells."""
 
 from contextlib import suppress
+from dataclasses import replace
 import math
 import time
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
-from tf_tree_py.core.incidents import one_of
+from tf_tree_py.core.incidents import Incident, one_of
 
 _REFRESH_S = 1.0
 _RETRY_S = 0.05
@@ -20,8 +21,8 @@ class Authority:
 
     A received message does not say who sent it; the graph says who might have. So
     with several publishers the honest answer is ``one of a, b``. The graph is asked
-    anew at most once a second, and more often while a name is missing: the first
-    message may be here before it.
+    anew at most once a second, and more often while a name is missing (the first
+    message may be here before it) or is about to be told.
 
     :ivar placeholder: what the name is until then.
     """
@@ -30,6 +31,7 @@ class Authority:
         self._node = node
         self._topic = topic
         self._ask_at = -math.inf
+        self._corrected_at = -math.inf
         self.placeholder = self._name = f'unknown publisher of {topic}'
 
     def name(self) -> str:
@@ -41,6 +43,21 @@ class Authority:
                 self._name = self._ask()
             self._ask_at = now + (_RETRY_S if self._name == self.placeholder else _REFRESH_S)
         return self._name
+
+    def correct(self, incidents: list[Incident]) -> list[Incident]:
+        """
+        Return incidents with the name as it is now: a second publisher may just have come.
+
+        :param incidents: of this topic, that have just happened.
+        """
+        if not incidents:
+            return incidents
+        now = time.monotonic()
+        if now >= self._corrected_at + _RETRY_S:
+            self._corrected_at = now
+            self._ask_at = now
+        name = self.name()
+        return [replace(incident, authority=name) for incident in incidents]
 
     def _ask(self) -> str:
         names = {

@@ -159,10 +159,12 @@ class _Feed:
         try:
             batch = self._reader.read(data)
         except WireError as error:
-            self._buffer.refuse(Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error)))
+            malformed = Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
+            self._buffer.refuse(*self._authority.correct([malformed]))
             return
         if batch.edges:
-            self._buffer.note(self._buffer.insert_batch(batch, authority, self._static))
+            incidents = self._buffer.insert_batch(batch, authority, self._static)
+            self._buffer.note(self._authority.correct(incidents))
 
 
 def _home(node: Node | None, spin_thread: bool) -> Node:
