@@ -18,6 +18,7 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
+from tf_tree_py.core import buffer_core
 from tf_tree_py.core.errors import ANY_STRUCTURE
 from tf_tree_py.core.sample import Batch
 from tf_tree_py.core.waiters import Waiter, Waiters
@@ -392,6 +393,21 @@ def test_failed_waiters_get_the_reason_each_for_itself(buffer):
         assert 'the clock jumped back (waited' in str(error)
     # One exception raised in three threads would mix up their tracebacks.
     assert len({id(error) for error in (*errors, reason)}) == 4
+
+
+def test_failure_reaches_who_is_just_being_woken(buffer, monkeypatch):
+    """As when the clock jumps back between the arrival of a transform and its effect."""
+    wake_all = buffer_core.wake_all
+
+    def wake_later(waiters):
+        monkeypatch.undo()
+        buffer.fail_waiters(TransformException('the clock jumped back'))
+        wake_all(waiters)
+
+    asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
+    monkeypatch.setattr(buffer_core, 'wake_all', wake_later)
+    buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
+    assert 'the clock jumped back (waited' in str(asker.joined())
 
 
 def test_those_who_come_after_a_failure_wait_again(buffer):

@@ -33,6 +33,7 @@ from tf_tree_py import (
     TransformException,
     TransformListener,
 )
+from tf_tree_py.core import buffer_core
 from tf_tree_py.ros import awaitable
 from tf_tree_py.ros.alarms import Alarms, Deadline
 from tf_tree_py.ros.clock import ClockWatch
@@ -224,6 +225,21 @@ def test_executor_that_cannot_be_found_goes_on_with_its_next_work(
     assert done.wait(PATIENCE_S)
 
 
+def test_events_executor_is_woken_too(buffer, context, pool):
+    """Spun with a timeout: that of the wheels does nothing without one."""
+    experimental = pytest.importorskip('rclpy.experimental')
+    executor = experimental.EventsExecutor(context=context)
+    for number in range(100):
+        stamp = 3.0 + number / 100.0
+        task = executor.create_task(buffer.lookup_transform_async, 'map', 'base', at(stamp))
+        spinning = pool.submit(executor.spin_until_future_complete, task, PATIENCE_S)
+        until_waiting(buffer)
+        move(buffer, stamp)
+        spinning.result(PATIENCE_S)
+        assert x_of(task.result()) == stamp
+    executor.shutdown()
+
+
 def test_executor_that_was_shut_down_is_left_alone(buffer, context):
     executor = SingleThreadedExecutor(context=context)
     task = executor.create_task(buffer.lookup_transform_async, 'map', 'base', at(3.0))
@@ -374,6 +390,22 @@ def test_clock_that_jumps_back_ends_the_wait(make_node, listen, sim_clock):
     sim_clock.show(5.0, buffer)
     assert gone.wait(PATIENCE_S)
     with pytest.raises(ClockJumpException, match='jumped by -5'):
+        future.result()
+
+
+def test_clock_that_jumps_back_while_it_is_just_being_woken_ends_the_wait(buffer, monkeypatch):
+    wake_all = buffer_core.wake_all
+
+    def wake_later(waiters):
+        monkeypatch.undo()
+        buffer.clear()
+        buffer.fail_waiters(ClockJumpException('jumped'))
+        wake_all(waiters)
+
+    future = wait_for(buffer, 3.0)
+    monkeypatch.setattr(buffer_core, 'wake_all', wake_later)
+    move(buffer, 3.0)
+    with pytest.raises(ClockJumpException, match='jumped'):
         future.result()
 
 

@@ -5,6 +5,7 @@ from concurrent.futures import wait
 import itertools
 import sys
 import threading
+from types import SimpleNamespace
 
 from filter_helpers import check, Inbox, move, point
 from geometry_msgs.msg import PointStamped, PoseStamped
@@ -20,7 +21,12 @@ from ros_helpers import (
     until,
     until_waiting,
 )
-from tf_tree_py import Buffer, TransformException, TransformListener
+from tf_tree_py import (
+    Buffer,
+    InvalidArgumentException,
+    TransformException,
+    TransformListener,
+)
 from tf_tree_py.core import buffer_core
 from tf_tree_py.ros.drop import Drop
 from tf_tree_py.ros.message_filter import MessageFilter
@@ -182,6 +188,14 @@ def test_header_may_be_elsewhere(make_filter, settle, inbox):
     each.add({'inside': point(1.5)})
     settle(each)
     assert len(inbox.delivered) == 1
+
+
+def test_message_without_a_time_is_refused_and_counts_for_nothing(make_filter):
+    message = point(1.5)
+    each = make_filter(header_of=lambda message: SimpleNamespace(frame_id='base', stamp=1.5))
+    with pytest.raises(InvalidArgumentException, match='1.5 is no time'):
+        each.add(message)
+    assert each.statistics().received == 0
 
 
 def test_several_topics_feed_one_filter(node, make_node, make_filter, spin, inbox):

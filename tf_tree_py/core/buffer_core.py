@@ -1,8 +1,8 @@
 """
 The buffer: a tree behind one lock, fed, asked and waited for, without ROS.
 
-Every public method may be called from any thread. Nothing of a caller's, and no
-long computation, runs while the lock is held.
+Every public method may be called from any thread. No long computation runs while
+the lock is held, and nothing of a caller's but the query that ``wait_for`` is given.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -65,6 +65,8 @@ class BufferCore(Queries):
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)
         self._jump_back = None if clear_on_jump_back is None else JumpBack(clear_on_jump_back)
+        # Why everybody who waited was last made to give up: who began with another one.
+        self._failure: TransformException | None = None
 
     # --- inserting
 
@@ -216,7 +218,8 @@ class BufferCore(Queries):
 
         Sleeps until what blocks the query arrives; nothing is polled.
 
-        :param query: such as ``lambda: buffer.lookup('map', 'camera', stamp)``.
+        :param query: such as ``lambda: buffer.lookup('map', 'camera', stamp)``; with the
+            lock held, so that nothing arrives between its failure and the wait.
         :param deadline: how long to wait.
         :raises TransformException: the query's own error, with ``waited_s``, when time
             is up; or at once when waiting cannot help (older than the buffer keeps).
@@ -224,12 +227,11 @@ class BufferCore(Queries):
         event = threading.Event()
         waiter = Waiter(event.set)
         slept = over = False
+        before = self._failure
         try:
             while True:
                 with self._lock:
-                    if waiter.failure is not None:
-                        # A copy, for the same one may be raised in several threads.
-                        raise copy(waiter.failure)
+                    self._raise_failure_since(before)
                     event.clear()
                     try:
                         return query()
@@ -260,10 +262,15 @@ class BufferCore(Queries):
     def fail_waiters(self, failure: TransformException) -> None:
         """Make everybody who waits give up with an error."""
         with self._lock:
+            self._failure = copy(failure)
             waiters = self._waiters.take_all()
-            for waiter in waiters:
-                waiter.failure = failure
         wake_all(waiters)
+
+    def _raise_failure_since(self, before: TransformException | None) -> None:
+        """Raise why everybody was made to give up, if that was since another time."""
+        if self._failure is not None and self._failure is not before:
+            # A copy, for the same one may be raised in several threads.
+            raise copy(self._failure)
 
     # --- forgetting
 

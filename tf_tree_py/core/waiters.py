@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 import itertools
 import threading
 
-from .errors import Blocker, TransformException
+from .errors import Blocker
 
 _Entry = tuple[int, int, 'Waiter']
 
@@ -21,14 +21,12 @@ class Waiter:
     Somebody whose query failed and may succeed later.
 
     :ivar wake: called, without the lock, when it is time to try again.
-    :ivar failure: set when waiting has become useless, before ``wake`` is called.
     """
 
-    __slots__ = ('wake', 'failure', 'place')
+    __slots__ = ('wake', 'place')
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self.wake = wake
-        self.failure: TransformException | None = None
         self.place: tuple[str | None, int, int] | None = None
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import weakref
 
 from rclpy.exceptions import InvalidHandle
+from rclpy.executors import Executor
 from rclpy.task import Future, Task
 from tf_tree_py.core.errors import TransformException
 
@@ -126,6 +127,10 @@ class _Awaiter:
     def __call__(self, _: Future) -> None:
         executor, task = self._executor(), self._task()
         if executor is None or task is None:
+            return
+        if not isinstance(executor, Executor):
+            # An EventsExecutor, which does not look at its tasks when it is woken.
+            executor.create_task(task)
             return
         # It may be shut down just now, and then has nothing left to wake.
         with suppress(AttributeError, InvalidHandle):

@@ -9,7 +9,6 @@ from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from copy import copy
 from typing import Any, Generic, TypeVar
 import weakref
 
@@ -58,6 +57,7 @@ class Wait(Generic[Answer]):
         self._deadline: Deadline | None = None
         self._alarm: int | None = None
         self._waiter = Waiter(_ask_if_alive(self))
+        self._failure_before = buffer._failure
         self._over = False
 
     @abstractmethod
@@ -98,8 +98,7 @@ class Wait(Generic[Answer]):
         with self._buffer._lock:
             if self._over:
                 return None
-            if self._waiter.failure is not None:
-                raise copy(self._waiter.failure)
+            self._buffer._raise_failure_since(self._failure_before)
             try:
                 return self._query()
             except TransformException as error:

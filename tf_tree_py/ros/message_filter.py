@@ -102,10 +102,10 @@ class MessageFilter:
     def add(self, message: Any) -> None:
         """Take a message; also as a subscription's callback."""
         header = message.header if self._header_of is None else self._header_of(message)
-        frame = header.frame_id.removeprefix('/')
+        frame, stamp = header.frame_id.removeprefix('/'), as_nanoseconds(header.stamp)
         with self._lock:
             number = self._received = self._received + 1
-            held = _Held(self, number, message, frame, as_nanoseconds(header.stamp))
+            held = _Held(self, number, message, frame, stamp)
             if self._closed:
                 self._drop(held, Drop.CLOSED)
             elif not frame:
