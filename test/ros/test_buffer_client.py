@@ -18,6 +18,7 @@ from ros_helpers import (
     LATEST,
     PATIENCE,
     PATIENCE_S,
+    SIM_TIME,
     transform,
     until,
     until_waiting,
@@ -340,13 +341,19 @@ def test_server_that_hangs_is_given_up_after_the_padding_and_told_so(other, make
     assert other.canceled.wait(PATIENCE_S)
 
 
-def test_long_wait_is_asked_for_in_parts(ready, buffer, monkeypatch, pool):
-    """So that a server may forget those whose client has died."""
-    monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
+@pytest.fixture
+def sent(monkeypatch):
+    """Return a list of the goals that are sent from now on."""
     sent = []
     goal = lookup_call.LookupCall.goal
     monkeypatch.setattr(lookup_call.LookupCall, 'goal',
                         lambda call: sent.append(goal(call)) or sent[-1])
+    return sent
+
+
+def test_long_wait_is_asked_for_in_parts(ready, buffer, sent, monkeypatch, pool):
+    """So that a server may forget those whose client has died."""
+    monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
     asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
     until(lambda: len(sent) > 3)
     assert sent[-1].timeout.sec == 0
@@ -354,6 +361,50 @@ def test_long_wait_is_asked_for_in_parts(ready, buffer, monkeypatch, pool):
     assert x_of(asked.result(PATIENCE_S)) == 3.0
     with pytest.raises(TimeoutException, match='into the future'):
         ready.lookup_transform('map', 'base', at(4.0), lasting(0.05))
+
+
+@pytest.fixture
+def simulated(make_node, listen, sim_clock, spin, client):
+    """Serve a buffer that goes by simulated time, 10 s now."""
+    buffer = listen(make_node('simulated', **SIM_TIME))
+    sim_clock.show(10.0, buffer)
+    node = make_node('serving')
+    with BufferServer(buffer, node):
+        spin(node)
+        assert client.wait_for_server(PATIENCE)
+        yield buffer
+        until(lambda: len(buffer._waiters) == 0)
+
+
+def test_long_wait_outlasts_a_server_whose_clock_stands_still(
+        simulated, client, sent, monkeypatch):
+    monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
+    client.timeout_padding = lasting(0.02)
+    call = client.wait_for_transform_async('map', 'base', LATEST)
+    done = ended(call)
+    until(lambda: len(sent) > 3)
+    move(simulated, 3.0)
+    assert done.wait(PATIENCE_S)
+    assert x_of(call.result()) == 3.0
+
+
+def test_long_wait_outlasts_a_server_whose_clock_is_fast(
+        simulated, client, sent, sim_clock, monkeypatch):
+    monkeypatch.setattr(lookup_call, '_QUICK_S', 0.0)
+    call = client.wait_for_transform_async('map', 'base', LATEST)
+    done = ended(call)
+    until_waiting(simulated)
+    sim_clock.show(99.0, simulated)
+    until(lambda: len(sent) == 2)
+    move(simulated, 3.0)
+    assert done.wait(PATIENCE_S)
+    assert x_of(call.result()) == 3.0
+
+
+def test_server_that_times_out_at_once_is_not_asked_again(other, client):
+    with pytest.raises(TimeoutException, match='did not find the transform in time'):
+        client.lookup_transform('map', 'base', LATEST, timeout=None)
+    assert len(other.handles) == 1
 
 
 def test_server_that_times_out_before_its_time_is_believed(other, client):
@@ -434,6 +485,7 @@ def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
     until(lambda: len(buffer._waiters) == 0)
 
 
+@pytest.mark.filterwarnings('error:failed to send response')
 def test_closing_ends_what_is_on_its_way(ready, buffer, node):
     calls = [ready.wait_for_transform_async('map', 'base', at(3.0)) for _ in range(3)]
     until_waiting(buffer, 3)
@@ -441,7 +493,8 @@ def test_closing_ends_what_is_on_its_way(ready, buffer, node):
     for call in calls:
         with pytest.raises(TransformException, match='was closed'):
             call.result()
-    until(lambda: len(buffer._waiters) == 0)
+    # The server was told, and could answer.
+    assert len(buffer._waiters) == 0
     assert not ready.action_client.thread.is_alive()
     ready.close()
     with pytest.raises(TransformException, match='was closed'):

@@ -19,6 +19,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
 
 from .lookup_call import LookupCall
@@ -31,6 +32,8 @@ _GetResult = LookupTransform.Impl.GetResultService
 # So many goals may be on their way to be accepted: tf2's server holds ten, and would
 # lose what comes on top.
 _MAX_UNACCEPTED = 8
+# How long to wait at the end until the server has dropped what was asked of it.
+_FAREWELL_S = 1.0
 
 
 class GoalClient:
@@ -56,6 +59,7 @@ class GoalClient:
         self._unsent: dict[LookupCall, None] = {}
         self._unaccepted: set[LookupCall] = set()
         self._closed = threading.Event()
+        self._farewells: list[Future] = []
         home = _companion(node)
         self._send, self._fetch, self._cancel = (
             home.create_client(kind, node.resolve_service_name(f'{name}/_action/{service}'),
@@ -109,19 +113,25 @@ class GoalClient:
                 self._unsent[call] = None
         self._send_next()
 
-    def forget(self, call: LookupCall, *, cancel: bool) -> None:
-        """Let a call go that has ended; cancel its goal at the server if need be."""
+    def forget(self, call: LookupCall) -> None:
+        """Let a call go that has ended."""
         with self._lock:
             self._calls.discard(call)
             self._unsent.pop(call, None)
             self._unaccepted.discard(call)
-        if cancel:
-            with suppress(InvalidHandle):
-                goal = GoalInfo(goal_id=call.goal_id)
-                # What comes back changes nothing: the call is over.
-                self._cancel.remove_pending_request(
-                    self._cancel.call_async(CancelGoal.Request(goal_info=goal)))
         self._send_next()
+
+    def cancel_goal(self, call: LookupCall) -> None:
+        """Let the server drop a call's goal."""
+        with suppress(InvalidHandle):
+            goal = GoalInfo(goal_id=call.goal_id)
+            request = self._cancel.call_async(CancelGoal.Request(goal_info=goal))
+            if self._closed.is_set():
+                self._farewells += [
+                    request, self._fetch.call_async(_GetResult.Request(goal_id=call.goal_id))]
+            else:
+                # What comes back changes nothing.
+                self._cancel.remove_pending_request(request)
 
     def stop(self) -> None:
         """End the thread soon, and with it the calls."""
@@ -130,7 +140,17 @@ class GoalClient:
     def close(self) -> None:
         """Give up what is on its way, and end the thread."""
         self._end_calls()
+        if threading.current_thread() is not self.thread and self.server_is_ready():
+            self._take_leave()
         self._responses.close()
+
+    def _take_leave(self) -> None:
+        """Wait until the server has answered, for it cannot answer who is gone."""
+        end = time.monotonic() + _FAREWELL_S
+        for farewell in self._farewells:
+            answered = threading.Event()
+            farewell.add_done_callback(lambda _, answered=answered: answered.set())
+            answered.wait(max(0.0, end - time.monotonic()))
 
     def _send_next(self) -> None:
         """Send the next goals, if a server is there that surely has room for them."""
@@ -174,6 +194,9 @@ class GoalClient:
         name = self.name
         if self._closed.is_set():
             call.give_up(f'The client of the buffer server {name} was closed, or ROS shut down')
+        elif is_ready and call.is_late() and call.has_late_part():
+            self.cancel_goal(call)
+            call.ask_again()
         elif is_ready and call.is_late():
             call.give_up(f'The buffer server {name} is there, and did not answer in time')
         elif not is_ready and call.sent:

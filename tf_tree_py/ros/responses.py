@@ -81,8 +81,11 @@ class Responses(Receiver):
     def _take(self, client: Client) -> None:
         """Take one response, and hand it to whoever waits for it."""
         handle: Any = client.handle
-        header, response = handle.take_response(client.srv_type.Response)
-        if header is None:
-            return  # another client's
-        with suppress(KeyError):  # nobody waits for it any more
-            client.get_pending_request(header.request_id.sequence_number).set_result(response)
+        try:
+            header, response = handle.take_response(client.srv_type.Response)
+            if header is None:
+                return  # another client's
+            with suppress(KeyError):  # nobody waits for it any more
+                client.get_pending_request(header.request_id.sequence_number).set_result(response)
+        except Exception:  # noqa: B902 - whatever it is, the next response must get through
+            self._complain(f'a response of {client.srv_name}')
