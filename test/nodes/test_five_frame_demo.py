@@ -6,6 +6,7 @@ import subprocess
 from programs import executable, PATIENCE_S
 import pytest
 from tf_tree_py.nodes import (
+    buffer_server,
     five_frame_demo,
     five_frame_listener,
     five_frame_publisher,
@@ -76,12 +77,13 @@ def test_mistake_in_a_parameter_is_one_sentence(start):
 
 
 @pytest.mark.parametrize('module', [
-    five_frame_demo, five_frame_listener, five_frame_publisher, static_transform_publisher])
+    buffer_server, five_frame_demo, five_frame_listener, five_frame_publisher,
+    static_transform_publisher])
 def test_help_explains(capsys, module):
     with pytest.raises(SystemExit) as ended:
         module.main([module.NAME, '--help'])
     assert not ended.value.code
     told = capsys.readouterr().out
     assert told.startswith(f'usage: {module.NAME} ')
-    assert 'Publishes' in told or 'Prints' in told or 'Shows' in told
+    assert any(verb in told for verb in ('Publishes', 'Prints', 'Shows', 'answers'))
     assert all(setting.meaning in told for setting in getattr(module, 'SETTINGS', ()))

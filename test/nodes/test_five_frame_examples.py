@@ -1,5 +1,6 @@
 """The examples run as they are."""
 
+import itertools
 from pathlib import Path
 import sys
 import threading
@@ -63,5 +64,39 @@ def test_detection_is_placed_where_it_was_when_it_was_seen(start_program, contex
     assert (p.x, p.y, p.z) == pytest.approx(world_T_camera @ (1.5, 0.0, 0.0), abs=1e-3)
 
 
-def test_node_of_the_example_stays_short():
-    assert len((EXAMPLES / 'detection_in_map.py').read_text().splitlines()) < 40
+def test_points_come_with_their_transforms_or_a_reason(start_program, context):
+    program = start_program(sys.executable, str(EXAMPLES / 'points_with_transforms.py'))
+    robot = FiveFramePublisher(context=context)
+    node = Node('detector', context=context)
+    frames = itertools.cycle(['camera', ''])
+
+    def detect():
+        message = PointStamped()
+        message.header.frame_id = next(frames)
+        message.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    publisher = node.create_publisher(PointStamped, 'detection', 10)
+    node.create_timer(0.05, detect)
+    with spun_in_background(robot), spun_in_background(node):
+        program.wait_for('Point at (')
+        program.wait_for('EMPTY_FRAME: its frame_id is empty')
+    program.interrupt()
+    assert program.end() == 0
+    assert ', 0.500) in the world' in program.output
+    assert 'Traceback' not in program.output
+
+
+def test_transforms_are_awaited_in_asyncio(start_program, context):
+    program = start_program(sys.executable, str(EXAMPLES / 'wait_in_asyncio.py'))
+    with spun_in_background(FiveFramePublisher(context=context)):
+        assert program.end() == 0, program.output
+    assert 'camera at z = 0.500 m' in program.output
+    assert '"nowhere" passed to lookupTransform argument source_frame does not exist ' in (
+        program.output)
+
+
+@pytest.mark.parametrize('name', [
+    'detection_in_map.py', 'points_with_transforms.py', 'wait_in_asyncio.py'])
+def test_example_stays_short(name):
+    assert len((EXAMPLES / name).read_text().splitlines()) < 40

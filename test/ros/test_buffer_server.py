@@ -1,9 +1,6 @@
 """The buffer server, asked by rclpy's own action client as tf2's clients do."""
 
 import re
-import signal
-import subprocess
-import sys
 import threading
 
 from action_msgs.msg import GoalStatus
@@ -290,40 +287,3 @@ def test_server_whose_node_is_gone_takes_the_arrival_quietly(asker, buffer, make
     node.destroy_node()
     move(buffer, 3.0)
     server.close()
-
-
-# --- the program
-
-
-def start(*arguments):
-    return subprocess.Popen(
-        [sys.executable, '-m', 'tf_tree_py.nodes.buffer_server', *arguments],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def test_program_hears_and_answers(asker, talker):
-    program = start('--ros-args', '-p', 'buffer_size:=60')
-    try:
-        asker.until_served()
-        until(lambda: 'tf_buffer' in asker.node.get_node_names())
-        for seconds in (1.0, 50.0, 50.0):
-            talker.move(transform('map', 'base', seconds, x=seconds))
-        status, result = asker.ask(goal(seconds=50.0, timeout=PATIENCE_S))
-        assert (status, result.error) == (SUCCEEDED, TF2Error())
-        status, result = asker.ask(goal(seconds=25.0))
-        assert result.transform.transform.translation.x == pytest.approx(25.0)
-        program.send_signal(signal.SIGINT)
-        assert program.communicate(timeout=PATIENCE_S) == ('', '')
-        assert program.returncode == 0
-    finally:
-        program.kill()
-        program.communicate()
-
-
-def test_program_refuses_a_size_that_cannot_be():
-    program = start('--ros-args', '-p', 'buffer_size:=-1.0')
-    out, err = program.communicate(timeout=PATIENCE_S)
-    assert program.returncode == 1
-    assert out == ''
-    assert err.count('\n') == 1
-    assert 'parameter buffer_size has to be a number from 0.0' in err

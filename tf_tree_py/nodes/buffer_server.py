@@ -17,7 +17,9 @@ from .running import Parser, run, spin
 NAME = 'buffer_server'
 NODE_NAME = 'tf_buffer'
 
-BUFFER_SIZE = Setting('buffer_size', 120.0, 'how much history is kept, s', (0.0, 1e9))
+SETTINGS = (
+    Setting('buffer_size', 120.0, 'how much history is kept, s', (0.0, 1e9)),
+)
 
 _DESCRIPTION = f"""\
 Hears /tf and /tf_static, and answers the lookups of BufferClients, tf2's and ours, by the
@@ -35,7 +37,7 @@ class BufferServerNode(Node):
         :raises BadInput: a parameter has a wrong type or is out of its range.
         """
         super().__init__(NODE_NAME, **node_options)
-        size_s = declare(self, [BUFFER_SIZE])[BUFFER_SIZE.name]
+        size_s = declare(self, SETTINGS)['buffer_size']
         self.buffer = Buffer(Duration(seconds=size_s), self)
         self._listener = TransformListener(self.buffer, self)
         self._server = BufferServer(self.buffer, self)
@@ -49,7 +51,7 @@ class BufferServerNode(Node):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe([BUFFER_SIZE]))
+    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
     parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, lambda ended: spin(BufferServerNode(), ended))
 
