@@ -1,4 +1,5 @@
-# Two terminals: ros2 run tf_tree_py five_frame_publisher; python3 examples/points_with_transforms.py
+# Two terminals: ros2 run tf_tree_py five_frame_publisher;
+# python3 examples/points_with_transforms.py;
 # and something that publishes geometry_msgs/msg/PointStamped on detection, with its stamp.
 """Calls back with a point and the transform that was found for it, or tells why there is none."""
 from contextlib import suppress

@@ -7,6 +7,7 @@ from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
 import numpy as np
 import pytest
 from tf_tree_py.core import (
+    buffer_core,
     BufferCore,
     ConnectivityException,
     FutureExtrapolationException,
@@ -18,7 +19,6 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
-from tf_tree_py.core import buffer_core
 from tf_tree_py.core.errors import ANY_STRUCTURE
 from tf_tree_py.core.sample import Batch
 from tf_tree_py.core.waiters import Waiter, Waiters

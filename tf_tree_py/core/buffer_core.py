@@ -227,11 +227,13 @@ class BufferCore(Queries):
         event = threading.Event()
         waiter = Waiter(event.set)
         slept = over = False
-        before = self._failure
+        before = None
         try:
             while True:
                 with self._lock:
-                    self._raise_failure_since(before)
+                    if slept:
+                        self._raise_failure_since(before)
+                    before = self._failure
                     event.clear()
                     try:
                         return query()
