@@ -49,7 +49,7 @@ def test_process_hears_and_answers_until_ctrl_c(start, client, context, end):
 def test_node_and_its_name_are_tf2s(start, client):
     start('buffer_server')
     assert client.wait_for_server(PATIENCE)
-    assert 'tf_buffer' in client.node.get_node_names()
+    assert client.node.wait_for_node('/tf_buffer', PATIENCE_S)
 
 
 def test_impatient_ctrl_c_ends_it_cleanly(start, client):
