@@ -93,7 +93,7 @@ def test_ever_new_names_do_not_fill_the_memory():
     for number in range(150):
         reader.read(serialize([(f'map{number}', f'frame{i}', 1, 2, IDENTITY) for i in range(200)]))
     layouts = sum(reader._layouts.values(), [])
-    assert 0 < sum(len(layout.edges) for layout in layouts) <= 20_200
+    assert 0 < sum(len(layout.edges) for layout in layouts) <= 10_200
 
 
 def test_ever_new_names_of_one_length_do_not_make_the_search_long():

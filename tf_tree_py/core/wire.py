@@ -34,8 +34,8 @@ _MAX_SEC = 2**31 - 1
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
 _MAX_PADDING = 7
-# Transforms in all layouts together: a swarm of robots has hundreds.
-_MAX_REMEMBERED = 20_000
+# Transforms in all layouts together, half a kilobyte each: a swarm of robots has hundreds.
+_MAX_REMEMBERED = 10_000
 # Layouts that have to be tried one after the other.
 _MAX_ALIKE = 64
 # Up to so many transforms plain floats are cheaper than an array.
