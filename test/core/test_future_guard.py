@@ -1,11 +1,11 @@
 """Stamps far ahead of the clock: told, or refused."""
 
 from hypothesis import given, strategies as st
-import numpy as np
 import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.future_guard import FAR
+from tf_tree_py.core.history import pack_pose
 from tf_tree_py.core.sample import Batch
 
 SECOND = 10**9
@@ -96,8 +96,7 @@ def test_the_others_of_a_message_are_taken(clock, count):
     edges = [('odom', f'child{number}') for number in range(count)]
     stamps = [NOW] * count
     stamps[1] = NOW + HOUR
-    poses = [tuple(Pose())] * count
-    batch = Batch(edges, stamps, np.array(poses) if count > 6 else poses)
+    batch = Batch(edges, stamps, [pack_pose(*Pose())] * count)
     (incident,) = buffer.insert_batch(batch)
     assert (incident.kind, incident.child) == (Kind.FAR_FUTURE, 'child1')
     assert buffer.statistics().accepted == count - 1
@@ -213,7 +212,7 @@ def test_batch_and_its_samples_are_told_alike(clock):
     samples = [Sample('odom', f'child{number}', NOW + number * FAR, tuple(Pose()))
                for number in range(10)]
     batch = Batch([sample[:2] for sample in samples], [sample.stamp for sample in samples],
-                  np.array([sample.pose for sample in samples]))
+                  [pack_pose(*sample.pose) for sample in samples])
     for limit in (None, 3 * FAR):
         one, other = guarded(clock, limit), guarded(clock, limit)
         assert one.insert_batch(batch) == other.insert_many(samples)

@@ -4,11 +4,11 @@ from concurrent.futures import ThreadPoolExecutor
 import math
 
 from hypothesis import given, strategies as st
-import numpy as np
 import pytest
 from tf_tree_py import BufferCore, ClockJumpException, LATEST, Pose
 from tf_tree_py.core import Kind
 from tf_tree_py.core.deadline import WallDeadline
+from tf_tree_py.core.history import pack_pose
 from tf_tree_py.core.sample import Batch
 
 SECOND = 10**9
@@ -35,7 +35,7 @@ def refused(buffer):
 def send(buffer, stamp, edges=EDGES, authority='player'):
     """Send one message, as a listener hands it over."""
     return buffer.insert_batch(
-        Batch(edges, [stamp] * len(edges), [tuple(Pose())] * len(edges)), authority)
+        Batch(edges, [stamp] * len(edges), [pack_pose(*Pose())] * len(edges)), authority)
 
 
 def play(buffer, begin, seconds, edges=EDGES, rate=10):
@@ -135,7 +135,7 @@ def test_bag_that_is_shorter_than_the_window_is_noticed_too(buffer):
 
 def test_long_message_counts_as_short_ones_do(buffer):
     edges = [('map', f'child{number}') for number in range(20)]
-    poses = np.array([tuple(Pose())] * 20)
+    poses = [pack_pose(*Pose())] * 20
     for _ in range(2):
         for number in range(300):
             buffer.insert_batch(Batch(edges, [START + number * SECOND // 10] * 20, poses))

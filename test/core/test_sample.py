@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from strategies import about, assert_same_rotation, axes, components
 from tf_tree_py.core import BufferCore, Incident, Kind, Pose, Sample
+from tf_tree_py.core.history import pack_pose
 from tf_tree_py.core.sample import Batch, checked, is_sound, unit_poses
 
 SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
@@ -112,7 +113,8 @@ def test_many_poses_are_judged_and_normalised_as_each_is(poses):
 
 
 names = st.sampled_from(['a', 'b', 'c', 'd', '/a', '', '/'])
-messages = st.lists(st.tuples(names, names, st.integers(0, 30), any_poses), max_size=5)
+# Some with more poses than are looked at one by one.
+messages = st.lists(st.tuples(names, names, st.integers(0, 30), any_poses), max_size=9)
 
 
 @pytest.mark.filterwarnings('error')
@@ -123,7 +125,7 @@ def test_batch_is_its_samples_one_after_the_other(arrivals):
     for message, authority, static in arrivals:
         edges = tuple((parent, child) for parent, child, _, _ in message)
         batch = Batch(layouts.setdefault(edges, edges), [stamp for _, _, stamp, _ in message],
-                      np.reshape(np.array([pose for *_, pose in message], dtype=float), (-1, 7)))
+                      [pack_pose(*pose) for *_, pose in message])
         told = whole.insert_batch(batch, authority, static)
         expected = [incident for sample in batch.samples()
                     for incident in single.insert_many([sample], authority, static)]
@@ -141,7 +143,7 @@ def test_batch_that_names_a_child_twice_is_taken_in_its_order():
     edges = (('gripper', 'box'), ('table', 'box'))
     buffer = BufferCore()
     buffer.insert('table', 'box', 1, Pose())
-    buffer.insert_batch(Batch(edges, [2, 2], np.array([Pose(), Pose()])))
+    buffer.insert_batch(Batch(edges, [2, 2], [pack_pose(*Pose())] * 2))
     (edge,) = buffer.edges()
     assert (edge.parent, edge.child, edge.samples) == ('table', 'box', 3)
     assert buffer.statistics().accepted == 3
@@ -152,7 +154,7 @@ def test_batch_goes_on_after_one_that_needs_a_closer_look():
     buffer = BufferCore()
     for parent, child in ('ab', 'bc'):
         buffer.insert(parent, child, 1, Pose())
-    (incident,) = buffer.insert_batch(Batch(edges, [2] * 4, np.array([Pose(5.0)] * 4)))
+    (incident,) = buffer.insert_batch(Batch(edges, [2] * 4, [pack_pose(*Pose(5.0))] * 4))
     assert incident.kind is Kind.SELF_EDGE
     assert {edge.child: (edge.samples, edge.latest) for edge in buffer.edges()} == {
         'b': (2, 2), 'a': (1, 2), 'c': (2, 2)}
@@ -171,7 +173,7 @@ def test_messages_of_one_kind_go_on_after_their_edge_has_changed(change):
     edges = (('a', 'b'),)
 
     def arrive(stamp):
-        buffer.insert_batch(Batch(edges, [stamp], np.array([Pose(float(stamp))])))
+        buffer.insert_batch(Batch(edges, [stamp], [pack_pose(*Pose(float(stamp)))]))
 
     arrive(2)
     arrive(3)
@@ -196,6 +198,6 @@ def test_edges_of_ever_new_messages_are_not_kept_for_ever():
     names = ['a', 'b']
     for stamp in range(2, 2000):
         edges = (tuple(names),)  # equal to the last ones, and yet others
-        assert not buffer.insert_batch(Batch(edges, [stamp], np.array([Pose()])))
+        assert not buffer.insert_batch(Batch(edges, [stamp], [pack_pose(*Pose())]))
     assert len(buffer._tree._known) <= 256
     assert buffer.statistics().accepted == 1999

@@ -15,6 +15,7 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
+from tf_tree_py.core.history import pack_pose
 from tf_tree_py.core.sample import Batch
 
 TICK = 1000
@@ -95,7 +96,7 @@ def test_no_reader_sees_a_torn_pose():
     def write_messages():
         for tick in range(1, TICKS):
             stamp = TICK * tick
-            poses = np.array([pose_at(stamp)] * 2)
+            poses = [pack_pose(*pose_at(stamp))] * 2
             if tick % 2:
                 buffer.insert_batch(Batch(edges, [stamp, stamp], poses))
             else:

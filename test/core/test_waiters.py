@@ -4,7 +4,6 @@ import time
 
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
-import numpy as np
 import pytest
 from tf_tree_py.core import (
     buffer_core,
@@ -20,6 +19,7 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.errors import ANY_STRUCTURE
+from tf_tree_py.core.history import pack_pose
 from tf_tree_py.core.sample import Batch
 from tf_tree_py.core.waiters import Waiter, Waiters
 
@@ -172,7 +172,7 @@ ARRIVAL = Sample('map', 'base', 11 * SECOND, Pose(2.0))
     lambda buffer: buffer.insert_many([ARRIVAL]),
     lambda buffer: buffer.insert_many(sample for sample in [ARRIVAL]),
     lambda buffer: buffer.insert_batch(
-        Batch((('map', 'base'),), [11 * SECOND], np.array([Pose(2.0)]))),
+        Batch((('map', 'base'),), [11 * SECOND], [pack_pose(*Pose(2.0))])),
 ], ids=['insert', 'with slashes', 'list', 'generator', 'batch'])
 def test_lookup_wakes_when_its_stamp_arrives(buffer, insert):
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()

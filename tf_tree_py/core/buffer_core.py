@@ -12,8 +12,6 @@ from operator import attrgetter
 import threading
 from typing import TypeVar
 
-import numpy as np
-
 from .deadline import Deadline, WallDeadline
 from .errors import ClockJumpException, TransformException
 from .future_guard import FutureGuard
@@ -21,7 +19,7 @@ from .incidents import Incident, Kind, Statistics
 from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
 from .queries import Queries
-from .sample import Batch, checked, checked_stamp, Sample, unit_poses
+from .sample import Batch, checked, checked_stamp, Sample, sound_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .tree import Tree
@@ -95,17 +93,17 @@ class BufferCore(Queries):
                      static: bool = False) -> list[Incident]:
         """Take a whole message under one lock; see ``insert``."""
         poses = None
-        if (not static and isinstance(batch.poses, np.ndarray)
-                and not self._guard.is_too_far(max(batch.stamps, default=LATEST))):
-            poses = unit_poses(batch.poses)
+        if not static and not self._guard.is_too_far(max(batch.stamps, default=LATEST)):
+            poses = sound_poses(batch.poses)
         if poses is None:
             return self._insert(batch.samples(), batch.stamps, authority, static)
-        packed = poses.tobytes()
+        if poses is not batch.poses:
+            batch = batch._replace(poses=poses)
         incidents: list[Incident] = []
         told = self._follow(batch.edges, batch.stamps, authority) if self._jump_back else []
         with self._lock:
             version = self._tree.version
-            taken = self._tree.append_batch(batch, packed, authority)
+            taken = self._tree.append_batch(batch, authority)
             self._statistics.accepted += taken
             if taken < len(batch.edges):
                 incidents = self._insert_each(batch.samples()[taken:], authority, static)

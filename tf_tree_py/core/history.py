@@ -24,7 +24,7 @@ from .stamp import format_span, LATEST
 _POSE_FLOATS = 7
 POSE_BYTES = 56
 pack_pose = struct.Struct('=7d').pack
-_unpack = struct.Struct('=7d').unpack_from
+unpack_pose = struct.Struct('=7d').unpack_from
 _unpack_pair = struct.Struct('=14d').unpack_from
 
 _BEGINNING = -2**63
@@ -260,7 +260,7 @@ class DynamicHistory:
             raise self._extrapolation(stamp)
 
     def _unpack_latest(self) -> PoseTuple:
-        self._latest_pose = pose = _unpack(self._poses, (len(self._stamps) - 1) * POSE_BYTES)
+        self._latest_pose = pose = unpack_pose(self._poses, (len(self._stamps) - 1) * POSE_BYTES)
         return pose
 
     def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:

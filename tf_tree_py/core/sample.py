@@ -14,12 +14,16 @@ import numpy as np
 
 from . import so3
 from .errors import InvalidArgumentException
+from .history import POSE_BYTES, unpack_pose
 from .incidents import Incident, Kind
 from .se3 import PoseTuple
 from .so3 import Array
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
+
+# Up to so many poses plain floats are cheaper than an array.
+_FEW = 6
 
 # A sum of squares between these has neither lost digits nor overflowed.
 _LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
@@ -40,21 +44,18 @@ class Batch(NamedTuple):
 
     :ivar edges: (parent, child) of each; one object for all messages of one layout.
     :ivar stamps: of each, nanoseconds.
-    :ivar poses: of each, metres and quaternion x y z w: an array (N, 7), or, since
-        that costs more than it saves for a few, a list of tuples.
+    :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
+        byte order, as ``history.pack_pose`` makes them.
     """
 
     edges: Sequence[tuple[str, str]]
     stamps: Sequence[int]
-    poses: Array | list[PoseTuple]
+    poses: Sequence[bytes]
 
     def samples(self) -> list[Sample]:
         """Return them one by one."""
-        poses: Any = self.poses
-        if isinstance(poses, np.ndarray):
-            poses = map(tuple, poses.tolist())
-        return [Sample(parent, child, stamp, pose) for (parent, child), stamp, pose
-                in zip(self.edges, self.stamps, poses, strict=True)]
+        return [Sample(parent, child, stamp, unpack_pose(pose)) for (parent, child), stamp, pose
+                in zip(self.edges, self.stamps, self.poses, strict=True)]
 
 
 def checked_stamp(stamp: Any) -> int:
@@ -82,13 +83,31 @@ def is_sound(pose: PoseTuple) -> bool:
 def unit_poses(poses: Array) -> Array | None:
     """Return poses (N, 7) with unit quaternions; None if one needs a closer look."""
     q = poses[:, 3:]
-    # einsum, unlike sum, does not warn of what is not finite.
-    squares = np.einsum('ij,ij->i', q, q) + 0.0 * float(np.einsum('ij->', poses))
-    if np.abs(squares - 1.0).max(initial=0.0) < _UNIT_TOLERANCE:
+    # einsum, unlike sum and dot, does not warn of what is not finite.
+    squares = np.einsum('ij,ij->i', q, q)
+    excess = squares - 1.0
+    # NaN if any number is NaN or infinite, and then no comparison holds.
+    nothing = 0.0 * float(np.einsum('ij->', poses))
+    if float(np.einsum('i,i->', excess, excess)) + nothing < _UNIT_TOLERANCE ** 2:
         return poses
-    if not squares.min() > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
+    if not squares.min() + nothing > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
         return None
     return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
+
+
+def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
+    """Return a batch's poses with unit quaternions; None if one needs a closer look."""
+    if len(poses) <= _FEW:
+        for pose in poses:
+            if not is_sound(unpack_pose(pose)):
+                return None
+        return poses
+    array = np.frombuffer(b''.join(poses)).reshape(-1, 7)
+    unit = unit_poses(array)
+    if unit is None or unit is array:
+        return None if unit is None else poses
+    packed = unit.tobytes()
+    return [packed[begin:begin + POSE_BYTES] for begin in range(0, len(packed), POSE_BYTES)]
 
 
 def checked(sample: Sample, authority: str) -> Sample | Incident:

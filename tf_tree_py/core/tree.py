@@ -8,7 +8,6 @@ Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
 """
 
 from collections.abc import Container, Sequence
-import struct
 
 from . import se3
 from .errors import (
@@ -18,7 +17,7 @@ from .errors import (
     InvalidArgumentException,
     LookupException,
 )
-from .history import DynamicHistory, History, pack_pose, POSE_BYTES, StaticHistory
+from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
 from .path import Path
 from .sample import Batch, is_sound, Sample
@@ -72,17 +71,16 @@ class Tree:
         history.authority = authority
         return True
 
-    def append_batch(self, batch: Batch, poses: bytes, authority: str) -> int:
+    def append_batch(self, batch: Batch, authority: str) -> int:
         """
         Take the next samples of edges that did not change: ``append`` for a message.
 
-        :param poses: sound ones, as the batch's, in the machine's byte order.
+        :param batch: with sound poses.
         :return: how many it took, up to the first that needs a closer look.
         """
         histories = self._known_edges(batch.edges)
-        each_pose = struct.unpack(f'{POSE_BYTES}s' * len(histories), poses)
         taken = 0
-        for history, stamp, pose in zip(histories, batch.stamps, each_pose, strict=True):
+        for history, stamp, pose in zip(histories, batch.stamps, batch.poses, strict=True):
             if history is None or not history.append(stamp, pose):
                 break
             history.authority = authority

@@ -16,12 +16,11 @@ one comparison.
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 import struct
+import sys
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .frame_names import as_published, Rename
-from .history import POSE_BYTES
+from .history import pack_pose, POSE_BYTES
 from .sample import Batch, Sample
 from .stamp import NANOSECONDS_PER_SECOND
 
@@ -38,8 +37,8 @@ _MAX_PADDING = 7
 _MAX_REMEMBERED = 10_000
 # Layouts that have to be tried one after the other.
 _MAX_ALIKE = 64
-# Up to so many transforms plain floats are cheaper than an array.
-_FEW = 6
+# The byte order of this machine, as struct writes it.
+_NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
 
 _Key = tuple[int, bytes]
 _Unpack = Callable[[bytes], tuple[Any, ...]]
@@ -140,8 +139,7 @@ def _key(data: bytes) -> _Key:
 class _Layout:
     """Where the numbers of a message with these very names lie in its bytes."""
 
-    __slots__ = ('key', 'count', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_step',
-                 '_doubles', '_poses')
+    __slots__ = ('key', 'count', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
 
     def __init__(self, data: bytes, order: str, places: Sequence['_Place'],
                  edges: Sequence[tuple[str, str] | None]) -> None:
@@ -161,31 +159,29 @@ class _Layout:
             *((name.start, f'{name.stop - name.start}s')
               for place in places for name in (place.parent, place.child))])
         self._names = self._unpack_names(data)
-        # A few poses are unpacked with the stamps, of many numpy takes care.
-        few = len(wanted) <= _FEW
-        numbers: list[tuple[int, str]] = []
-        for place in wanted:
-            numbers += [(place.stamp, 'iI'), (place.pose, '7d')][:1 + few]
-        self._unpack_numbers = _fields(order, len(data), numbers)
-        self._step = 9 if few else 2
-        # Doubles are aligned relative to the encapsulation's end. Which of them are poses:
-        self._doubles = np.dtype(f'{order}f8')
-        firsts = [(place.pose - _ENCAPSULATION_BYTES) // 8 for place in wanted]
-        self._poses = None if few else np.array(firsts)[:, None] + np.arange(7)
+        self._unpack_numbers = _fields(order, len(data), [
+            field for place in wanted
+            for field in ((place.stamp, 'iI'), (place.pose, f'{POSE_BYTES}s'))])
+        self._order = order
 
     def read(self, data: bytes) -> Batch | None:
         """Return the transforms, or None when the message has other names."""
         if self._unpack_names(data) != self._names:
             return None
-        values, step = self._unpack_numbers(data), self._step
-        stamps = [sec * NANOSECONDS_PER_SECOND + nanosec
-                  for sec, nanosec in zip(values[::step], values[1::step], strict=True)]
-        if self._poses is None:
-            return Batch(self.edges, stamps,
-                         [values[begin:begin + 7] for begin in range(2, len(values), step)])
-        count = (len(data) - _ENCAPSULATION_BYTES) // 8
-        doubles = np.frombuffer(data, self._doubles, count, _ENCAPSULATION_BYTES)
-        return Batch(self.edges, stamps, doubles.take(self._poses).astype(float, copy=False))
+        values = self._unpack_numbers(data)
+        poses: Sequence[bytes] = values[2::3]
+        if self._order != _NATIVE:
+            poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
+        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses)
+
+
+def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
+    """Return stamps in nanoseconds; those of one message are usually the same."""
+    count = len(secs)
+    if count > 1 and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
+        return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count
+    return [sec * NANOSECONDS_PER_SECOND + nanosec
+            for sec, nanosec in zip(secs, nanosecs, strict=True)]
 
 
 def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack:
