@@ -513,6 +513,24 @@ def test_end_of_ros_ends_what_is_on_its_way(ready, buffer, context, pool):
     buffer.fail_waiters(TransformException('the test is over'))
 
 
+@pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
+def test_end_of_ros_is_no_error_before_the_client_has_noticed(ready, context):
+    going_on, in_its_thread = threading.Event(), threading.Event()
+
+    def linger(_):
+        in_its_thread.set()
+        going_on.wait(PATIENCE_S)
+
+    ready.wait_for_transform_async('map', 'base', at(1.5)).add_done_callback(linger)
+    assert in_its_thread.wait(PATIENCE_S)
+    context.shutdown()
+    assert not ready.wait_for_server(lasting(0.0))
+    with pytest.raises(TimeoutException, match='or ROS shut down'):
+        ready.lookup_transform('map', 'base', at(1.5))
+    going_on.set()
+    ready.close()
+
+
 def test_client_that_nobody_keeps_ends_its_thread(node):
     client = BufferClient(node, ACTION)
     thread = client.action_client.thread

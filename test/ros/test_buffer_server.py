@@ -18,7 +18,7 @@ from ros_helpers import (
 )
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
-from tf_tree_py import Buffer
+from tf_tree_py import Buffer, TransformException
 from tf_tree_py.ros.buffer_server import BufferServer
 
 SUCCEEDED, ABORTED, CANCELED = (
@@ -257,6 +257,19 @@ def test_closed_server_is_gone_and_holds_nothing(server, asker, buffer):
     server.close()
     assert len(buffer._waiters) == 0
     until(lambda: not asker.client.server_is_ready())
+
+
+def test_what_cannot_be_answered_any_more_is_no_complaint(asker, buffer, make_node, spin, capfd):
+    node = make_node('serving')
+    executor = spin(node)
+    with BufferServer(buffer, node) as server:
+        asker.until_served()
+        asker.send(goal(seconds=3.0, timeout=3600.0))
+        until_waiting(buffer)
+        executor.remove_node(node)
+        buffer.fail_waiters(TransformException('the test is over'))
+    server._lookups.clear()
+    assert 'never retrieved' not in capfd.readouterr().err
 
 
 def test_closing_under_a_busy_executor_leaves_it_alone(asker, buffer, make_node, spin, kind):

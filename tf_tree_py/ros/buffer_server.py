@@ -79,7 +79,7 @@ class BufferServer:
         if future.done():
             handle.execute()
         else:
-            future.add_done_callback(lambda _: self._note_end(handle))
+            future.add_done_callback(lambda future: self._note_end(handle, future))
 
     def _look_up(self, goal: LookupTransform.Goal) -> TransformFuture:
         if not goal.advanced:
@@ -89,8 +89,10 @@ class BufferServer:
             goal.target_frame, goal.target_time, goal.source_frame, goal.source_time,
             goal.fixed_frame, goal.timeout)
 
-    def _note_end(self, handle: ServerGoalHandle) -> None:
+    def _note_end(self, handle: ServerGoalHandle, future: TransformFuture) -> None:
         """Leave the rest to the executor: this may be the thread that delivers transforms."""
+        # If the executor is gone nobody asks any more, of which rclpy would complain.
+        future.exception()
         self._ended.append(handle)
         bell = self._bell
         if bell is not None:

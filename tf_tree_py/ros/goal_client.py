@@ -16,6 +16,7 @@ from typing import Any
 
 from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
+from rclpy.action.server import RCLError
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -28,6 +29,9 @@ from .responses import Responses
 
 _SendGoal = LookupTransform.Impl.SendGoalService
 _GetResult = LookupTransform.Impl.GetResultService
+
+# What rclpy raises when a node has been destroyed, or its context has ended.
+_GONE = InvalidHandle, RCLError
 
 # So many goals may be on their way to be accepted: tf2's server holds ten, and would
 # lose what comes on top.
@@ -75,7 +79,7 @@ class GoalClient:
 
     def server_is_ready(self) -> bool:
         """Return whether a server is there."""
-        with suppress(InvalidHandle):
+        with suppress(*_GONE):
             return self._send.service_is_ready() and self._fetch.service_is_ready()
         return False
 
@@ -123,7 +127,7 @@ class GoalClient:
 
     def cancel_goal(self, call: LookupCall) -> None:
         """Let the server drop a call's goal."""
-        with suppress(InvalidHandle):
+        with suppress(*_GONE):
             goal = GoalInfo(goal_id=call.goal_id)
             request = self._cancel.call_async(CancelGoal.Request(goal_info=goal))
             if self._closed.is_set():
@@ -163,7 +167,7 @@ class GoalClient:
                 del self._unsent[call]
                 self._unaccepted.add(call)
                 call.sent = True
-            with suppress(InvalidHandle):
+            with suppress(*_GONE):
                 goal = call.goal()
                 request = _SendGoal.Request(goal_id=call.goal_id, goal=goal)
                 call.follow(self._send.call_async(request), partial(self._fetch_result, call))
@@ -173,7 +177,7 @@ class GoalClient:
             self._unaccepted.discard(call)
         call.accepted = response.accepted
         if call.accepted:
-            with suppress(InvalidHandle):
+            with suppress(*_GONE):
                 request = _GetResult.Request(goal_id=call.goal_id)
                 call.follow(self._fetch.call_async(request), call.answer)
             self._send_next()
@@ -192,7 +196,7 @@ class GoalClient:
 
     def _give_up_without_hope(self, call: LookupCall, is_ready: bool) -> None:
         name = self.name
-        if self._closed.is_set():
+        if self._closed.is_set() or not self._responses.context.ok():
             call.give_up(f'The client of the buffer server {name} was closed, or ROS shut down')
         elif is_ready and call.is_late() and call.has_late_part():
             self.cancel_goal(call)
