@@ -417,8 +417,8 @@ def test_burst_of_goals_is_sent_in_turns(ready, buffer):
     """tf2's server holds ten that it did not look at yet, and loses the others."""
     home = ready.action_client
     unaccepted = []
-    fetch = home._fetch_result
-    home._fetch_result = lambda *them: unaccepted.append(len(home._unaccepted)) or fetch(*them)
+    note = home._note_acceptance
+    home._note_acceptance = lambda *them: unaccepted.append(len(home._unaccepted)) or note(*them)
     calls = [ready.wait_for_transform_async('map', 'base', at(1.5)) for _ in range(50)]
     events = [ended(call) for call in calls]
     assert all(event.wait(PATIENCE_S) for event in events)
@@ -457,6 +457,33 @@ def test_cancelled_call_cancels_its_goal(ready, buffer):
     until(lambda: len(buffer._waiters) == 0)
     with pytest.raises(CancelledError):
         call.result()
+
+
+def test_call_that_is_cancelled_before_it_is_accepted_is_cancelled_then(ready, buffer):
+    """A cancel that came before the goal would be about no goal."""
+    for _ in range(200):
+        ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
+    home = ready.action_client
+    until(lambda: not home._unaccepted)
+    until(lambda: len(buffer._waiters) == 0)
+    # Whoever asks now stands behind all of these.
+    ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
+    assert len(buffer._waiters) == 0
+    for service in (home._send, home._fetch, home._cancel):
+        assert not service._pending_requests
+
+
+def test_calls_that_are_cancelled_at_a_deaf_server_leave_nothing(
+        client, make_node, monkeypatch):
+    monkeypatch.setattr(lookup_call, '_ACCEPTANCE_S', 0.02)
+    client.timeout_padding = lasting(0.0)
+    server = _ClosableServer(make_node('deaf'), LookupTransform, ACTION, lambda _: None)
+    assert client.wait_for_server(PATIENCE)
+    for _ in range(20):
+        client.wait_for_transform_async('map', 'base', LATEST).cancel()
+    until(lambda: not client.action_client._unaccepted)
+    assert not client.action_client._send._pending_requests
+    server.destroy()
 
 
 def test_call_that_is_cancelled_before_there_is_a_server_is_never_sent(

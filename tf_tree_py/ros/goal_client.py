@@ -107,7 +107,7 @@ class GoalClient:
                     self._responses.wake()
         self._send_next()
         if not call.sent:
-            self._give_up_without_hope(call, self.server_is_ready())
+            self._look_after(call, self.server_is_ready())
         return call
 
     def send_later(self, call: LookupCall) -> None:
@@ -118,14 +118,14 @@ class GoalClient:
         self._send_next()
 
     def forget(self, call: LookupCall) -> None:
-        """Let a call go that has ended."""
+        """Let a call go that has ended, at the server too."""
         with self._lock:
             self._calls.discard(call)
             self._unsent.pop(call, None)
-            self._unaccepted.discard(call)
-        self._send_next()
+        if call.sent and not call.answered and (call.accepted or self._closed.is_set()):
+            self._cancel_goal(call)
 
-    def cancel_goal(self, call: LookupCall) -> None:
+    def _cancel_goal(self, call: LookupCall) -> None:
         """Let the server drop a call's goal."""
         with suppress(*_GONE):
             goal = GoalInfo(goal_id=call.goal_id)
@@ -170,51 +170,67 @@ class GoalClient:
             with suppress(*_GONE):
                 goal = call.goal()
                 request = _SendGoal.Request(goal_id=call.goal_id, goal=goal)
-                call.follow(self._send.call_async(request), partial(self._fetch_result, call))
+                call.follow(self._send.call_async(request), partial(self._note_acceptance, call))
 
-    def _fetch_result(self, call: LookupCall, response: Any) -> None:
+    def _note_acceptance(self, call: LookupCall, response: Any) -> None:
         with self._lock:
             self._unaccepted.discard(call)
         call.accepted = response.accepted
-        if call.accepted:
-            with suppress(*_GONE):
-                request = _GetResult.Request(goal_id=call.goal_id)
-                call.follow(self._fetch.call_async(request), call.answer)
-            self._send_next()
-        else:
+        if not call.accepted:
             call.give_up(f'The buffer server {self.name} did not accept the goal')
+        elif call.over:
+            # It could not be cancelled before.
+            self._cancel_goal(call)
+        else:
+            self._fetch_result(call)
+        self._send_next()
+
+    def _fetch_result(self, call: LookupCall) -> None:
+        with suppress(*_GONE):
+            request = _GetResult.Request(goal_id=call.goal_id)
+            call.follow(self._fetch.call_async(request), call.answer)
 
     def _check(self) -> bool:
         """Look after the calls; return whether there are any."""
         self._send_next()
         is_ready = self.server_is_ready()
         with self._lock:
-            calls = list(self._calls)
+            calls = self._calls | self._unaccepted
         for call in calls:
-            self._give_up_without_hope(call, is_ready)
+            self._look_after(call, is_ready)
         return bool(calls)
 
-    def _give_up_without_hope(self, call: LookupCall, is_ready: bool) -> None:
+    def _look_after(self, call: LookupCall, is_ready: bool) -> None:
+        """Give a call up that has become hopeless."""
+        if is_ready and call.is_late() and call.has_late_part():
+            self._cancel_goal(call)
+            call.ask_again()
+            return
+        why = self._why_hopeless(call, is_ready)
+        if why:
+            with self._lock:
+                self._unaccepted.discard(call)
+            call.give_up(why)
+
+    def _why_hopeless(self, call: LookupCall, is_ready: bool) -> str:
         name = self.name
         if self._closed.is_set() or not self._responses.context.ok():
-            call.give_up(f'The client of the buffer server {name} was closed, or ROS shut down')
-        elif is_ready and call.is_late() and call.has_late_part():
-            self.cancel_goal(call)
-            call.ask_again()
-        elif is_ready and call.is_late():
-            call.give_up(f'The buffer server {name} is there, and did not answer in time')
-        elif not is_ready and call.sent:
-            call.give_up(f'The buffer server {name} went away before it answered')
-        elif not is_ready and not call.left_s():
-            call.give_up(f'There is no buffer server {name}: is a buffer_server running, '
-                         'and is that its name?')
+            return f'The client of the buffer server {name} was closed, or ROS shut down'
+        if is_ready and call.is_late():
+            return f'The buffer server {name} is there, and did not answer in time'
+        if not is_ready and call.sent:
+            return f'The buffer server {name} went away before it answered'
+        if not is_ready and not call.left_s():
+            return (f'There is no buffer server {name}: is a buffer_server running, '
+                    'and is that its name?')
+        return ''
 
     def _end_calls(self) -> None:
         with self._lock:
             self._closed.set()
             calls = list(self._calls)
         for call in calls:
-            self._give_up_without_hope(call, is_ready=False)
+            self._look_after(call, is_ready=False)
 
 
 def _companion(node: Node) -> Node:

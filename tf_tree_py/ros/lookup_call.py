@@ -29,10 +29,7 @@ class Sender(Protocol):
     """Who sends the goal of a call."""
 
     def forget(self, call: LookupCall) -> None:
-        """Let a call go that has ended."""
-
-    def cancel_goal(self, call: LookupCall) -> None:
-        """Let the server drop a call's goal."""
+        """Let a call go that has ended, at the server too."""
 
     def send_later(self, call: LookupCall) -> None:
         """Send a call's goal, behind those that are to be sent already."""
@@ -49,6 +46,8 @@ class LookupCall(AwaitableFuture):
 
     :ivar sent: whether the server was asked; it may still have to accept.
     :ivar accepted: whether it has accepted.
+    :ivar answered: whether it has said how the lookup ended.
+    :ivar over: whether the call has ended, with or without it.
     """
 
     def __init__(self, client: Sender, goal: LookupTransform.Goal, timeout_s: float,
@@ -61,15 +60,13 @@ class LookupCall(AwaitableFuture):
         """
         super().__init__()
         self.goal_id = UUID()
-        self.sent = self.accepted = False
+        self.sent = self.accepted = self.answered = self.over = False
         self._client = client
         self._goal = goal
         self._begin = self._sent_at = time.monotonic()
         self._lease_s = self._timeout_s = timeout_s
         self._padding_s = padding_s
         self._is_part = False
-        self._answered = False
-        self._over = False
         self._request: Future | None = None
 
     def left_s(self) -> float:
@@ -94,11 +91,11 @@ class LookupCall(AwaitableFuture):
         return self._goal
 
     def follow(self, request: Future, step: Callable[[Any], None]) -> None:
-        """Take a step when a service has answered, unless the call is over by then."""
+        """Take a step when a service has answered."""
         self._request = request
         request.add_done_callback(
             lambda request: None if request.cancelled() else step(request.result()))
-        if self._over:
+        if self.over and self.accepted:
             request.cancel()
 
     def answer(self, response: Any) -> None:
@@ -109,10 +106,10 @@ class LookupCall(AwaitableFuture):
             if isinstance(error, TimeoutException) and self._may_ask_again():
                 self.ask_again()
                 return
-            self._answered = True
+            self.answered = True
             self.set_exception(error.with_traceback(None))
         else:
-            self._answered = True
+            self.answered = True
             self.set_result(transform)
 
     def _may_ask_again(self) -> bool:
@@ -128,8 +125,7 @@ class LookupCall(AwaitableFuture):
     def ask_again(self) -> None:
         """Ask for the next part of the time."""
         self.sent = self.accepted = False
-        if self._request is not None:
-            self._request.cancel()
+        self._drop_request()
         self._client.send_later(self)
 
     def give_up(self, why: str) -> None:
@@ -137,14 +133,18 @@ class LookupCall(AwaitableFuture):
         error = TimeoutException(why)
         error.waited_s = time.monotonic() - self._begin
         self.set_exception(error)
+        self._drop_request()
 
     def _end(self) -> bool:
         first = super()._end()
         if first:
-            self._over = True
-            if self._request is not None:
-                self._request.cancel()
-            if self.sent and not self._answered:
-                self._client.cancel_goal(self)
+            self.over = True
+            # A goal can be cancelled once it is accepted, so that is still waited for.
+            if self.accepted:
+                self._drop_request()
             self._client.forget(self)
         return first
+
+    def _drop_request(self) -> None:
+        if self._request is not None:
+            self._request.cancel()
