@@ -513,6 +513,16 @@ def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
 
 
 @pytest.mark.filterwarnings('error:failed to send response')
+def test_closing_waits_for_what_is_just_being_accepted(ready, buffer):
+    for _ in range(8):
+        ready.wait_for_transform_async('map', 'base', at(3.0))
+    ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
+    ready.close()
+    assert len(buffer._waiters) == 0
+    assert not ready.action_client._unaccepted
+
+
+@pytest.mark.filterwarnings('error:failed to send response')
 def test_closing_ends_what_is_on_its_way(ready, buffer, node):
     calls = [ready.wait_for_transform_async('map', 'base', at(3.0)) for _ in range(3)]
     until_waiting(buffer, 3)

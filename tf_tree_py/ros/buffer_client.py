@@ -1,5 +1,6 @@
 """tf2's ``BufferClient``: a buffer that lives in another process."""
 
+from collections.abc import Callable
 from threading import current_thread, Event
 from typing import Any
 import weakref
@@ -9,6 +10,7 @@ from rclpy.clock import ROSClock
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.errors import TimeoutException
 
 from .buffer import _debug_tuple_of
 from .buffer_interface import BufferInterface
@@ -88,7 +90,7 @@ class BufferClient(BufferInterface, LookupCoroutines):
             away, or it did not answer: the text says which.
         :raises TransformException: of the class that the server's buffer raised.
         """
-        return self._answer_of(self.wait_for_transform_async(
+        return self._answer(lambda: self.wait_for_transform_async(
             target_frame, source_frame, time, timeout))
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
@@ -100,7 +102,7 @@ class BufferClient(BufferInterface, LookupCoroutines):
         Through a frame that stays put meanwhile. Parameters and errors as
         ``lookup_transform``.
         """
-        return self._answer_of(self.wait_for_transform_full_async(
+        return self._answer(lambda: self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any,
@@ -153,9 +155,11 @@ class BufferClient(BufferInterface, LookupCoroutines):
         return self.action_client.start(
             LookupCall(self.action_client, goal, max(0.0, timeout_s), padding_s))
 
-    def _answer_of(self, call: LookupCall) -> TransformStamped:
+    def _answer(self, begin: Callable[[], LookupCall]) -> TransformStamped:
         if current_thread() is self.action_client.thread:
-            call.give_up('Not waited: this very thread takes the answers of the buffer server')
+            raise TimeoutException(
+                'Not waited: this very thread takes the answers of the buffer server')
+        call = begin()
         ended = Event()
         call.add_done_callback(lambda _: ended.set())
         try:

@@ -6,6 +6,7 @@ too, on one of which the server tells all clients the states of all goals whenev
 changes: a hundred clients would be busy with nothing else. This one uses the services.
 """
 
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import partial
 import math
@@ -122,7 +123,7 @@ class GoalClient:
         with self._lock:
             self._calls.discard(call)
             self._unsent.pop(call, None)
-        if call.sent and not call.answered and (call.accepted or self._closed.is_set()):
+        if call.accepted and not call.answered:
             self._cancel_goal(call)
 
     def _cancel_goal(self, call: LookupCall) -> None:
@@ -151,10 +152,11 @@ class GoalClient:
     def _take_leave(self) -> None:
         """Wait until the server has answered, for it cannot answer who is gone."""
         end = time.monotonic() + _FAREWELL_S
-        for farewell in self._farewells:
-            answered = threading.Event()
-            farewell.add_done_callback(lambda _, answered=answered: answered.set())
-            answered.wait(max(0.0, end - time.monotonic()))
+        with self._lock:
+            requests = [call.request for call in self._unaccepted if call.request is not None]
+        _wait(requests, end)
+        # What was just accepted was then cancelled.
+        _wait(self._farewells, end)
 
     def _send_next(self) -> None:
         """Send the next goals, if a server is there that surely has room for them."""
@@ -192,6 +194,8 @@ class GoalClient:
 
     def _check(self) -> bool:
         """Look after the calls; return whether there are any."""
+        if self._closed.is_set():
+            return False
         self._send_next()
         is_ready = self.server_is_ready()
         with self._lock:
@@ -211,6 +215,7 @@ class GoalClient:
             with self._lock:
                 self._unaccepted.discard(call)
             call.give_up(why)
+            call.drop_request()
 
     def _why_hopeless(self, call: LookupCall, is_ready: bool) -> str:
         name = self.name
@@ -230,7 +235,15 @@ class GoalClient:
             self._closed.set()
             calls = list(self._calls)
         for call in calls:
-            self._look_after(call, is_ready=False)
+            call.give_up(self._why_hopeless(call, is_ready=False))
+
+
+def _wait(futures: Iterable[Future], end: float) -> None:
+    """Sleep until all futures have ended, or the monotonic time is up."""
+    for future in futures:
+        ended = threading.Event()
+        future.add_done_callback(lambda _, ended=ended: ended.set())
+        ended.wait(max(0.0, end - time.monotonic()))
 
 
 def _companion(node: Node) -> Node:

@@ -48,6 +48,7 @@ class LookupCall(AwaitableFuture):
     :ivar accepted: whether it has accepted.
     :ivar answered: whether it has said how the lookup ended.
     :ivar over: whether the call has ended, with or without it.
+    :ivar request: what the server was last asked, its future.
     """
 
     def __init__(self, client: Sender, goal: LookupTransform.Goal, timeout_s: float,
@@ -67,7 +68,7 @@ class LookupCall(AwaitableFuture):
         self._lease_s = self._timeout_s = timeout_s
         self._padding_s = padding_s
         self._is_part = False
-        self._request: Future | None = None
+        self.request: Future | None = None
 
     def left_s(self) -> float:
         """Return how long the lookup may still take at a server, or this to appear."""
@@ -92,7 +93,7 @@ class LookupCall(AwaitableFuture):
 
     def follow(self, request: Future, step: Callable[[Any], None]) -> None:
         """Take a step when a service has answered."""
-        self._request = request
+        self.request = request
         request.add_done_callback(
             lambda request: None if request.cancelled() else step(request.result()))
         if self.over and self.accepted:
@@ -125,7 +126,7 @@ class LookupCall(AwaitableFuture):
     def ask_again(self) -> None:
         """Ask for the next part of the time."""
         self.sent = self.accepted = False
-        self._drop_request()
+        self.drop_request()
         self._client.send_later(self)
 
     def give_up(self, why: str) -> None:
@@ -133,7 +134,6 @@ class LookupCall(AwaitableFuture):
         error = TimeoutException(why)
         error.waited_s = time.monotonic() - self._begin
         self.set_exception(error)
-        self._drop_request()
 
     def _end(self) -> bool:
         first = super()._end()
@@ -141,10 +141,11 @@ class LookupCall(AwaitableFuture):
             self.over = True
             # A goal can be cancelled once it is accepted, so that is still waited for.
             if self.accepted:
-                self._drop_request()
+                self.drop_request()
             self._client.forget(self)
         return first
 
-    def _drop_request(self) -> None:
-        if self._request is not None:
-            self._request.cancel()
+    def drop_request(self) -> None:
+        """Expect no answer any more to what the server was last asked."""
+        if self.request is not None:
+            self.request.cancel()
