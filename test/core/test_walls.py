@@ -26,7 +26,7 @@ LAYERS = {
 CORE = [
     'stamp', 'errors', 'so3', 'se3', 'pose', 'se2', 'many', 'history', 'path', 'incidents',
     'sample', 'tree', 'waiters', 'deadline', 'frame_names', 'wire', 'queries', 'future_guard',
-    'jump_back', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
+    'jump_back', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}
 

@@ -12,6 +12,7 @@ from operator import attrgetter
 import threading
 from typing import TypeVar
 
+from .arrivals import Meter
 from .deadline import Deadline, WallDeadline
 from .errors import ClockJumpException, TransformException
 from .future_guard import FutureGuard
@@ -63,6 +64,9 @@ class BufferCore(Queries):
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)
         self._jump_back = None if clear_on_jump_back is None else JumpBack(clear_on_jump_back)
+        self._meters: tuple[Meter, ...] = ()
+        # Whether more is to be done about a message than to insert it.
+        self._attentive = self._jump_back is not None
         # Why everybody who waited was last made to give up: who began with another one.
         self._failure: TransformException | None = None
 
@@ -100,7 +104,10 @@ class BufferCore(Queries):
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
         incidents: list[Incident] = []
-        told = self._follow(batch.edges, batch.stamps, authority) if self._jump_back else []
+        told: list[Incident] = []
+        if self._attentive:
+            self._measure(batch.edges, batch.stamps)
+            told = self._follow(batch.edges, batch.stamps, authority)
         with self._lock:
             version = self._tree.version
             taken = self._tree.append_batch(batch, authority)
@@ -114,7 +121,7 @@ class BufferCore(Queries):
     def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
                 static: bool) -> list[Incident]:
         told: list[Incident] = []
-        if stamps and not static and (self._jump_back or max(stamps) > self._guard.limit):
+        if stamps and not static and (self._attentive or max(stamps) > self._guard.limit):
             samples, told = self._in_time(samples, authority)
         with self._lock:
             version = self._tree.version
@@ -145,15 +152,21 @@ class BufferCore(Queries):
                  authority: str) -> tuple[list[Sample], list[Incident]]:
         """Return the samples that are not refused for their stamps, and what to tell."""
         told: list[Incident] = []
+        if self._attentive:
+            self._measure(_edges_of(samples), [sample.stamp for sample in samples])
         guard = self._guard
         if guard.is_too_far(max(map(_stamp_of, samples))):
             with self._lock:
                 samples, told = guard.part(samples, authority, self._tree.histories)
                 self._count(0, told)
         if self._jump_back:
-            told += self._follow([sample[:2] for sample in samples],
-                                 [sample.stamp for sample in samples], authority)
+            told += self._follow(_edges_of(samples), [sample.stamp for sample in samples],
+                                 authority)
         return samples, told
+
+    def _measure(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
+        for meter in self._meters:
+            meter.arrived(edges, stamps)
 
     def _follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
                 authority: str) -> list[Incident]:
@@ -187,6 +200,21 @@ class BufferCore(Queries):
         self._statistics.accepted += accepted
         for incident in incidents:
             self._statistics.incidents[incident.kind] += 1
+        if incidents:
+            for meter in self._meters:
+                meter.told(incidents)
+
+    def observe(self, meter: Meter) -> None:
+        """Let a meter count what arrives from now on."""
+        with self._lock:
+            self._meters += (meter,)
+            self._attentive = True
+
+    def unobserve(self, meter: Meter) -> None:
+        """Let a meter go."""
+        with self._lock:
+            self._meters = tuple(other for other in self._meters if other is not meter)
+            self._attentive = bool(self._meters or self._jump_back)
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""
@@ -307,3 +335,7 @@ class BufferCore(Queries):
         """
         with self._lock:
             return self._tree.remove(frame)
+
+
+def _edges_of(samples: Iterable[Sample]) -> list[tuple[str, str]]:
+    return [(sample.parent, sample.child) for sample in samples]

@@ -11,6 +11,7 @@ from tf_tree_py.ros.buffer_server import BufferServer
 from tf_tree_py.ros.listener import TransformListener
 from tf_tree_py.ros.lookup_goal import ACTION_NAME
 
+from .bad_input import BadInput
 from .parameters import declare, describe, Setting
 from .running import Parser, run, spin
 
@@ -19,6 +20,11 @@ NODE_NAME = 'tf_buffer'
 
 SETTINGS = (
     Setting('buffer_size', 120.0, 'how much history is kept, s', (0.0, 1e9)),
+    Setting('max_future', 0.0, 'refuse stamps further ahead of the clock, s; 0 takes them',
+            (0.0, 1e9)),
+    Setting('clear_on_jump_back', 0.0,
+            'forget what moves when stamps jump back further, s; 0 never does', (0.0, 1e9)),
+    Setting('diagnostics', False, 'publish on /diagnostics how every edge is, once a second'),
 )
 
 _DESCRIPTION = f"""\
@@ -37,16 +43,33 @@ class BufferServerNode(Node):
         :raises BadInput: a parameter has a wrong type or is out of its range.
         """
         super().__init__(NODE_NAME, **node_options)
-        size_s = declare(self, SETTINGS)['buffer_size']
-        self.buffer = Buffer(Duration(seconds=size_s), self)
-        self._listener = TransformListener(self.buffer, self)
-        self._server = BufferServer(self.buffer, self)
+        given = declare(self, SETTINGS)
+        self.buffer = Buffer(
+            Duration(seconds=given['buffer_size']), self,
+            max_future=_unless_zero(given['max_future']),
+            clear_on_jump_back=_unless_zero(given['clear_on_jump_back']))
+        self._open: list[Any] = [
+            TransformListener(self.buffer, self), BufferServer(self.buffer, self)]
+        if given['diagnostics']:
+            self._open.append(self._diagnostics())
+
+    def _diagnostics(self) -> Any:
+        # Who does not want them does without their messages.
+        try:
+            from tf_tree_py.ros.diagnostics import TransformDiagnostics
+        except ModuleNotFoundError as error:
+            raise BadInput(f'parameter diagnostics: {error.name} is not installed') from error
+        return TransformDiagnostics(self.buffer, self)
 
     def destroy_node(self) -> None:
         """Stop serving and listening, and destroy the node."""
-        self._server.close()
-        self._listener.close()
+        while self._open:
+            self._open.pop().close()
         super().destroy_node()
+
+
+def _unless_zero(seconds: float) -> Duration | None:
+    return Duration(seconds=seconds) if seconds else None
 
 
 def main(argv: Sequence[str] | None = None) -> int:

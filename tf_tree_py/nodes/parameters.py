@@ -17,22 +17,26 @@ from .bad_input import BadInput
 @dataclass(frozen=True)
 class Setting:
     """
-    One parameter of a node: a string, a list of strings, or with limits a number.
+    One parameter of a node: a string, a bool, a list of strings, or with limits a number.
 
     :ivar limits: the least and the most that a number may be.
     """
 
     name: str
-    default: str | float | Sequence[str]
+    default: str | bool | float | Sequence[str]
     meaning: str
     limits: tuple[float, float] | None = None
 
-    def check(self, given: Any) -> str | float | list[str]:
+    def check(self, given: Any) -> str | bool | float | list[str]:
         """
         Return a given value in the parameter's type.
 
         :raises BadInput: it is of another type, or out of range.
         """
+        if isinstance(self.default, bool):
+            if isinstance(given, bool):
+                return given
+            raise BadInput(f'parameter {self.name} has to be true or false, not {given!r}')
         if not isinstance(self.default, str | float):
             return self._check_names(given)
         if self.limits is None:
@@ -76,7 +80,7 @@ def declare(node: Node, settings: Iterable[Setting]) -> dict[str, Any]:
     return {setting.name: _declare(node, setting) for setting in settings}
 
 
-def _declare(node: Node, setting: Setting) -> str | float | list[str]:
+def _declare(node: Node, setting: Setting) -> str | bool | float | list[str]:
     # Twice: first to see what is given whatever its type, then with its type for good.
     anything = ParameterDescriptor(dynamic_typing=True)
     value = setting.check(node.declare_parameter(setting.name, setting.default, anything).value)

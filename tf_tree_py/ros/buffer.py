@@ -68,7 +68,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """
         self._watch = ClockWatch(self._on_jump_back)
         super().__init__(
-            _nanoseconds_or_none(cache_time), max_frames=max_frames, now=self._now,
+            _nanoseconds_or_none(cache_time), max_frames=max_frames, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
         self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
@@ -81,13 +81,14 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             self.log_to(node.get_logger())
             self._watch.follow(node.get_clock(), node.context)
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
-        self.audit = LookupAudit(self, self._now) if audit else None
+        self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
             # On this object only: a buffer without an audit pays nothing for it.
             self.lookup = self.audit.watch(self.lookup)
             self.lookup_transform = self.audit.watch(self.lookup_transform, as_nanoseconds)
 
-    def _now(self) -> int:
+    def now(self) -> int:
+        """Return the time by the clock that stamps go by, nanoseconds."""
         simulated = self._watch.simulated_now()
         return time.time_ns() if simulated is None else simulated
 

@@ -1,0 +1,203 @@
+"""The health of every edge on ``/diagnostics``, where robots look for what is wrong with them."""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+from tf_tree_py.core import EdgeInfo
+from tf_tree_py.core.arrivals import Arrivals, Meter
+from tf_tree_py.core.incidents import Kind, REMARKS
+from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
+
+from .buffer import Buffer
+from .convert import as_nanoseconds
+
+TOPIC = '/diagnostics'
+
+_SECOND = Duration(seconds=1.0)
+# An edge that is silent for so many of its usual intervals is stale.
+_MISSED = 3
+
+OK, WARN, ERROR, STALE = (
+    DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE)
+
+
+class TransformDiagnostics:
+    """
+    Publishes how the edges of a buffer are, until ``close()``; it is a context manager.
+
+    One status for the whole buffer and one for each edge: how often and how late its
+    transforms come, how far their stamps are ahead of the clock, who sent the last one,
+    what was refused. An edge is
+
+    - ERROR when all that came was refused,
+    - STALE when it has been silent for three of its usual intervals,
+    - WARN when some was refused or odd, or when stamps are off the clock by more than
+      ``max_delay``, behind or ahead.
+
+    While it is open an insertion costs about a microsecond more for each transform.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node, period: Duration = _SECOND,
+                 max_delay: Duration = _SECOND) -> None:
+        """
+        Begin to publish.
+
+        :param buffer: whose edges.
+        :param node: whose executor publishes, by the wall's time.
+        :param period: how often.
+        :param max_delay: how late a transform may be, in the mean, and how far ahead of
+            the clock; what is further off is a warning.
+        """
+        self._buffer = buffer
+        self._node = node
+        self._period = as_nanoseconds(period)
+        self._max_delay = as_nanoseconds(max_delay)
+        self._meter = Meter(buffer.now)
+        self._heard: dict[tuple[str, str], int] = {}
+        self._before = buffer.statistics()
+        self._publisher = node.create_publisher(DiagnosticArray, TOPIC, 10)
+        self._timer = node.create_timer(
+            as_seconds(self._period), self._publish, MutuallyExclusiveCallbackGroup(),
+            Clock(clock_type=ClockType.STEADY_TIME))
+        buffer.observe(self._meter)
+
+    def close(self) -> None:
+        """Stop publishing; calling it again is harmless."""
+        self._buffer.unobserve(self._meter)
+        self._node.destroy_timer(self._timer)
+        self._node.destroy_publisher(self._publisher)
+
+    def __enter__(self) -> 'TransformDiagnostics':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def report(self) -> DiagnosticArray:
+        """Return how things are, and what has come since the last report."""
+        arrived = self._meter.take()
+        edges = {(edge.parent, edge.child): edge for edge in self._buffer.edges()}
+        now = self._buffer.now()
+        self._heard = {names: now if names in arrived else min(now, self._heard.get(names, now))
+                       for names in edges}
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        message.status = [self._of_buffer(), *(
+            self._status(f' {names[0]} -> {names[1]}', self._of_edge(
+                edge, arrived.get(names, Arrivals()), now - self._heard[names]))
+            for names, edge in edges.items())]
+        message.status += [
+            self._status(f' {parent} -> {child}', _of_stranger(arrivals))
+            for (parent, child), arrivals in arrived.items()
+            if (parent, child) not in edges and parent and child and arrivals.incidents]
+        return message
+
+    def _publish(self) -> None:
+        # Somebody may close it while the executor is just here.
+        with suppress(InvalidHandle):
+            self._publisher.publish(self.report())
+
+    def _status(self, name: str, health: '_Health') -> DiagnosticStatus:
+        return DiagnosticStatus(
+            level=health.level, name=f'{self._node.get_name()}: tf{name}', message=health.message,
+            hardware_id=self._node.get_fully_qualified_name(),
+            values=[KeyValue(key=key, value=value) for key, value in health.values.items()])
+
+    def _of_buffer(self) -> DiagnosticStatus:
+        now, before = self._buffer.statistics(), self._before
+        self._before = now
+        accepted, refused = now.accepted - before.accepted, now.refused - before.refused
+        odd = {kind: count for kind, count in now.incidents.items()
+               if count > before.incidents[kind]}
+        return self._status('', _Health(
+            WARN if odd else OK,
+            f'{now.frames} frames, {accepted} transforms taken' + (
+                f', {refused} refused' if refused else '') + _because(odd),
+            {'Frames': str(now.frames), 'Taken': str(accepted), 'Refused': str(refused),
+             'Taken, in all': str(now.accepted), 'Refused, in all': str(now.refused),
+             **{f'{_verb(kind)}, in all: {kind.value}': str(count)
+                for kind, count in now.incidents.items() if count}}))
+
+    def _of_edge(self, edge: EdgeInfo, arrivals: Arrivals, silent: int) -> '_Health':
+        values = {'Authority': edge.authority, 'Samples': str(edge.samples)}
+        if edge.static:
+            values |= _counts(arrivals)
+            return _Health(WARN if arrivals.incidents else OK,
+                           f'static, from {edge.authority}' + _because(arrivals.incidents), values)
+        interval = (edge.latest - edge.oldest) / max(edge.samples - 1, 1)
+        ahead = max(0, -arrivals.shortest_delay)
+        values |= {
+            'Rate (Hz)': f'{1e9 / interval:.3f}' if interval else '0.000',
+            'Newest stamp (s)': format_stamp(edge.latest),
+            'Arrived': str(arrivals.count),
+            **_counts(arrivals),
+        }
+        if arrivals.timed:
+            values |= {
+                'Delay, mean (s)': f'{arrivals.mean_delay / 1e9:.6f}',
+                'Delay, worst (s)': f'{arrivals.longest_delay / 1e9:.6f}',
+                'Skew (s)': f'{ahead / 1e9:.6f}',
+            }
+        refused = _refused(arrivals)
+        if refused and refused >= arrivals.count:
+            return _Health(ERROR, f'all {refused} refused' + _because(arrivals.incidents), values)
+        if silent > max(self._period, _MISSED * interval):
+            return _Health(STALE, f'silent for {format_span(silent)}; the last one came from '
+                           f'{edge.authority}', values)
+        wrong = self._wrong(arrivals, refused, ahead)
+        return _Health(WARN if wrong else OK, '; '.join([
+            f'{values["Rate (Hz)"]} Hz, from {edge.authority}', *wrong]), values)
+
+    def _wrong(self, arrivals: Arrivals, refused: int, ahead: int) -> list[str]:
+        """Return what to warn of."""
+        wrong = []
+        if refused:
+            wrong.append(f'{refused} of {arrivals.count} refused' + _because(arrivals.incidents))
+        elif arrivals.incidents:
+            wrong.append('odd' + _because(arrivals.incidents))
+        if arrivals.mean_delay > self._max_delay:
+            wrong.append(f'{format_span(round(arrivals.mean_delay))} late')
+        if ahead > self._max_delay:
+            wrong.append(f'stamps are {format_span(ahead)} ahead of the clock')
+        return wrong
+
+
+class _Health(NamedTuple):
+    """A status without its name."""
+
+    level: bytes
+    message: str
+    values: dict[str, str]
+
+
+def _of_stranger(arrivals: Arrivals) -> _Health:
+    """Return the health of an edge that is not in the tree."""
+    return _Health(ERROR, f'not in the tree: {_refused(arrivals)} refused'
+                   + _because(arrivals.incidents),
+                   {'Arrived': str(arrivals.count), **_counts(arrivals)})
+
+
+def _refused(arrivals: Arrivals) -> int:
+    return sum(count for kind, count in arrivals.incidents.items() if kind not in REMARKS)
+
+
+def _counts(arrivals: Arrivals) -> dict[str, str]:
+    return {f'{_verb(kind)}: {kind.value}': str(count)
+            for kind, count in arrivals.incidents.items()}
+
+
+def _verb(kind: Kind) -> str:
+    return 'Odd' if kind in REMARKS else 'Refused'
+
+
+def _because(kinds: Iterable[Kind]) -> str:
+    names = ', '.join(sorted(kind.value for kind in kinds))
+    return f' ({names})' if names else ''
