@@ -31,6 +31,7 @@ LOOKUPS = {
         'map', time, 'base', time, 'map'),
     'lookupVelocityCore': lambda buffer, time: buffer.lookupVelocityCore(
         'map', 'base', time, lasting(1.0)),
+    'lookup_twist': lambda buffer, time: buffer.lookup_twist('map', 'base', time, lasting(1.0)),
     '_chain': lambda buffer, time: buffer._chain('map', time, 'base', time, 'map'),
 }
 

@@ -231,6 +231,7 @@ class AsyncLookups(LookupCoroutines, BufferCore):
 
     _watch: ClockWatch
     _wall_guard_s: float | None
+    _as_stamp: Callable[[Any], int]
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)

@@ -1,5 +1,6 @@
 """Velocities of ``core.twist`` in messages and ROS times."""
 
+from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist, Vector3, VelocityStamped
@@ -15,6 +16,8 @@ from .convert import as_nanoseconds, time_message
 class TwistLookups(BufferCore):
     """The part of ``Buffer`` that tells how fast frames move; tf2's is in ``core_api``."""
 
+    _as_stamp: Callable[[Any], int]
+
     def lookup_twist(self, tracking_frame: str, observation_frame: str, time: Any,
                      averaging_interval: Any, *, reference_frame: str | None = None,
                      reference_point: so3.Vector3 = ORIGIN,
@@ -26,7 +29,7 @@ class TwistLookups(BufferCore):
         :param averaging_interval: an rclpy ``Duration``.
         """
         velocity = lookup_twist(
-            self, tracking_frame, observation_frame, as_nanoseconds(time),
+            self, tracking_frame, observation_frame, self._as_stamp(time),
             as_nanoseconds(averaging_interval), reference_frame=reference_frame,
             reference_point=reference_point, reference_point_frame=reference_point_frame)
         return velocity_stamped(velocity, tracking_frame, observation_frame, reference_frame)
