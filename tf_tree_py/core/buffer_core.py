@@ -85,7 +85,7 @@ class BufferCore(Queries):
         """
         x, y, z, qx, qy, qz, qw = map(float, pose)
         sample = Sample(parent, child, checked_stamp(stamp), (x, y, z, qx, qy, qz, qw))
-        return self.insert_many([sample], authority, static)
+        return self._insert([sample], [sample.stamp], authority, static)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False) -> list[Incident]:

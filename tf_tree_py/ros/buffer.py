@@ -101,7 +101,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self.note(self.insert_many([as_sample(transform)], authority))
+        sample = as_sample(transform)
+        return self.note(self._insert([sample], [sample.stamp], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
