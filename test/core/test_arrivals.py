@@ -2,11 +2,11 @@
 
 import threading
 
-import numpy as np
 import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.arrivals import Meter
+from tf_tree_py.core.history import pack_pose
 from tf_tree_py.core.sample import Batch
 
 SECOND = 10**9
@@ -61,7 +61,7 @@ def test_taking_begins_anew(buffer, meter, clock):
 @pytest.mark.parametrize('count', [1, 40])
 def test_whole_messages_are_counted(buffer, meter, clock, count):
     edges = [('map', f'child{number}') for number in range(count)]
-    poses = np.array([tuple(Pose())] * count)
+    poses = [pack_pose(*Pose())] * count
     for _ in range(3):
         buffer.insert_batch(Batch(edges, [clock.now - 5] * count, poses))
     taken = meter.take()
@@ -86,7 +86,7 @@ def test_refused_future_arrives_too(meter, clock):
     sample = Sample('map', 'odom', clock.now + 60 * SECOND, tuple(Pose()))
     buffer.insert_many([sample])
     buffer.insert_batch(
-        Batch([sample[:2]] * 10, [sample.stamp] * 10, np.array([sample.pose] * 10)))
+        Batch([sample[:2]] * 10, [sample.stamp] * 10, [pack_pose(*sample.pose)] * 10))
     (arrivals,) = meter.take().values()
     assert arrivals.count == 11
     assert arrivals.incidents == {Kind.FAR_FUTURE: 11}
