@@ -27,6 +27,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
 from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform
 from std_msgs.msg import Header
+from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
 from tf_tree_py import dropin
@@ -625,6 +626,28 @@ def test_client_asks_a_server(make_node, spin):
         assert client.can_transform('map', 'base', at(1.0), lasting(1.0))
         with pytest.raises(tf2_ros.LookupException):
             client.lookup_transform('map', 'nowhere', at(1.0))
+
+
+def test_client_takes_the_answers_of_a_server_made_by_hand(make_node, spin):
+    """As tests of programs have them: services that accept, and leave the status out."""
+    import tf2_ros
+    serving = make_node('serving')
+    kind = LookupTransform.Impl
+
+    def accept(request, response):
+        response.accepted = True
+        return response
+
+    def answer(request, response):
+        response.result.transform = transform('map', 'base', 1.0, x=2.0)
+        return response
+
+    serving.create_service(kind.SendGoalService, '/mine/_action/send_goal', accept)
+    serving.create_service(kind.GetResultService, '/mine/_action/get_result', answer)
+    with tf2_ros.BufferClient(make_node('client'), 'mine', timeout_padding=0.0) as client:
+        spin(serving)
+        found = client.lookup_transform('map', 'base', Time(), PATIENCE)
+        assert found.transform.translation.x == 2.0
 
 
 UNCHANGED = """

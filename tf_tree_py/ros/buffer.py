@@ -209,28 +209,6 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
         return transform_stamped(target_frame, source_frame, found, pose)
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = NO_TIME,
-                      return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
-        """
-        Return whether ``lookup_transform`` would succeed.
-
-        :param return_debug_tuple: return (answer, why not) instead.
-        """
-        return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform(
-            target_frame, source_frame, time, timeout))
-
-    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
-                           return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
-        """
-        Return whether ``lookup_transform_full`` would succeed.
-
-        :param return_debug_tuple: return (answer, why not) instead.
-        """
-        return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform_full(
-            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
-
     def _within(self, timeout: Any, query: Callable[[], Answer]) -> Answer:
         """Answer a query within a timeout by the buffer's clock."""
         duration = as_nanoseconds(timeout)
@@ -270,11 +248,3 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
 def _nanoseconds_or_none(duration: Duration | None) -> int | None:
     return None if duration is None else as_nanoseconds(duration)
-
-
-def _debug_tuple_of(wanted: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
-    try:
-        lookup()
-    except TransformException as error:
-        return (False, str(error)) if wanted else False
-    return (True, '') if wanted else True

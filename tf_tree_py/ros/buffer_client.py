@@ -12,7 +12,6 @@ from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TimeoutException
 
-from .buffer import _debug_tuple_of
 from .buffer_interface import BufferInterface
 from .convert import as_nanoseconds, as_stamp
 from .futures import LookupCoroutines
@@ -49,7 +48,8 @@ class BufferClient(BufferInterface, LookupCoroutines):
         :param ns: the action's name, such as ``tf2_buffer_server``.
         :param check_frequency: how often to look, during a lookup, whether the server
             is still there and the time is not over, Hz.
-        :param timeout_padding: how much longer than the timeout the answer may take.
+        :param timeout_padding: how much longer than the timeout the answer may take; an
+            rclpy ``Duration``, or seconds.
         """
         self.node = node
         self.check_frequency = check_frequency
@@ -105,28 +105,6 @@ class BufferClient(BufferInterface, LookupCoroutines):
         return self._answer(lambda: self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = _NO_TIME,
-                      return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
-        """
-        Return whether ``lookup_transform`` would succeed.
-
-        :param return_debug_tuple: return (answer, why not) instead.
-        """
-        return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform(
-            target_frame, source_frame, time, timeout))
-
-    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = _NO_TIME,
-                           return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
-        """
-        Return whether ``lookup_transform_full`` would succeed.
-
-        :param return_debug_tuple: return (answer, why not) instead.
-        """
-        return _debug_tuple_of(return_debug_tuple, lambda: self.lookup_transform_full(
-            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
-
     # --- later
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
@@ -151,7 +129,8 @@ class BufferClient(BufferInterface, LookupCoroutines):
 
     def _begin(self, goal: LookupTransform.Goal, timeout: Any) -> LookupCall:
         timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9
-        padding_s = as_nanoseconds(self.timeout_padding) / 1e9
+        padding = self.timeout_padding
+        padding_s = padding if isinstance(padding, (int, float)) else as_nanoseconds(padding) / 1e9
         return self.action_client.start(
             LookupCall(self.action_client, goal, max(0.0, timeout_s), padding_s))
 

@@ -1,5 +1,6 @@
 """What a buffer in this process and one in another have in common, as in tf2."""
 
+from collections.abc import Callable
 from functools import cache, cached_property
 from importlib import import_module
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from std_msgs.msg import Header
+from tf_tree_py.core.errors import TransformException
 
 # The timeout of whoever gives none; a buffer may recognise it.
 NO_TIME = Duration()
@@ -79,14 +81,34 @@ class BufferInterface:
         raise _registry().NotImplementedException()
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = NO_TIME) -> Any:
-        """Return whether ``lookup_transform`` would succeed; a subclass says how."""
-        raise _registry().NotImplementedException()
+                      timeout: Any = NO_TIME,
+                      return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
+        """
+        Return whether ``lookup_transform`` would succeed.
+
+        :param return_debug_tuple: return (answer, why not) instead.
+        """
+        return _answered(return_debug_tuple, lambda: self.lookup_transform(
+            target_frame, source_frame, time, timeout))
 
     def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME) -> Any:
-        """Return whether ``lookup_transform_full`` would succeed; a subclass says how."""
-        raise _registry().NotImplementedException()
+                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
+                           return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
+        """
+        Return whether ``lookup_transform_full`` would succeed.
+
+        :param return_debug_tuple: return (answer, why not) instead.
+        """
+        return _answered(return_debug_tuple, lambda: self.lookup_transform_full(
+            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
+
+
+def _answered(tell_why: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
+    try:
+        lookup()
+    except TransformException as error:
+        return (False, str(error)) if tell_why else False
+    return (True, '') if tell_why else True
 
 
 def _header_of(object_stamped: Any) -> Header:

@@ -79,7 +79,8 @@ def transform_of(status: int, result: LookupTransform.Result) -> TransformStampe
     error = result.error
     if error.error != TF2Error.NO_ERROR:
         raise _EXCEPTIONS.get(error.error, TransformException)(error.error_string)
-    if status == GoalStatus.STATUS_SUCCEEDED:
+    # Servers of one's own may leave the status out; what names its frames is an answer.
+    if status == GoalStatus.STATUS_SUCCEEDED or result.transform.child_frame_id:
         return result.transform
     if status == GoalStatus.STATUS_ABORTED:
         raise TimeoutException('The buffer server did not find the transform in time')
