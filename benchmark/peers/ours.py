@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
-from rclpy.time import Time
 from tf_tree_py import Buffer
 from tf_tree_py.core.buffer_core import BufferCore
 from tf_tree_py.core.pose import Pose
+from tf_tree_py.ros.convert import as_nanoseconds, time_message
 
 from .messages import pose_of, transform_stamped
 from .. import motion
@@ -30,12 +31,12 @@ class OurBuffer:
         return transform_stamped(edge, stamp, pose)
 
     def time(self, stamp: int) -> Time:
-        """Return a time of rclpy."""
-        return Time(nanoseconds=stamp)
+        """Return a time as the header of a message has it."""
+        return time_message(stamp)
 
     def lookup_tree(self, target: str, time: Time) -> dict[str, Pose]:
         """Return all frames relative to one."""
-        return self.buffer.lookup_tree(target, time.nanoseconds)
+        return self.buffer.lookup_tree(target, as_nanoseconds(time))
 
     def pose(self, answer: TransformStamped | Pose) -> Sequence[float]:
         """Return the seven numbers of a message, or of a pose of a tree."""

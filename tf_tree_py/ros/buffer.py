@@ -164,7 +164,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self._watch.follow(clock)
 
     def _is_simulated(self) -> bool:
-        return self._watch.simulated_now() is not None
+        return self._watch.simulated
 
     def _on_jump_back(self, jump: TimeJump) -> None:
         self.start_anew(

@@ -34,6 +34,8 @@ class ClockWatch:
         # A clock has no more than a bare pointer to its handle, which dies with us.
         weakref.finalize(self, _unregister, self._handles).atexit = False
         self._sleepers: dict[Callable[[], None], float] = {}
+        self.simulated = False
+        """Whether the clock is driven by somebody else than the system."""
         self.released = 0
         """How often ``release`` was called."""
 
@@ -52,7 +54,7 @@ class ClockWatch:
     def simulated_now(self) -> int | None:
         """Return the simulated time in nanoseconds; None when time is not simulated."""
         clock, context = self._clock
-        if not isinstance(clock, ROSClock) or not clock.ros_time_is_active:
+        if clock is None or not _is_simulated(clock):
             return None
         # What nobody drives any more would stand still for ever.
         return clock.now().nanoseconds if context is None or context.ok() else None
@@ -76,15 +78,18 @@ class ClockWatch:
         _unregister(self._handles)
         self._clock = self._clocks[-1] if self._clocks else (None, None)
         clock = self._clock[0]
+        self.simulated = _is_simulated(clock)
         if clock is not None:
             self._handles.append(clock.create_jump_callback(
                 _EVERY_TICK, post_callback=_weakly(self._on_tick)))
         self._wake_until(math.inf)
 
     def _on_tick(self, jump: TimeJump) -> None:
+        clock = self._clock[0]
+        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
+            self.simulated = _is_simulated(clock)
         if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
             self._on_jump_back(jump)
-        clock = self._clock[0]
         if self._sleepers and clock is not None:
             self._wake_until(clock.now().nanoseconds)
 
@@ -149,6 +154,10 @@ class ClockDeadline:
             return False
         self._now = self._watch.simulated_now()
         return self._now is None or self._now >= self._end
+
+
+def _is_simulated(clock: Clock | None) -> bool:
+    return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
 
 def _unregister(handles: list[JumpHandle]) -> None:
