@@ -194,15 +194,14 @@ class DynamicHistory:
         """
         if stamp == self.latest_stamp:
             return self._latest_pose or self._unpack_latest()
-        stamps, parents, start = self._stamps, self._parents, self._start
-        if stamps and stamps[start] < self._horizon:
-            start = self._first()
+        stamps, start = self._stamps, self._start
         after = bisect_right(stamps, stamp, start)
-        if not start < after < len(stamps) or stamp == LATEST:
+        if (not start < after < len(stamps) or stamp == LATEST
+                or (older_stamp := stamps[after - 1]) < self._horizon):
             self._check_span(stamp)
             return self._unpack_latest()
-        older_stamp = stamps[after - 1]
         pair = _unpack_pair(self._poses, (after - 1) * POSE_BYTES)
+        parents = self._parents
         if stamp == older_stamp or (parents and parents[after - 1] != parents[after]):
             return pair[:_POSE_FLOATS]
         ratio = (stamp - older_stamp) / (stamps[after] - older_stamp)
