@@ -112,7 +112,15 @@ class BufferServer:
         return CancelResponse.REJECT
 
     def _answer(self, handle: ServerGoalHandle) -> LookupTransform.Result:
-        """Say how the lookup of an executing goal has ended."""
+        """Say how the lookup of an executing goal has ended, if anybody is still to know."""
+        try:
+            return self._end(handle)
+        except (InvalidHandle, RCLError):
+            if self._bell is not None:
+                raise
+            return LookupTransform.Result()
+
+    def _end(self, handle: ServerGoalHandle) -> LookupTransform.Result:
         future = self._lookups.pop(_key(handle))
         if future.cancelled():
             handle.canceled()
@@ -131,14 +139,20 @@ class _ClosableServer(ActionServer):
     """
     An action server that may be destroyed while an executor is just looking at it.
 
-    rclpy's own would make the executor's ``spin`` raise.
+    rclpy's own would make the executor's ``spin`` raise, and live on as long as a goal
+    does that was just being accepted.
     """
 
     _is_destroyed = False
 
     def destroy(self) -> None:
         self._is_destroyed = True
+        self._destroy_goals()
         super().destroy()
+
+    def _destroy_goals(self) -> None:
+        while self._goal_handles:
+            self._goal_handles.popitem()[1].destroy()
 
     def add_to_wait_set(self, wait_set: Any) -> None:
         with self._unless_destroyed():
@@ -157,6 +171,8 @@ class _ClosableServer(ActionServer):
     async def execute(self, taken_data: dict[str, Any]) -> None:
         with self._unless_destroyed():
             await super().execute(taken_data)
+        if self._is_destroyed:
+            self._destroy_goals()
 
     @contextmanager
     def _unless_destroyed(self) -> Iterator[None]:
