@@ -9,7 +9,7 @@ import pytest
 import rclpy
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
-from rclpy.executors import MultiThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_helpers import (
@@ -520,6 +520,22 @@ def test_callback_that_waits_in_a_multi_threaded_executor_gets_what_arrives(
     found = call_in_executor(node, ask, callback_group=group)
     assert found.header.stamp.sec == 2
     assert not list(buffer._feeding_threads), 'each of the threads may wait for the others'
+
+
+def test_thread_that_spun_once_may_wait_when_another_spins(node, talker, listen, spin, context):
+    buffer = listen(node, spin_thread=False)
+    talker.fix(transform('base', 'camera'))
+    begin = SingleThreadedExecutor(context=context)
+    begin.add_node(node)
+    while not buffer.statistics().accepted:
+        begin.spin_once(PATIENCE_S)
+    begin.shutdown()
+    assert threading.current_thread() in buffer._feeding_threads
+    spin(node)
+    talker.move(transform('map', 'base', 1.0))
+    until(lambda: buffer.statistics().accepted == 2)
+    with pytest.raises(ExtrapolationException, match=WAITED):
+        buffer.lookup_transform('map', 'camera', at(2.0), NEVER_ENOUGH)
 
 
 def test_users_callbacks_run_while_the_listener_works(node, talker, listen, spin):

@@ -77,11 +77,13 @@ class TransformListener:
         self.node = node = node or self._home
         self.buffer = buffer
         self._receiver: Receiver | None = None
+        self._spinner = _Spinner(buffer, self._home)
         topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
         topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
         buffer.log_to(node.get_logger())
         self._feeds = [
-            _Feed(buffer, self._home, node.resolve_topic_name(topic), static, profile, names)
+            _Feed(buffer, self._home, node.resolve_topic_name(topic), static, profile, names,
+                  self._spinner)
             for topic, static, profile in topics
         ]
         feed_of = self._home.get_clock(), node.context
@@ -107,6 +109,7 @@ class TransformListener:
         elif feeds:
             for feed in feeds:
                 feed.close()
+            self._spinner.forget()
             self._end_feed()
 
     def unregister(self) -> None:
@@ -128,15 +131,45 @@ class TransformListener:
             receiver.wake()
 
 
+class _Spinner:
+    """
+    The thread that delivers what arrives on a node, if it is always the same.
+
+    A program may spin its node in one thread and go on in another, and then the first
+    delivers nothing any more.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node) -> None:
+        self._buffer = buffer
+        self._node = node
+        self._thread: threading.Thread | None = None
+
+    def note(self) -> None:
+        """Look who delivers just now."""
+        alone = isinstance(self._node.executor, SingleThreadedExecutor)
+        thread = threading.current_thread() if alone else None
+        if thread is not self._thread:
+            self.forget()
+            self._thread = thread
+        if thread is not None:
+            self._buffer.fed_by(thread)
+
+    def forget(self) -> None:
+        """Let the thread wait again."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            self._buffer.no_longer_fed_by(thread)
+
+
 class _Feed:
     """What arrives on one topic, on its way into the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
-                 qos: QoSProfile | int, names: Rename) -> None:
+                 qos: QoSProfile | int, names: Rename, spinner: _Spinner) -> None:
         self._buffer = buffer
         self._node = node
         self._static = static
-        self._thread: threading.Thread | None = None
+        self._spinner = spinner
         self._reader = WireReader(names)
         self._authority = Authority(node, topic)
         buffer.name_later(self._authority)
@@ -148,14 +181,10 @@ class _Feed:
     def close(self) -> None:
         """Stop receiving; for those whose subscription no receiver owns."""
         self._node.destroy_subscription(self._subscription)
-        if self._thread is not None:
-            self._buffer.no_longer_fed_by(self._thread)
 
     def _receive(self, data: bytes) -> None:
         authority = self._authority.name()
-        if isinstance(self._node.executor, SingleThreadedExecutor):
-            self._thread = threading.current_thread()
-            self._buffer.fed_by(self._thread)
+        self._spinner.note()
         try:
             batch = self._reader.read(data)
         except WireError as error:
