@@ -180,6 +180,16 @@ def test_edge_that_is_never_let_in_is_an_error(robot):
     assert values == {'Arrived': '1', 'Refused: would close a loop': '1'}
 
 
+def test_edge_that_lost_to_another_parent_is_no_error(robot):
+    robot.run()
+    robot.buffer.insert('map', 'base', round(robot.now * SECOND), Pose(), authority='/slam')
+    robot.send()
+    status, values = robot.status(' map -> base')
+    assert status.level == WARN
+    assert status.message == 'not in the tree any more (two publishers, two parents)'
+    assert values == {'Arrived': '1', 'Odd: two publishers, two parents': '1'}
+
+
 # --- all of it
 
 def test_buffer_counts_what_came_since_the_last_report(robot):
@@ -318,3 +328,15 @@ def test_buffer_server_without_diagnostic_msgs_says_so():
         '--ros-args', '-p', 'diagnostics:=true')
     assert (done.returncode, done.stderr) == (
         1, 'buffer_server: parameter diagnostics: diagnostic_msgs is not installed\n')
+
+
+def test_end_of_ros_in_the_middle_of_a_report_is_no_error(robot, context):
+    robot.run()
+    asked = robot.buffer.edges
+
+    def edges():
+        context.shutdown()
+        return asked()
+
+    robot.buffer.edges = edges
+    robot.diagnostics._publish()

@@ -1,10 +1,10 @@
 """The health of every edge on ``/diagnostics``, where robots look for what is wrong with them."""
 
 from collections.abc import Iterable
-from contextlib import suppress
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.action.server import RCLError
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -86,13 +86,14 @@ class TransformDiagnostics:
         arrived = self._meter.take()
         edges = {(edge.parent, edge.child): edge for edge in self._buffer.edges()}
         now = self._buffer.now()
-        self._heard = {names: now if names in arrived else min(now, self._heard.get(names, now))
-                       for names in edges}
+        heard = {names: now if names in arrived else min(now, self._heard.get(names, now))
+                 for names in edges}
+        self._heard = heard
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [self._of_buffer(), *(
             self._status(f' {names[0]} -> {names[1]}', self._of_edge(
-                edge, arrived.get(names, Arrivals()), now - self._heard[names]))
+                edge, arrived.get(names, Arrivals()), now - heard[names]))
             for names, edge in edges.items())]
         message.status += [
             self._status(f' {parent} -> {child}', _of_stranger(arrivals))
@@ -101,9 +102,14 @@ class TransformDiagnostics:
         return message
 
     def _publish(self) -> None:
-        # Somebody may close it while the executor is just here.
-        with suppress(InvalidHandle):
+        try:
             self._publisher.publish(self.report())
+        except InvalidHandle:
+            pass  # somebody closed it while the executor was just here
+        except RCLError:
+            # Or the context ended.
+            if self._node.context.ok():
+                raise
 
     def _status(self, name: str, health: '_Health') -> DiagnosticStatus:
         return DiagnosticStatus(
@@ -179,10 +185,13 @@ class _Health(NamedTuple):
 
 
 def _of_stranger(arrivals: Arrivals) -> _Health:
-    """Return the health of an edge that is not in the tree."""
-    return _Health(ERROR, f'not in the tree: {_refused(arrivals)} refused'
-                   + _because(arrivals.incidents),
-                   {'Arrived': str(arrivals.count), **_counts(arrivals)})
+    """Return the health of an edge that is not in the tree, or is no longer."""
+    refused = _refused(arrivals)
+    values = {'Arrived': str(arrivals.count), **_counts(arrivals)}
+    if not refused:
+        return _Health(WARN, 'not in the tree any more' + _because(arrivals.incidents), values)
+    return _Health(ERROR, f'not in the tree: {refused} refused' + _because(arrivals.incidents),
+                   values)
 
 
 def _refused(arrivals: Arrivals) -> int:
