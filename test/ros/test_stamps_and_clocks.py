@@ -123,6 +123,15 @@ def test_guard_goes_by_simulated_time(simulated, listen, sim_clock, talker):
     assert count(buffer, Kind.FAR_FUTURE) == 1
 
 
+def test_guard_goes_by_the_clock_that_came_last(simulated, listen, sim_clock):
+    buffer = Buffer(max_future=lasting(2.0))
+    assert buffer.set_transform(transform('map', 'base', 1.0)), 'by the wall, so far'
+    listen(simulated, buffer)
+    sim_clock.show(100.0, buffer)
+    assert not buffer.set_transform(transform('map', 'base', 103.0))
+    assert count(buffer, Kind.FAR_FUTURE) == 1
+
+
 def test_rest_of_the_last_loop_does_not_poison_the_next(simulated, listen, sim_clock, talker):
     """Two topics overtake each other: /clock jumps back, and a transform comes after it."""
     buffer = listen(simulated, Buffer(max_future=lasting(2.0)))

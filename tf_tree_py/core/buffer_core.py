@@ -320,6 +320,10 @@ class BufferCore(Queries):
 
     def _forget(self) -> None:
         self._tree.clear()
+        self._read_clock_anew()
+
+    def _read_clock_anew(self) -> None:
+        """Forget what the clock was: it jumped back, or is another one now."""
         # A new one, so that a thread that just read the clock does not spoil it.
         self._guard = self._guard.renewed()
 

@@ -130,10 +130,12 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         with self._lock:
             self._feeds += 1
         self._watch.follow(clock, context)
+        self._read_clock_anew()
 
     def end_feed(self, clock: Clock, context: Context) -> None:
         """Let a listener go; after the last one nobody waits any longer."""
         self._watch.leave(clock, context)
+        self._read_clock_anew()
         with self._lock:
             self._feeds -= 1
             deserted = self._feeds == 0
@@ -162,6 +164,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
     def use_clock(self, clock: Clock) -> None:
         """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
         self._watch.follow(clock)
+        self._read_clock_anew()
 
     def _is_simulated(self) -> bool:
         return self._watch.simulated
