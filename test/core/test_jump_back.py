@@ -82,6 +82,14 @@ def test_jump_is_told_and_by_how_much(buffer):
     assert (remark.parent, remark.child, remark.authority) == ('map', 'odom', 'player')
 
 
+def test_jump_is_told_of_the_frames_as_the_buffer_calls_them(buffer):
+    edges = [('/map', '/odom')]
+    for stamp in (START, START + 30 * SECOND, START, START + SECOND):
+        told = send(buffer, stamp, edges)
+    assert [(jump.kind, jump.parent, jump.child) for jump in told] == [
+        (Kind.JUMP_BACK, 'map', 'odom')]
+
+
 def test_what_moves_is_forgotten_and_what_is_static_is_not(buffer):
     buffer.insert('arm', 'camera', 0, Pose(), static=True)
     play(buffer, START, 60)

@@ -79,8 +79,9 @@ class JumpBack:
         self._given_up = self._newest
         self.begin()
         self._newest = newest
+        parent, child = (name.removeprefix('/') for name in edges[0])
         return Incident(
-            Kind.JUMP_BACK, *edges[0], newest, authority,
+            Kind.JUMP_BACK, parent, child, newest, authority,
             f'stamps went back by {format_span(back)} and go on from there: a bag that loops, or '
             'a simulation that was restarted. What moves was forgotten')
 
