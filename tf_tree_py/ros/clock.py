@@ -85,9 +85,11 @@ class ClockWatch:
         self._wake_until(math.inf)
 
     def _on_tick(self, jump: TimeJump) -> None:
-        clock = self._clock[0]
         if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
-            self.simulated = _is_simulated(clock)
+            # Another clock may just be taking this one's place.
+            with self._lock:
+                self.simulated = _is_simulated(self._clock[0])
+        clock = self._clock[0]
         if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
             self._on_jump_back(jump)
         if self._sleepers and clock is not None:
