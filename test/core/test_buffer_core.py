@@ -187,6 +187,15 @@ def test_stamp_that_is_no_integer_is_named(robot, stamp):
     assert 'new' not in robot.frames()
 
 
+def test_stamp_that_no_sample_can_hold_changes_nothing(robot):
+    edges = robot.edges()
+    for child in ('camera', 'base_link', 'new'):
+        with pytest.raises(OverflowError):
+            robot.insert('map', child, 2**63, Pose())
+    assert robot.edges() == edges
+    assert robot.lookup('base_link', 'camera') == robot.lookup('base_link', 'camera', 12 * SECOND)
+
+
 def test_integers_of_numpy_are_stamps(robot):
     stamp = np.array([12 * SECOND])[0]
     assert robot.lookup('map', 'base_link', stamp) == robot.lookup(

@@ -139,11 +139,13 @@ class Tree:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
         else:
             if not isinstance(history, DynamicHistory):
-                history = self.histories[child] = DynamicHistory(child, self.cache_time)
+                history = DynamicHistory(child, self.cache_time)
             unchanged = (not history.fixed_parent and history.parent == parent
                          and history.latest_stamp is not None and stamp >= history.latest_stamp)
             history.insert(stamp, parent, pose)
             history.authority = authority
+            # Not before: a stamp of more than 64 bits does not get here.
+            self.histories[child] = history
             if unchanged:
                 return incidents
         self.frames.setdefault(child)
