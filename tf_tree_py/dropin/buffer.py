@@ -1,5 +1,6 @@
 """tf2's buffers where they differ from ours: two classes, and setters that return nothing."""
 
+from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -23,7 +24,7 @@ class BufferCore(OurBuffer):
         :param options: those of ``tf_tree_py.Buffer``.
         """
         super().__init__(cache_time, node, **options)
-        self._guards: list[GuardCondition] = []
+        self._guards: dict[GuardCondition, None] = {}
 
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]
                       authority: str) -> None:
@@ -40,27 +41,36 @@ class BufferCore(OurBuffer):
         try:
             return super().insert_batch(*batch)
         finally:
-            for guard in self._guards[:]:
+            for guard in list(self._guards):
                 self._trigger(guard)
 
     def _is_simulated(self) -> bool:
         # To tf2 a Time is its nanoseconds, and its programs make such of any clock type.
         return False
 
-    def wake_executor_of(self, node: Node) -> None:
+    def wake_executor_of(self, node: Node) -> Callable[[], None]:
         """
         Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.
 
         For programs that wait for a transform in a loop of it. What comes while nobody
         spins makes it return once.
+
+        :return: what ends it.
         """
-        self._guards.append(node.create_guard_condition(lambda: None))
+        guard = node.create_guard_condition(lambda: None)
+        self._guards[guard] = None
+
+        def end() -> None:
+            self._guards.pop(guard, None)
+            node.destroy_guard_condition(guard)
+
+        return end
 
     def _trigger(self, guard: GuardCondition) -> None:
         try:
             guard.trigger()
         except InvalidHandle:  # the node was destroyed
-            self._guards.remove(guard)
+            self._guards.pop(guard, None)
 
 
 class Buffer(BufferCore):

@@ -5,6 +5,7 @@ They read in a thread of their own, as ours does, unless a program handles messa
 subscriptions itself: then these are on its node, as tf2's are.
 """
 
+from collections.abc import Callable
 import threading
 from typing import Any
 import weakref
@@ -54,6 +55,7 @@ class TransformListener:
         if not static_only:
             self._topics['tf_sub'] = (tf_topic, qos or dynamic_qos(), self.callback)
         self._listener: OurListener | None = None
+        self._stop_waking: Callable[[], None] | None = None
         if node is not None and not self._may_read_aside(buffer):
             self._read_on_node()
             return
@@ -63,14 +65,14 @@ class TransformListener:
         if node is not None and spin_thread:
             warn_if_nobody_spins(node)
         elif node is not None and isinstance(buffer, BufferCore):
-            buffer.wake_executor_of(node)
+            self._stop_waking = buffer.wake_executor_of(node)
 
     def unregister(self) -> None:
         """Stop listening."""
-        if self._listener is not None:
-            self._listener.close()
-        for subscription in self._subscriptions.values():
-            subscription.destroy()
+        self._stop_reading_aside()
+        if self.node is not None:
+            for subscription in self._subscriptions.values():
+                self.node.destroy_subscription(subscription)
 
     def callback(self, data: TFMessage) -> None:
         """Take a message of what moves; to be overridden or called, as in tf2."""
@@ -122,13 +124,19 @@ class TransformListener:
         """Do as tf2 does, once and for all."""
         if self._subscriptions or self.node is None:
             return
-        if self._listener is not None:
-            self._listener.close()
-            self._listener = None
+        self._stop_reading_aside()
         group = ReentrantCallbackGroup()
         for name, (topic, qos, callback) in self._topics.items():
             self._subscriptions[name] = self.node.create_subscription(
                 TFMessage, topic, callback, qos, callback_group=group)
+
+    def _stop_reading_aside(self) -> None:
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+        if self._stop_waking is not None:
+            self._stop_waking()
+            self._stop_waking = None
 
 
 _NOT_OVERRIDDEN = {

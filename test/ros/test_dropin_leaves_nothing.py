@@ -1,0 +1,35 @@
+"""What listeners of the drop-in leave behind on the node of a program: nothing."""
+
+import pytest
+from tf_tree_py.dropin.buffer import Buffer
+from tf_tree_py.dropin.listener import TransformListener
+
+
+class Overriding(TransformListener):
+    """As people write it who want to be told."""
+
+    def callback(self, data):
+        super().callback(data)
+
+
+def entities(node):
+    return [list(kind) for kind in (node.subscriptions, node.guards, node.waitables)]
+
+
+@pytest.mark.parametrize('kind', [TransformListener, Overriding])
+def test_listener_that_is_unregistered_leaves_nothing_on_its_node(node, kind):
+    buffer = Buffer()
+    before = entities(node)
+    for _ in range(3):
+        kind(buffer, node).unregister()
+    assert entities(node) == before
+    assert not buffer._guards
+
+
+def test_listener_that_moves_to_its_node_wakes_nobody_besides(node):
+    buffer = Buffer()
+    guards = list(node.guards)
+    listener = TransformListener(buffer, node)
+    assert listener.tf_sub in list(node.subscriptions)
+    assert list(node.guards) == guards
+    listener.unregister()
