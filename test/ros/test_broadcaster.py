@@ -169,6 +169,16 @@ def test_static_may_move_to_another_parent(node, make_node, listen):
     assert [edge.parent for edge in buffer.edges() if edge.child == 'camera'] == ['arm']
 
 
+def test_static_with_a_slash_is_the_same_as_without(node, make_node, listen):
+    broadcaster = StaticTransformBroadcaster(node)
+    broadcaster.sendTransform(transform('base', 'camera', x=1.0))
+    broadcaster.sendTransform(transform('/base', '/camera', x=2.0))
+    broadcaster.sendTransform(transform('base', 'camera', x=3.0))
+    buffer = listen(make_node('late'))
+    found = buffer.lookup_transform('base', 'camera', LATEST, PATIENCE)
+    assert found.transform.translation.x == 3.0
+
+
 def test_callers_static_message_is_copied(node, make_node, listen):
     broadcaster = StaticTransformBroadcaster(node)
     message = transform('base', 'camera', x=1.0)

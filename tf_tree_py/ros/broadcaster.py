@@ -71,7 +71,9 @@ class StaticTransformBroadcaster:
         messages = copy.deepcopy(_as_sent(transform, self._names))
         # Of two threads, the last to publish must be the one that holds all.
         with self._lock:
-            self._sent.update((message.child_frame_id, message) for message in messages)
+            # A listener strips the slash, so with and without it is one frame.
+            self._sent.update((message.child_frame_id.removeprefix('/'), message)
+                              for message in messages)
             self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))
 
 
