@@ -522,6 +522,13 @@ def test_callback_that_waits_in_a_multi_threaded_executor_gets_what_arrives(
     assert not list(buffer._feeding_threads), 'each of the threads may wait for the others'
 
 
+def test_topic_that_cannot_be_leaves_no_subscription_behind(node):
+    before = list(node.subscriptions)
+    with pytest.raises(RuntimeError, match='failed to resolve name'):
+        TransformListener(Buffer(), node, spin_thread=False, tf_static_topic='no topic')
+    assert list(node.subscriptions) == before
+
+
 def test_thread_that_spun_once_may_wait_when_another_spins(node, talker, listen, spin, context):
     buffer = listen(node, spin_thread=False)
     talker.fix(transform('base', 'camera'))

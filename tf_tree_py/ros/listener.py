@@ -80,12 +80,11 @@ class TransformListener:
         self._spinner = _Spinner(buffer, self._home)
         topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
         topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
+        # All before the first subscription: a name that cannot be must not leave one behind.
+        resolved = [(node.resolve_topic_name(topic), *rest) for topic, *rest in topics]
         buffer.log_to(node.get_logger())
-        self._feeds = [
-            _Feed(buffer, self._home, node.resolve_topic_name(topic), static, profile, names,
-                  self._spinner)
-            for topic, static, profile in topics
-        ]
+        self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner)
+                       for topic, static, profile in resolved]
         feed_of = self._home.get_clock(), node.context
         buffer.begin_feed(*feed_of)
         self._end_feed = functools.partial(buffer.end_feed, *feed_of)
