@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 
 from geometry_msgs.msg import (
@@ -25,13 +26,13 @@ import pytest
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
-from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform
+from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until
 from std_msgs.msg import Header
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
 from tf_tree_py import dropin
-from tf_tree_py.dropin import listener as listener_module
+from tf_tree_py.dropin import listener as listener_module, spinning
 from tf_tree_py.ros.point_cloud import packed_cloud
 
 
@@ -518,19 +519,48 @@ def test_node_that_is_destroyed_wakes_nobody(make_node, talker, begin):
     assert len(buffer._guards) == 1
 
 
-@pytest.mark.parametrize('spun', [True, False])
-def test_node_that_nobody_spins_is_told_of(node, spin, begin, monkeypatch, capfd, spun):
+@pytest.fixture
+def spun_soon(monkeypatch):
+    """Have the listener look soon whether its node is spun; return the threads that do."""
+    monkeypatch.setattr(spinning, '_UNTIL_SPUN_S', 0.2)
+    threads = []
+    monkeypatch.setattr(
+        listener_module, 'spin_if_nobody_does',
+        lambda node: threads.append(spinning.spin_if_nobody_does(node)))
+    return threads
+
+
+def test_node_that_nobody_spins_is_spun_with_spin_thread(node, begin, spun_soon):
     import tf2_ros
-    monkeypatch.setattr(listener_module, '_UNTIL_SPUN_S', 0.2)
-    if spun:
-        spin(node)
-    watch = listener_module.warn_if_nobody_spins
-    timers = []
-    monkeypatch.setattr(listener_module, 'warn_if_nobody_spins',
-                        lambda node: timers.append(watch(node)))
+    ticked = threading.Event()
+    node.create_timer(0.0, ticked.set)
     begin(tf2_ros.Buffer(), node, spin_thread=True)
-    timers[0].join()
-    assert ('Nobody spins this node' in capfd.readouterr().err) == (not spun)
+    assert ticked.wait(PATIENCE_S)
+    assert node.executor is not None
+
+
+def test_node_that_is_spun_is_left_to_who_spins_it(node, spin, begin, spun_soon):
+    import tf2_ros
+    spin(node)
+    executor = node.executor
+    begin(tf2_ros.Buffer(), node, spin_thread=True)
+    spun_soon[0].join(PATIENCE_S)
+    assert not spun_soon[0].is_alive()
+    assert node.executor is executor
+
+
+def test_node_of_spin_thread_is_taken_over_by_who_spins_it_later(
+        node, context, begin, spun_soon):
+    import tf2_ros
+    ticking = set()
+    node.create_timer(0.01, lambda: ticking.add(threading.current_thread()))
+    begin(tf2_ros.Buffer(), node, spin_thread=True)
+    until(lambda: spun_soon[0] in ticking)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    spin_until(executor, lambda: threading.current_thread() in ticking)
+    assert node.executor is executor
+    executor.shutdown()
 
 
 def test_node_of_spin_thread_is_left_alone(node, begin):
@@ -704,6 +734,31 @@ UNCHANGED = """
     except SystemExit:
         rclpy.shutdown()
 """
+
+
+LEAVES_THE_SPINNING_TO_THE_LISTENER = """
+    import rclpy
+    from tf2_ros import Buffer, TransformListener
+
+    rclpy.init()
+    node = rclpy.create_node('leaves_it')
+    buffer = Buffer()
+    listener = TransformListener(buffer, node, spin_thread=True)
+    rate = node.create_rate(10)
+    for _ in range(2):
+        rate.sleep()
+    print('slept')
+"""
+
+
+@pytest.mark.parametrize('end', [
+    'rclpy.shutdown()', 'pass', 'raise SystemExit', 'node.destroy_node()'])
+def test_program_that_nobody_spins_sleeps_and_ends(program, end):
+    code = textwrap.dedent(LEAVES_THE_SPINNING_TO_THE_LISTENER) + end
+    result = run('-m', 'tf_tree_py.dropin', '--force', program(code))
+    assert 'slept' in result.stdout, result.stderr
+    assert result.returncode == 0, result.stderr
+    assert 'Traceback' not in result.stderr
 
 
 def test_node_of_tf2_runs_unchanged(program):

@@ -6,9 +6,7 @@ subscriptions itself: then these are on its node, as tf2's are.
 """
 
 from collections.abc import Callable
-import threading
 from typing import Any
-import weakref
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
@@ -21,8 +19,7 @@ from tf_tree_py.ros.listener import TransformListener as OurListener
 from tf_tree_py.ros.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 
 from .buffer import BufferCore
-
-_UNTIL_SPUN_S = 5.0
+from .spinning import spin_if_nobody_does
 
 
 class TransformListener:
@@ -31,7 +28,7 @@ class TransformListener:
 
     tf2's subscribes on your node by default, so ``rclpy.spin_once`` returns when a
     transform has come, and so it does here. With ``spin_thread=True`` tf2's spins your
-    whole node in a thread; this one leaves your node alone.
+    whole node in a thread; this one does so only if nobody else does.
 
     A program that overrides ``callback``, asks for ``tf_sub``, sets another ``buffer``, or
     brings one with a ``set_transform`` of its own gets what tf2 has: subscriptions on its
@@ -63,7 +60,7 @@ class TransformListener:
             buffer, node, qos=qos, static_qos=static_qos, tf_topic=tf_topic,
             tf_static_topic=tf_static_topic, static_only=static_only, **options)
         if node is not None and spin_thread:
-            warn_if_nobody_spins(node)
+            spin_if_nobody_does(node)
         elif node is not None and isinstance(buffer, BufferCore):
             self._stop_waking = buffer.wake_executor_of(node)
 
@@ -154,22 +151,3 @@ class StaticTransformListener(TransformListener):
                  tf_static_topic: str = TF_STATIC_TOPIC) -> None:
         super().__init__(buffer, node, spin_thread=spin_thread, static_qos=static_qos,
                          tf_static_topic=tf_static_topic, static_only=True)
-
-
-def warn_if_nobody_spins(node: Node) -> threading.Timer:
-    """Tell a program that leaves the spinning of its node to tf2's listener."""
-    reference = weakref.ref(node)
-
-    def look() -> None:
-        alive = reference()
-        if alive is not None and alive.context.ok() and alive.executor is None:
-            alive.get_logger().warning(
-                'Nobody spins this node. With spin_thread=True the listener of tf2 does, that of '
-                'tf_tree_py does not: if anything here waits for a callback, a timer, a rate or '
-                '/clock, begin with threading.Thread(target=rclpy.spin, args=(node,), '
-                'daemon=True).start()')
-
-    timer = threading.Timer(_UNTIL_SPUN_S, look)
-    timer.daemon = True
-    timer.start()
-    return timer
