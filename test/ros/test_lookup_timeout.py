@@ -199,6 +199,17 @@ def test_what_is_no_time_is_not_waited_for(buffer):
         buffer.lookup_transform('map', 'odom', LATEST, 1.0)
 
 
+def test_what_is_no_time_is_no_answer():
+    """For a loop that waits until it is true would never end, nor say why."""
+    buffer = Buffer()
+    with pytest.raises(InvalidArgumentException, match='is no time'):
+        buffer.can_transform('map', 'odom', 0.0)
+    with pytest.raises(InvalidArgumentException, match='is no time'):
+        buffer.can_transform('map', 'odom', LATEST, 1.0, return_debug_tuple=True)
+    with pytest.raises(InvalidArgumentException, match='is no time'):
+        buffer.can_transform_full('map', LATEST, 'odom', 1, 'map')
+
+
 def test_many_threads_wait_at_once_and_each_gets_its_own_answer(buffer, talker):
     answers = {}
 

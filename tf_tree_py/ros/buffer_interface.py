@@ -10,6 +10,8 @@ from rclpy.duration import Duration
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import TransformException
 
+from .convert import as_nanoseconds
+
 # The timeout of whoever gives none; a buffer may recognise it.
 NO_TIME = Duration()
 
@@ -88,6 +90,7 @@ class BufferInterface:
 
         :param return_debug_tuple: return (answer, why not) instead.
         """
+        _check_times(time, timeout)
         return _answered(return_debug_tuple, lambda: self.lookup_transform(
             target_frame, source_frame, time, timeout))
 
@@ -99,8 +102,15 @@ class BufferInterface:
 
         :param return_debug_tuple: return (answer, why not) instead.
         """
+        _check_times(target_time, source_time, timeout)
         return _answered(return_debug_tuple, lambda: self.lookup_transform_full(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
+
+
+def _check_times(*times: Any) -> None:
+    """Refuse what is no time: answering False to it would hide a mistake in the program."""
+    for time in times:
+        as_nanoseconds(time)
 
 
 def _answered(tell_why: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
