@@ -183,6 +183,10 @@ def test_stamp_that_is_no_integer_is_named(robot, stamp):
     with pytest.raises(InvalidArgumentException, match='stamp .* integer nanoseconds'):
         robot.lookup('map', 'base_link', stamp)
     with pytest.raises(InvalidArgumentException, match='stamp .* integer nanoseconds'):
+        robot.lookup_tree('map', stamp)
+    with pytest.raises(InvalidArgumentException, match='stamp .* integer nanoseconds'):
+        robot.frames_between('map', 'base_link', stamp)
+    with pytest.raises(InvalidArgumentException, match='stamp .* integer nanoseconds'):
         robot.insert('map', 'new', stamp, Pose())
     assert 'new' not in robot.frames()
 

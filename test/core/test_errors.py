@@ -145,8 +145,11 @@ def test_hint_for_the_future_is_the_sensors_stamp_or_a_timeout(buffer):
 
 def test_hint_for_what_has_expired_is_a_longer_cache_time(buffer):
     assert 'keeps 10.000 s' in error_of(buffer, 'map', 'base', SECOND - 1).hint
-    # Not when it may yet arrive.
-    assert error_of(buffer, 'map', 'base', 9 * SECOND).hint == ''
+
+
+def test_hint_for_what_was_before_the_beginning_is_that_nothing_older_came(buffer):
+    assert error_of(buffer, 'map', 'base', 9 * SECOND).hint == (
+        'Nothing older of this edge has arrived: its publisher, or who listens, began later')
 
 
 def test_hint_for_an_unknown_frame_is_the_known_ones(buffer):

@@ -309,11 +309,15 @@ class DynamicHistory:
                      'or a timeout to wait for the data',
                 blocked_on=(child, stamp))
         expired = stamp < latest - self.cache_time
+        if expired:
+            hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, '
+                    'or give it a longer cache_time')
+        else:
+            hint = ('Nothing older of this edge has arrived: its publisher, or who listens, '
+                    'began later')
         return PastExtrapolationException(
             parent=self.parent, child=child, requested=stamp, oldest=oldest, latest=latest,
-            hint=(f'The buffer keeps {format_span(self.cache_time)}: ask sooner, '
-                  'or give it a longer cache_time') if expired else '',
-            blocked_on=None if expired else (child, LATEST))
+            hint=hint, blocked_on=None if expired else (child, LATEST))
 
 
 History = StaticHistory | DynamicHistory

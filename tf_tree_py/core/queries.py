@@ -160,6 +160,7 @@ class Queries:
 
         Both ends are among them. Raises as ``lookup`` does.
         """
+        stamp = checked_stamp(stamp)
         with self._lock:
             if target_frame == source_frame:
                 return [source_frame]
@@ -271,8 +272,10 @@ class Queries:
         :param stamp: nanoseconds; ``LATEST`` is the newest time that every moving edge
             of this tree has data for.
         :raises LookupException: nobody published the target.
-        :raises InvalidArgumentException: a name that cannot be a frame.
+        :raises InvalidArgumentException: a name that cannot be a frame, or a stamp that is
+            no integer.
         """
+        stamp = checked_stamp(stamp)
         with self._lock:
             poses = self._tree.poses_from(target_frame, stamp)
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
@@ -319,8 +322,9 @@ def _checked_stamps(stamps: npt.ArrayLike) -> Stamps:
             f'stamps are one row (N,) of integer nanoseconds, not of the shape {array.shape}')
     if array.dtype.kind not in 'iu' and len(array):
         raise InvalidArgumentException(
-            f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would '
-            'be off by 200 ns. Use tf_tree_py.core.stamp.from_seconds, or a sec * 10**9 + nanosec')
+            f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would be '
+            'off by 200 ns. Use the .nanoseconds of a Time of rclpy, a sec * 10**9 + nanosec, or '
+            'tf_tree_py.core.stamp.from_seconds')
     return array.astype(np.int64)
 
 

@@ -68,8 +68,9 @@ def checked_stamp(stamp: Any) -> int:
         return operator.index(stamp)
     except TypeError:
         raise InvalidArgumentException(
-            f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which '
-            'tf_tree_py.core.stamp.from_seconds makes of seconds') from None
+            f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which a Time of '
+            'rclpy has as .nanoseconds, and tf_tree_py.core.stamp.from_seconds makes of seconds'
+        ) from None
 
 
 def is_sound(pose: PoseTuple) -> bool:
