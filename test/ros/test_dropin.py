@@ -26,7 +26,7 @@ import pytest
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
-from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until
+from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, transform, until
 from std_msgs.msg import Header
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TFMessage
@@ -507,16 +507,42 @@ def test_callback_may_wait(node, talker, spinner, begin):
     assert found[0].header.frame_id == 'map'
 
 
-def test_node_that_is_destroyed_wakes_nobody(make_node, talker, begin):
+def test_events_executor_spins_the_node_and_is_woken(node, talker, context, begin):
     import tf2_ros
+    experimental = pytest.importorskip('rclpy.experimental')
     buffer = tf2_ros.Buffer()
-    gone, there = make_node('gone'), make_node('there')
-    buffer.wake_executor_of(gone)
-    begin(buffer, there)
-    gone.destroy_node()
+    begin(buffer, node)
+    executor = experimental.EventsExecutor(context=context)
+    executor.add_node(node)
     talker.move(transform('map', 'odom', 1.0))
-    buffer.lookup_transform('map', 'odom', LATEST, PATIENCE)
-    assert len(buffer._guards) == 1
+    spin_until(executor, lambda: buffer.can_transform('map', 'odom', Time()))
+    executor.shutdown()
+
+
+WAITS_BY_SPIN_ONCE = """
+    import rclpy
+    from rclpy.time import Time
+    import tf2_ros
+
+    rclpy.init()
+    node = rclpy.create_node('waits')
+    buffer = tf2_ros.Buffer()
+    listener = tf2_ros.TransformListener(buffer, node)
+    broadcaster = tf2_ros.StaticTransformBroadcaster(node)
+    message = tf2_ros.TransformStamped(child_frame_id='camera')
+    message.header.frame_id = 'base'
+    broadcaster.sendTransform(message)
+    # It came before the node is spun for the first time.
+    assert buffer.can_transform('base', 'camera', Time(), rclpy.duration.Duration(seconds=20))
+    rclpy.spin_once(node)
+    print('returned')
+    rclpy.shutdown()
+"""
+
+
+def test_first_spin_once_returns_for_what_came_before(program):
+    result = run('-m', 'tf_tree_py.dropin', '--force', program(WAITS_BY_SPIN_ONCE))
+    assert 'returned' in result.stdout, result.stderr
 
 
 @pytest.fixture

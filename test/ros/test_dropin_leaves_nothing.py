@@ -23,7 +23,7 @@ def test_listener_that_is_unregistered_leaves_nothing_on_its_node(node, kind):
     for _ in range(3):
         kind(buffer, node).unregister()
     assert entities(node) == before
-    assert not buffer._guards
+    assert not buffer._wakers
 
 
 def test_listener_that_moves_to_its_node_wakes_nobody_besides(node):

@@ -5,11 +5,11 @@ from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
-from rclpy.exceptions import InvalidHandle
-from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from tf_tree_py.core.incidents import Incident
 from tf_tree_py.ros.buffer import Buffer as OurBuffer
+
+from .waking import Waker
 
 
 class BufferCore(OurBuffer):
@@ -24,7 +24,7 @@ class BufferCore(OurBuffer):
         :param options: those of ``tf_tree_py.Buffer``.
         """
         super().__init__(cache_time, node, **options)
-        self._guards: dict[GuardCondition, None] = {}
+        self._wakers: dict[Waker, None] = {}
 
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]
                       authority: str) -> None:
@@ -41,8 +41,8 @@ class BufferCore(OurBuffer):
         try:
             return super().insert_batch(*batch)
         finally:
-            for guard in list(self._guards):
-                self._trigger(guard)
+            for waker in list(self._wakers):
+                waker.wake()
 
     def _is_simulated(self) -> bool:
         # To tf2 a Time is its nanoseconds, and its programs make such of any clock type.
@@ -52,25 +52,17 @@ class BufferCore(OurBuffer):
         """
         Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.
 
-        For programs that wait for a transform in a loop of it. What comes while nobody
-        spins makes it return once.
+        For programs that wait for a transform in a loop of it.
 
         :return: what ends it.
         """
-        guard = node.create_guard_condition(lambda: None)
-        self._guards[guard] = None
+        waker = Waker(node)
+        self._wakers[waker] = None
 
         def end() -> None:
-            self._guards.pop(guard, None)
-            node.destroy_guard_condition(guard)
+            self._wakers.pop(waker, None)
 
         return end
-
-    def _trigger(self, guard: GuardCondition) -> None:
-        try:
-            guard.trigger()
-        except InvalidHandle:  # the node was destroyed
-            self._guards.pop(guard, None)
 
 
 class Buffer(BufferCore):
