@@ -139,7 +139,7 @@ def test_wrong_type_of_a_frame_is_an_invalid_argument(buffer):
 def test_hint_for_the_future_is_the_sensors_stamp_or_a_timeout(buffer):
     raised = error_of(buffer, 'map', 'base', 13 * SECOND)
     assert "Pass the stamp of the sensor's own message" in raised.hint
-    assert 'or a timeout' in raised.hint
+    assert 'or a timeout that lasts until the data comes' in raised.hint
     assert str(raised).endswith(f'. {raised.hint}')
 
 

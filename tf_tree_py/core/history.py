@@ -306,7 +306,7 @@ class DynamicHistory:
             return FutureExtrapolationException(
                 parent=self.parent, child=child, requested=stamp, oldest=oldest, latest=latest,
                 hint="Pass the stamp of the sensor's own message, not the present time, "
-                     'or a timeout to wait for the data',
+                     'or a timeout that lasts until the data comes',
                 blocked_on=(child, stamp))
         expired = stamp < latest - self.cache_time
         if expired:
