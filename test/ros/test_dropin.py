@@ -308,6 +308,14 @@ def test_program_runs_as_by_python_itself(program, tmp_path):
         "['--ros-args',", "'-p',", "'a:=1',", "'--force']", '7', str(tmp_path), str(file), 'True']
 
 
+def test_safe_path_stays_safe(program, tmp_path):
+    file = program('import sys; print(sys.path)')
+    if not hasattr(sys.flags, 'safe_path'):
+        pytest.skip('python -P came with 3.11')
+    result = run('-P', '-m', 'tf_tree_py.dropin', file)
+    assert str(tmp_path) not in ast.literal_eval(result.stdout), result.stderr
+
+
 def test_module_runs_as_by_python_itself(program, tmp_path):
     program("""
         def test_of_somebody():

@@ -33,3 +33,19 @@ def test_listener_that_moves_to_its_node_wakes_nobody_besides(node):
     assert listener.tf_sub in list(node.subscriptions)
     assert list(node.guards) == guards
     listener.unregister()
+
+
+def test_listener_that_is_unregistered_subscribes_no_more(node):
+    listener = TransformListener(Buffer(), node)
+    before = list(node.subscriptions)
+    listener.unregister()
+    listener.buffer = Buffer()
+    assert not hasattr(listener, 'tf_sub')
+    assert list(node.subscriptions) == before
+
+
+def test_static_listener_has_no_subscription_to_tf(node):
+    listener = TransformListener(Buffer(), node, static_only=True)
+    assert not hasattr(listener, 'tf_sub')
+    assert listener.tf_static_sub in list(node.subscriptions)
+    listener.unregister()

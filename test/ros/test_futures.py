@@ -467,6 +467,16 @@ def test_closing_the_last_listener_ends_the_wait(node, make_node, pool):
     assert later.done()
 
 
+def test_end_of_a_wait_that_nobody_asks_about_is_no_complaint(node, capfd):
+    buffer = Buffer()
+    listener = TransformListener(buffer, node)
+    future = buffer.wait_for_transform_async('a', 'b', LATEST, HOUR)
+    listener.close()
+    assert future.done()
+    del future
+    assert 'never retrieved' not in capfd.readouterr().err
+
+
 # --- cancelling, and ending once
 
 

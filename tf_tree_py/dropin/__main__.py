@@ -41,8 +41,10 @@ def main(argv: list[str]) -> None:
     program = Path(options.program)
     if not program.exists():
         parser.error(f'there is no {options.program!r} to run')
-    # The folder of the program, as Python has it; until now it was the current one.
-    sys.path[0] = str(program.resolve().parent)
+    # The folder of the program, as Python has it; until now it was the current one. With
+    # python -P there is neither.
+    if not getattr(sys.flags, 'safe_path', False):
+        sys.path[0] = str(program.resolve().parent)
     install(options.force)
     runpy.run_path(options.program, run_name='__main__')
 

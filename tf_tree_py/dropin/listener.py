@@ -67,6 +67,7 @@ class TransformListener:
     def unregister(self) -> None:
         """Stop listening."""
         self._stop_reading_aside()
+        self._topics.clear()
         if self.node is not None:
             for subscription in self._subscriptions.values():
                 self.node.destroy_subscription(subscription)
@@ -94,8 +95,7 @@ class TransformListener:
     @property
     def tf_sub(self) -> Subscription:
         """Return the subscription to ``/tf``; it is on the node from now on."""
-        self._read_on_node()
-        return self._subscriptions['tf_sub']
+        return self._subscription('tf_sub')
 
     @tf_sub.setter
     def tf_sub(self, subscription: Subscription) -> None:
@@ -104,12 +104,17 @@ class TransformListener:
     @property
     def tf_static_sub(self) -> Subscription:
         """Return the subscription to ``/tf_static``; it is on the node from now on."""
-        self._read_on_node()
-        return self._subscriptions['tf_static_sub']
+        return self._subscription('tf_static_sub')
 
     @tf_static_sub.setter
     def tf_static_sub(self, subscription: Subscription) -> None:
         self._subscriptions['tf_static_sub'] = subscription
+
+    def _subscription(self, name: str) -> Subscription:
+        self._read_on_node()
+        if name not in self._subscriptions:
+            raise AttributeError(f'this listener has no {name!r}')
+        return self._subscriptions[name]
 
     def _may_read_aside(self, buffer: Any) -> bool:
         """Return whether nobody would notice that no message is made of what arrives."""

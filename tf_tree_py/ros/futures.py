@@ -182,6 +182,9 @@ class TransformFuture(Wait[tuple[int, PoseTuple]], AwaitableFuture):
 
     def _failed(self, error: TransformException) -> None:
         self.set_exception(error)
+        if self._deadline is not None and self._deadline.released:
+            # Who would have asked has ended too, of which rclpy would complain.
+            self.exception()
 
     def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
         """Call back when it ends; until then it lives, whether or not you keep it."""

@@ -116,9 +116,11 @@ class Receiver:
             if self._goes_on():
                 raise
         finally:
-            self._wake.destroy()
-            self._node.destroy_node()
-            self._on_end()
+            try:
+                self._wake.destroy()
+                self._node.destroy_node()
+            finally:
+                self._on_end()
 
     def _goes_on(self) -> bool:
         return not self._closing and self.context.ok()
