@@ -45,18 +45,25 @@ def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
     :param ask: looks up with a timeout in seconds, and raises.
     :param begin: called when all are about to ask.
     """
-    together = threading.Barrier(len(TIMEOUTS_S), begin)
+    began = 0.0
+
+    def start_all() -> None:
+        nonlocal began
+        began = time.monotonic()
+        begin()
+
+    together = threading.Barrier(len(TIMEOUTS_S), start_all)
 
     def program(timeout_s: float) -> Start:
         together.wait()
-        return _until_success(ask, timeout_s)
+        return _until_success(ask, timeout_s, began)
 
     with ThreadPoolExecutor(len(TIMEOUTS_S)) as programs:
         return dict(zip(TIMEOUTS_S, programs.map(program, TIMEOUTS_S), strict=True))
 
 
-def _until_success(ask: AskWithin, timeout_s: float) -> Start:
-    begin, failed = time.monotonic(), 0
+def _until_success(ask: AskWithin, timeout_s: float, begin: float) -> Start:
+    failed = 0
     while True:
         try:
             ask(timeout_s)
