@@ -1,6 +1,6 @@
 """One insertion: whole messages, from objects and from bytes, and one transform at a time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 import functools
 import itertools
 from typing import Any
@@ -9,6 +9,7 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer
+from tf_tree_py.core.frame_names import rename
 from tf_tree_py.core.wire import WireReader
 from tf_tree_py.ros.convert import as_sample
 
@@ -35,9 +36,12 @@ def inserting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
         _check_wire(robot)
         messages = max(50, 4 * effort.lookups // transforms)
         from_message, from_wire = f'{OURS}, messages', f'{OURS}, wire bytes'
+        two_wanted = f'{OURS}, two wanted'
         turns: dict[str, Callable[[], float]] = {
             from_message: _Turn(robot, messages, _message_at, _insert_message),
             from_wire: _Turn(robot, messages, wire.message_at, _bytes_inserter()),
+            two_wanted: _Turn(robot, messages, wire.message_at, _bytes_inserter(
+                {name for edge in robot.edges[:2] for name in (edge.parent, edge.child)})),
             EMPTY: lambda: time_each(TransformStamped, effort.lookups),
         }
         exercises = contestants.exercises(
@@ -49,6 +53,7 @@ def inserting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
                   scaled(interleave(turns, effort.rounds), 1e6))
         row.compare(from_message, EMPTY, of_message, name=f'{row.name}, from a message')
         row.compare(from_wire, EMPTY, of_wire, name=f'{row.name}, from wire bytes')
+        row.compare(two_wanted, from_wire, name=f'{row.name}, two of them wanted')
         row.compare(f'{OURS}, one by one', f'{DEBIAN}, one by one',
                     name=f'{transforms} one by one, set_transform', unit=f'x {DEBIAN}')
         yield row
@@ -100,9 +105,10 @@ def _insert_message(buffer: Buffer, message: TFMessage) -> None:
     buffer.note(buffer.insert_many(map(as_sample, message.transforms)))
 
 
-def _bytes_inserter() -> Callable[[Buffer, bytes], None]:
-    """Return what the listener does with what it receives."""
-    read = WireReader().read
+def _bytes_inserter(frame_filter: Collection[str] | None = None
+                    ) -> Callable[[Buffer, bytes], None]:
+    """Return what a listener with this filter does with what it receives."""
+    read = WireReader(rename(frame_filter=frame_filter)).read
 
     def insert(buffer: Buffer, data: bytes) -> None:
         buffer.note(buffer.insert_batch(read(data)))

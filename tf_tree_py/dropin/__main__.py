@@ -31,7 +31,8 @@ def main(argv: list[str]) -> None:
     parser.add_argument('-m', dest='is_module', action='store_true',
                         help='run a module instead of a file')
     parser.add_argument('program', help='what to run')
-    parser.add_argument('arguments', nargs=argparse.REMAINDER, default=[], help='its arguments')
+    arguments = parser.add_argument('arguments', nargs=argparse.REMAINDER, help='its arguments')
+    arguments.required = False  # for the sentence that says what is missing
     options = parser.parse_args(argv)
     sys.argv = [options.program, *options.arguments]
     if options.is_module:
