@@ -24,9 +24,9 @@ LAYERS = {
 
 # Inside the core a file imports only files above it.
 CORE = [
-    'stamp', 'errors', 'so3', 'se3', 'pose', 'se2', 'many', 'history', 'path', 'incidents',
-    'sample', 'tree', 'waiters', 'deadline', 'frame_names', 'wire', 'queries', 'future_guard',
-    'jump_back', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
+    'stamp', 'errors', 'so3', 'se3', 'pose', 'se2', 'many', 'history', 'climb', 'path',
+    'incidents', 'sample', 'tree', 'waiters', 'deadline', 'frame_names', 'wire', 'queries',
+    'future_guard', 'jump_back', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}
 

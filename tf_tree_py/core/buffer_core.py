@@ -20,7 +20,7 @@ from .incidents import Incident, Kind, Statistics
 from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
 from .queries import Queries
-from .sample import Batch, checked, checked_stamp, Sample, sound_poses
+from .sample import admitted, Batch, checked, Sample, sound_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .tree import Tree
@@ -81,16 +81,21 @@ class BufferCore(Queries):
         :param stamp: nanoseconds; of no meaning when static.
         :param static: valid at all times.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: a stamp that is no integer.
+        :raises InvalidArgumentException: a stamp that is no integer of 64 bits, or a name
+            that is no string.
         """
         x, y, z, qx, qy, qz, qw = map(float, pose)
-        sample = Sample(parent, child, checked_stamp(stamp), (x, y, z, qx, qy, qz, qw))
+        sample = admitted(Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw)))
         return self._insert([sample], [sample.stamp], authority, static)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False) -> list[Incident]:
-        """Take transforms under one lock; see ``insert``."""
-        samples = list(samples)
+        """
+        Take transforms under one lock; see ``insert``.
+
+        Where a name or a stamp is none, nothing is taken.
+        """
+        samples = [admitted(sample) for sample in samples]
         return self._insert(samples, [sample.stamp for sample in samples], authority, static)
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
@@ -108,14 +113,19 @@ class BufferCore(Queries):
         if self._attentive:
             self._measure(batch.edges, batch.stamps)
             told = self._follow(batch.edges, batch.stamps, authority)
-        with self._lock:
-            version = self._tree.version
-            taken = self._tree.append_batch(batch, authority)
-            self._statistics.accepted += taken
-            if taken < len(batch.edges):
-                incidents = self._insert_each(batch.samples()[taken:], authority, static)
-            ready = self._take_ready((child for _, child in batch.edges), version)
-        wake_all(ready)
+        ready: list[Waiter] = []
+        try:
+            with self._lock:
+                version = self._tree.version
+                try:
+                    taken = self._tree.append_batch(batch, authority)
+                    self._statistics.accepted += taken
+                    if taken < len(batch.edges):
+                        incidents = self._insert_each(batch.samples()[taken:], authority, static)
+                finally:
+                    ready = self._take_ready((child for _, child in batch.edges), version)
+        finally:
+            wake_all(ready)
         return told + self._explained(incidents) if told or incidents else incidents
 
     def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
@@ -123,29 +133,36 @@ class BufferCore(Queries):
         told: list[Incident] = []
         if stamps and not static and (self._attentive or max(stamps) > self._guard.limit):
             samples, told = self._in_time(samples, authority)
-        with self._lock:
-            version = self._tree.version
-            incidents = self._insert_each(samples, authority, static)
-            ready = self._take_ready((sample.child for sample in samples), version)
-        wake_all(ready)
+        ready: list[Waiter] = []
+        try:
+            with self._lock:
+                version = self._tree.version
+                try:
+                    incidents = self._insert_each(samples, authority, static)
+                finally:
+                    ready = self._take_ready((sample.child for sample in samples), version)
+        finally:
+            wake_all(ready)
         return told + self._explained(incidents) if told or incidents else incidents
 
     def _insert_each(self, samples: Iterable[Sample], authority: str,
                      static: bool) -> list[Incident]:
         incidents: list[Incident] = []
         tree, accepted = self._tree, 0
-        for sample in samples:
-            if not static and tree.append(sample, authority):
-                accepted += 1
-                continue
-            sound = checked(sample, authority)
-            if isinstance(sound, Incident):
-                incidents.append(sound)
-                continue
-            told = tree.insert(*sound, authority, static)
-            incidents += told
-            accepted += not (told and told[-1].refused)
-        self._count(accepted, incidents)
+        try:
+            for sample in samples:
+                if not static and tree.append(sample, authority):
+                    accepted += 1
+                    continue
+                sound = checked(sample, authority)
+                if isinstance(sound, Incident):
+                    incidents.append(sound)
+                    continue
+                told = tree.insert(*sound, authority, static)
+                incidents += told
+                accepted += not (told and told[-1].refused)
+        finally:
+            self._count(accepted, incidents)
         return incidents
 
     def _in_time(self, samples: list[Sample],
@@ -224,16 +241,16 @@ class BufferCore(Queries):
 
     def _take_ready(self, touched: Iterable[str], version: int) -> list[Waiter]:
         """Take out the waiters for whom these insertions may have changed something."""
-        if not self._waiters:
+        tree, waiters = self._tree, self._waiters
+        if not waiters:
             return []
-        if self._tree.version != version:
-            return self._waiters.take_all()
+        if tree.version != version:
+            return waiters.take_all()
         ready: list[Waiter] = []
         for child in touched:
-            history = self._tree.histories.get(child.removeprefix('/'))
-            if history is not None:
-                latest = max(history.latest_stamp or LATEST, LATEST)
-                ready += self._waiters.take_reached(history.child, latest)
+            history = tree.histories.get(child)
+            if history is not None and history.latest_stamp is not None:
+                ready += waiters.take_reached(child, history.latest_stamp)
         return ready
 
     # --- waiting
@@ -308,6 +325,8 @@ class BufferCore(Queries):
             self._forget()
             if self._jump_back:
                 self._jump_back.begin()
+            ready = self._waiters.take_all()
+        wake_all(ready)
 
     def start_anew(self, why: str) -> None:
         """
@@ -338,7 +357,10 @@ class BufferCore(Queries):
         :return: whether it was known.
         """
         with self._lock:
-            return self._tree.remove(frame)
+            known = self._tree.remove(frame)
+            ready = self._waiters.take_all() if known else []
+        wake_all(ready)
+        return known
 
 
 def _edges_of(samples: Iterable[Sample]) -> list[tuple[str, str]]:

@@ -9,11 +9,11 @@ for, and what to do; the text is put together only when somebody reads it.
 
 from .stamp import format_span, format_stamp, LATEST
 
-# What has to change before a failed lookup can succeed: a sample of this child
-# frame that is at least this new (LATEST: any), or with no child, the structure
-# of the tree.
+# What may change the fate of a failed lookup: the newest sample of this child frame
+# becomes at least this new. A change of the tree's structure always may; with no child,
+# nothing else.
 Blocker = tuple[str | None, int]
-ANY_STRUCTURE: Blocker = (None, LATEST)
+ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 
 
 class TransformException(Exception):
@@ -24,12 +24,13 @@ class TransformException(Exception):
     :ivar source_frame: likewise.
     :ivar waited_s: how long was waited, seconds, before giving up; None without a wait.
     :ivar hint: what to do about it, one sentence or ''.
-    :ivar blocked_on: what has to arrive before it can succeed; None: waiting is useless.
+    :ivar blocked_on: (child frame, stamp) of all edges that may have to go on, up to that
+        stamp, before it can succeed; None: waiting is useless.
     """
 
     def __init__(self, message: str = '', *, target_frame: str | None = None,
                  source_frame: str | None = None, hint: str = '',
-                 blocked_on: Blocker | None = None) -> None:
+                 blocked_on: tuple[Blocker, ...] | None = None) -> None:
         super().__init__(message)
         self.target_frame = target_frame
         self.source_frame = source_frame
@@ -78,7 +79,7 @@ class ExtrapolationException(TransformException):
     def __init__(self, message: str = '', *, parent: str | None = None,
                  child: str | None = None, requested: int | None = None,
                  oldest: int | None = None, latest: int | None = None, hint: str = '',
-                 blocked_on: Blocker | None = None) -> None:
+                 blocked_on: tuple[Blocker, ...] | None = None) -> None:
         super().__init__(message, hint=hint, blocked_on=blocked_on)
         self.parent = parent
         self.child = child

@@ -25,12 +25,14 @@ _UNIT_TOLERANCE = 1e-12
 # Up to so many poses plain floats are cheaper than an array.
 _FEW = 6
 
+_STAMP_LIMIT = 2**63
+
 # A sum of squares between these has neither lost digits nor overflowed.
 _LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
 
 
 class Sample(NamedTuple):
-    """``parent_T_child`` at a stamp in nanoseconds; nothing is checked yet."""
+    """``parent_T_child`` at a stamp in nanoseconds; its numbers are not checked yet."""
 
     parent: str
     child: str
@@ -40,9 +42,10 @@ class Sample(NamedTuple):
 
 class Batch(NamedTuple):
     """
-    The transforms of one message, packed; nothing is checked yet.
+    The transforms of one message, packed; its numbers are not checked yet.
 
-    :ivar edges: (parent, child) of each; one object for all messages of one layout.
+    :ivar edges: (parent, child) of each, without leading slashes; one object for all
+        messages of one layout.
     :ivar stamps: of each, nanoseconds.
     :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
         byte order, as ``history.pack_pose`` makes them.
@@ -62,15 +65,39 @@ def checked_stamp(stamp: Any) -> int:
     """
     Return a caller's stamp as a plain int.
 
-    :raises InvalidArgumentException: it is no integer; float seconds, most likely.
+    :raises InvalidArgumentException: it is no integer; float seconds, most likely. Or it
+        does not fit into 64 bits, as the stamps of messages and bags do.
     """
     try:
-        return operator.index(stamp)
+        checked = operator.index(stamp)
+        if -_STAMP_LIMIT <= checked < _STAMP_LIMIT:
+            return checked
+        raise InvalidArgumentException(
+            f'Invalid argument stamp {stamp}: nanoseconds have to fit into 64 bits, with a sign')
     except TypeError:
         raise InvalidArgumentException(
             f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which a Time of '
             'rclpy has as .nanoseconds, and tf_tree_py.core.stamp.from_seconds makes of seconds'
         ) from None
+
+
+def admitted(sample: Sample) -> Sample:
+    """
+    Return a sample with plain names and stamp, as everything behind this door expects it.
+
+    Takes one leading slash off each name, as tf2 does.
+
+    :raises InvalidArgumentException: a name or a stamp that is none.
+    """
+    parent, child, stamp, pose = sample
+    if not isinstance(parent, str) or not isinstance(child, str):
+        raise InvalidArgumentException(
+            f'Invalid argument: the frames {parent!r} and {child!r} have to be strings')
+    if type(stamp) is int and -_STAMP_LIMIT <= stamp < _STAMP_LIMIT and (
+            parent[:1] != '/' != child[:1]):
+        return sample
+    return Sample(
+        parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
 
 
 def is_sound(pose: PoseTuple) -> bool:
@@ -115,13 +142,12 @@ def checked(sample: Sample, authority: str) -> Sample | Incident:
     """
     Return a sample fit for the tree, or why there is none.
 
-    Strips one leading slash of each name and normalises the quaternion, as tf2
-    does; refuses what tf2 refuses, and infinities, which would become NaN on the
-    first composition.
+    Normalises the quaternion, as tf2 does; refuses what tf2 refuses, and infinities,
+    which would become NaN on the first composition.
+
+    :param sample: see ``admitted``.
     """
-    parent = sample.parent.removeprefix('/')
-    child = sample.child.removeprefix('/')
-    stamp, pose = sample.stamp, sample.pose
+    parent, child, stamp, pose = sample
 
     def refused(kind: Kind, detail: str) -> Incident:
         return Incident(kind, parent, child, stamp, authority, detail)
