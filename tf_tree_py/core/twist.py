@@ -275,13 +275,10 @@ def _tf2_rotation_vector(q: Quaternion) -> Vector3:
     """
     Return tf2's axis times tf2's angle, of the quaternion that tf2 makes of the matrix.
 
-    Beyond 120 degrees that is the one whose greatest imaginary part is positive, so
-    that the angle may be more than half a turn, the long way round.
+    Beyond 120 degrees w may be negative there, and then the angle is more than half a
+    turn, the long way round.
     """
-    x, y, z, w = q
-    decisive = w if 4.0 * w * w > 1.0 else max(x, y, z, key=abs)
-    if decisive < 0.0:
-        x, y, z, w = -x, -y, -z, -w
+    x, y, z, w = so3.with_tf2_sign(q)
     square = 1.0 - w * w
     if square < 10.0 * np.finfo(float).eps:
         return (2.0 * math.acos(min(w, 1.0)), 0.0, 0.0)
