@@ -241,8 +241,8 @@ def test_exceptions_are_one_family_everywhere():
         kind = getattr(tf2_ros, f'{name}Exception')
         assert kind is getattr(tf2_py, f'{name}Exception')
         assert kind is getattr(tf_tree_py, f'{name}Exception')
-        assert kind.__bases__ == (tf2_py.TransformException,)
-    assert tf2_py.TransformException.__bases__ == (Exception,)
+        assert kind.__mro__[1] is tf2_py.TransformException
+    assert issubclass(tf2_py.TransformException, Exception)
 
 
 def test_import_alone_loads_no_messages():
