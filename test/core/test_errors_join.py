@@ -1,4 +1,4 @@
-"""Where tf2_py has been imported its classes catch ours; what stands in for it here is as it is."""
+"""Where tf2_py has been imported its classes catch ours; one made here takes its place."""
 
 import subprocess
 import sys
