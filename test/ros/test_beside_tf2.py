@@ -164,3 +164,50 @@ def test_velocities_are_those_of_tf2():
                     assert isinstance(ours, type(theirs)), (begin, times, ours)
         print(answers > 200, refusals > 50)
     """) == 'True True\n'
+
+
+# --- objects
+
+
+def test_buffer_of_tf2_given_to_our_listener_is_refused_in_a_sentence():
+    printed = run("""
+        import rclpy
+        import tf2_ros
+        from tf_tree_py import TransformListener
+
+        rclpy.init()
+        node = rclpy.create_node('mixed')
+        try:
+            TransformListener(tf2_ros.Buffer(), node)
+        except TypeError as error:
+            print(error)
+        node.destroy_node()
+        rclpy.shutdown()
+    """)
+    assert printed == ('TransformListener takes a Buffer of tf_tree_py, and this is a '
+                       'tf2_ros.buffer.Buffer: make it of `from tf_tree_py import Buffer`\n')
+
+
+def test_listener_of_tf2_fills_our_buffer():
+    assert run("""
+        import rclpy
+        from rclpy.time import Time
+        from geometry_msgs.msg import TransformStamped
+        import tf2_ros
+        from tf_tree_py import Buffer
+
+        rclpy.init()
+        node = rclpy.create_node('mixed')
+        buffer = Buffer()
+        listener = tf2_ros.TransformListener(buffer, node)
+        fixed = tf2_ros.StaticTransformBroadcaster(node)
+        message = TransformStamped(child_frame_id='base')
+        message.header.frame_id = 'map'
+        message.transform.translation.x = 2.0
+        fixed.sendTransform(message)
+        while not buffer.can_transform('map', 'base', Time()):
+            rclpy.spin_once(node)
+        print(buffer.lookup_transform('map', 'base', Time()).transform.translation.x)
+        node.destroy_node()
+        rclpy.shutdown()
+    """) == '2.0\n'
