@@ -166,6 +166,50 @@ def test_velocities_are_those_of_tf2():
     """) == 'True True\n'
 
 
+def test_messages_have_the_quaternions_of_tf2():
+    assert run("""
+        import random
+        from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
+        from rclpy.time import Time
+        import tf2_geometry_msgs
+        import tf2_ros
+        from tf_tree_py import Buffer
+
+        random.seed(1)
+
+        def turn(q):
+            q.x, q.y, q.z, q.w = (random.gauss(0, 1) for _ in range(4))
+            size = (q.x**2 + q.y**2 + q.z**2 + q.w**2) ** 0.5
+            q.x, q.y, q.z, q.w = q.x / size, q.y / size, q.z / size, q.w / size
+
+        def same(a, b):
+            return all(abs(getattr(a, name) - getattr(b, name)) < 1e-9 for name in 'xyzw')
+
+        for _ in range(300):
+            buffers = tf2_ros.Buffer(), Buffer()
+            for parent, child in (('map', 'base'), ('base', 'arm')):
+                message = TransformStamped(child_frame_id=child)
+                message.header.frame_id = parent
+                turn(message.transform.rotation)
+                for buffer in buffers:
+                    buffer.set_transform_static(message, 'me')
+            for frames in (('map', 'arm'), ('arm', 'map'), ('arm', 'base'), ('map', 'map')):
+                theirs, ours = (buffer.lookup_transform(*frames, Time())
+                                for buffer in buffers)
+                assert same(theirs.transform.rotation, ours.transform.rotation)
+            pose = PoseStamped()
+            pose.header.frame_id = 'arm'
+            turn(pose.pose.orientation)
+            theirs, ours = (buffer.transform(pose, 'map') for buffer in buffers)
+            assert same(theirs.pose.orientation, ours.pose.orientation)
+            there = PoseWithCovarianceStamped(header=pose.header)
+            turn(there.pose.pose.orientation)
+            theirs, ours = (buffer.transform(there, 'map') for buffer in buffers)
+            assert same(theirs.pose.pose.orientation, ours.pose.pose.orientation)
+        print('same')
+    """) == 'same\n'
+
+
 # --- objects
 
 

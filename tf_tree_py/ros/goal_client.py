@@ -158,6 +158,10 @@ class GoalClient:
             self._take_leave()
         self._responses.close()
 
+    def destroy(self) -> None:
+        """Give up what is on its way, and stop: rclpy's name for ``close``."""
+        self.close()
+
     def _take_leave(self) -> None:
         """Wait until the server has answered, for it cannot answer who is gone."""
         end = time.monotonic() + _FAREWELL_S
