@@ -66,7 +66,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             that, as those of a bag that is played in a loop without ``/clock`` do: more
             than any publisher is late, less than the bag is long. None: refuse them.
         """
-        self._watch = ClockWatch(self._on_jump_back)
+        self._watch = ClockWatch(self.time_jump_callback)
         super().__init__(
             _nanoseconds_or_none(cache_time), max_frames=max_frames, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
@@ -169,9 +169,16 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
     def _is_simulated(self) -> bool:
         return self._watch.simulated
 
-    def _on_jump_back(self, jump: TimeJump) -> None:
+    @property
+    def clock(self) -> Clock:
+        """Return the clock that the buffer goes by, the system's if nobody lent one."""
+        return self._watch.clock or Clock()
+
+    def time_jump_callback(self, time_jump: TimeJump) -> None:
+        """Forget what moves, for the clock jumped back; called by rclpy."""
         self.start_anew(
-            f'The clock jumped by {jump.delta.nanoseconds / 1e9:.3f} s, or changed its source,')
+            f'The clock jumped by {time_jump.delta.nanoseconds / 1e9:.3f} s, or changed its '
+            'source,')
 
     # --- asking
 

@@ -19,6 +19,7 @@ from tf_tree_py.core.wire import WireError, WireReader
 from .authority import Authority
 from .buffer import Buffer
 from .companion import companion, node_of_its_own, USE_SIM_TIME
+from .ours import check_is_ours
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .receiver import Receiver
 
@@ -66,10 +67,12 @@ class TransformListener:
         :param frame_filter: whether to take (parent, child), or the frames to take: an
             edge between two of them. It judges names as they arrive, and not again for
             every message, so it has to give the same answer every time.
+        :raises TypeError: another buffer than ours, such as tf2's.
         :raises RuntimeError: there is no node, and ROS is not initialised.
         :raises ValueError: ``spin_thread=False`` and no node to spin, or a string where
             a collection of frames belongs.
         """
+        check_is_ours(buffer, 'TransformListener')
         names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
                        shared_frames=shared_frames, frame_filter=frame_filter)
         lives_with_node = node is not None

@@ -23,6 +23,7 @@ from .buffer import Buffer
 from .convert import as_nanoseconds, transform_stamped
 from .drop import Drop, drop_for, FilterStatistics
 from .futures import Wait
+from .ours import check_is_ours
 
 _NO_TIME = Duration()
 
@@ -69,7 +70,9 @@ class MessageFilter:
             ``callback`` is, but by ``close``, and after it, at once.
         :param header_of: returns a message's header, if that is not its ``header``.
         :param callback_group: the node's own unless given.
+        :raises TypeError: another buffer than ours, such as tf2's.
         """
+        check_is_ours(buffer, 'MessageFilter')
         self._several = not isinstance(target_frames, str)
         targets = target_frames if self._several else [target_frames]
         self._targets = [target.removeprefix('/') for target in targets]
