@@ -8,6 +8,7 @@ for, and what to do; the text is put together only when somebody reads it.
 """
 
 from .stamp import format_span, format_stamp, LATEST
+from .text import shorten
 
 # What has to change before a failed lookup can succeed: a sample of this child
 # frame that is at least this new (LATEST: any), or with no child, the structure
@@ -30,7 +31,7 @@ class TransformException(Exception):
     def __init__(self, message: str = '', *, target_frame: str | None = None,
                  source_frame: str | None = None, hint: str = '',
                  blocked_on: Blocker | None = None) -> None:
-        super().__init__(message)
+        super().__init__(shorten(message))
         self.target_frame = target_frame
         self.source_frame = source_frame
         self.hint = hint
@@ -42,10 +43,10 @@ class TransformException(Exception):
         return str(self.args[0]) if self.args else ''
 
     def __str__(self) -> str:
-        text = self.describe()
+        text = shorten(self.describe())
         if self.waited_s is not None:
             text += f' (waited {self.waited_s:.3f} s for it)'
-        return f'{text}. {self.hint}' if self.hint else text
+        return f'{text}. {shorten(self.hint)}' if self.hint else text
 
 
 class InvalidArgumentException(TransformException):

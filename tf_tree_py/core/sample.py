@@ -73,6 +73,17 @@ def checked_stamp(stamp: Any) -> int:
         ) from None
 
 
+def name_fault(name: str, max_bytes: int) -> str:
+    """Return why a name cannot be that of a frame, '' if it can."""
+    try:
+        size = len(name.encode())
+    except UnicodeEncodeError:
+        return 'it is no text that UTF-8 can hold'
+    if size > max_bytes:
+        return f'it has {size} bytes, and the buffer takes {max_bytes} (max_name_bytes)'
+    return 'it has a NUL in it, where every string of ROS ends' if '\0' in name else ''
+
+
 def is_sound(pose: PoseTuple) -> bool:
     """Return whether a pose is finite and its quaternion of unit length."""
     x, y, z, qx, qy, qz, qw = pose

@@ -20,16 +20,24 @@ from .errors import (
 from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
 from .path import Path
-from .sample import Batch, is_sound, Sample
+from .sample import Batch, is_sound, name_fault, Sample
 from .se3 import PoseTuple
 from .stamp import format_span, format_stamp, LATEST
+from .text import shorten
 
 Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
 Step = tuple[History, str, str, bool]
 
-# Kinds of message whose edges are remembered; who sends ever new ones gains nothing.
+# Kinds of message whose edges are remembered, and edges of all of them together; who sends ever
+# new ones gains nothing.
 _MAX_KNOWN = 256
+_MAX_KNOWN_EDGES = 20_000
+# What is kept to save time, or to tell only once, is thrown away when it is more than that.
+_MAX_PATHS = 20_000
+_MAX_FIGHTS = 1_000
+# Of a name that is refused for its length.
+_NAME_IN_TEXT = 60
 
 
 class Tree:
@@ -44,14 +52,16 @@ class Tree:
     :ivar frames: every frame name, in order of first appearance.
     """
 
-    def __init__(self, cache_time: int, max_frames: int) -> None:
+    def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
         self.max_frames = max_frames
+        self.max_name_bytes = max_name_bytes
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
         self._paths: dict[Edge, Path] = {}
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
+        self._known_count = 0
         self._steps: dict[str, list[Step]] = {}
         self._fights: set[Edge] = set()
 
@@ -93,13 +103,18 @@ class Tree:
         kept = self._known.get(id(edges))
         if kept is not None:
             return kept[1]
-        if len(self._known) >= _MAX_KNOWN:
-            self._known.clear()
         known = []
         for parent, child in edges:
             history = self.histories.get(child)
             known.append(history if history and history.parent == parent else None)
-        self._known[id(edges)] = (edges, known)
+        # One that is not in the tree may never be, and its name may be of any length.
+        if None not in known:
+            if (len(self._known) >= _MAX_KNOWN
+                    or self._known_count + len(known) > _MAX_KNOWN_EDGES):
+                self._known.clear()
+                self._known_count = 0
+            self._known[id(edges)] = (edges, known)
+            self._known_count += len(known)
         return known
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple,
@@ -122,6 +137,11 @@ class Tree:
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
         unknown = {parent, child} - self.frames.keys()
+        for name in unknown:
+            fault = name_fault(name, self.max_name_bytes)
+            if fault:
+                return [Incident(Kind.BAD_NAME, parent, child, stamp, authority,
+                                 f'{shorten(repr(name), _NAME_IN_TEXT)}: {fault}')]
         if len(self.frames) + len(unknown) > self.max_frames:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
@@ -157,6 +177,7 @@ class Tree:
         self.version += 1
         self._paths.clear()
         self._known.clear()
+        self._known_count = 0
         self._steps.clear()
 
     def _loop(self, parent: str, child: str, times: Sequence[int]) -> list[History]:
@@ -228,6 +249,8 @@ class Tree:
                 'what was stored of it is gone'))
         if history.parent != parent and (child, parent) not in self._fights and (
                 history.authority != authority or _goes_back(history, parent, authority)):
+            if len(self._fights) > _MAX_FIGHTS:
+                self._fights.clear()
             self._fights |= {(child, parent), (child, history.parent)}
             remarks.append(Incident(
                 Kind.SECOND_PARENT, parent, child, stamp, authority,
@@ -259,6 +282,8 @@ class Tree:
             self.check_frame('source_frame', source)
             path = self._find_path(target, source, stamp)
             if path.fixed:
+                if len(self._paths) >= _MAX_PATHS:
+                    self._paths.clear()
                 self._paths[target, source] = path
         return path
 
@@ -403,7 +428,7 @@ class Tree:
 
     def copy(self) -> 'Tree':
         """Return a tree of its own with the same samples."""
-        twin = Tree(self.cache_time, self.max_frames)
+        twin = Tree(self.cache_time, self.max_frames, self.max_name_bytes)
         twin.histories = {child: history if isinstance(history, StaticHistory) else history.copy()
                           for child, history in self.histories.items()}
         twin.frames = dict(self.frames)

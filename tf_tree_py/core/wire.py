@@ -33,8 +33,14 @@ _MAX_SEC = 2**31 - 1
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
 _MAX_PADDING = 7
-# Transforms in all layouts together, half a kilobyte each: a swarm of robots has hundreds.
-_MAX_REMEMBERED = 10_000
+# Bytes of all layouts together: a swarm of robots has hundreds of transforms.
+_MAX_REMEMBERED = 8_000_000
+# What a layout takes for a transform, and at most for a byte of its names: as it is, and as text
+# of which one odd character makes every one four bytes wide.
+_TRANSFORM_BYTES = 500
+_NAME_BYTES = 5
+# Of a name that is no text, what is told of it.
+_TOLD_BYTES = 60
 # Layouts that have to be tried one after the other.
 _MAX_ALIKE = 64
 # The byte order of this machine, as struct writes it.
@@ -83,15 +89,18 @@ class WireReader:
         return batch
 
     def _remember(self, layout: '_Layout') -> None:
-        if self._remembered > _MAX_REMEMBERED:
+        if layout.size > _MAX_REMEMBERED:
+            return
+        if self._remembered + layout.size > _MAX_REMEMBERED:
             # Names that change all the time: somebody hostile. Start afresh.
             self._layouts.clear()
             self._remembered = 0
         alike = self._layouts.setdefault(layout.key, [])
         if len(alike) >= _MAX_ALIKE:
+            self._remembered -= sum(other.size for other in alike)
             alike.clear()
         alike.append(layout)
-        self._remembered += layout.count
+        self._remembered += layout.size
 
 
 def write(samples: Collection[Sample]) -> bytes:
@@ -139,7 +148,7 @@ def _key(data: bytes) -> _Key:
 class _Layout:
     """Where the numbers of a message with these very names lie in its bytes."""
 
-    __slots__ = ('key', 'count', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
+    __slots__ = ('key', 'size', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
 
     def __init__(self, data: bytes, order: str, places: Sequence['_Place'],
                  edges: Sequence[tuple[str, str] | None]) -> None:
@@ -151,7 +160,6 @@ class _Layout:
         :param edges: what each of them is about; None: it is passed over.
         """
         self.key = _key(data)
-        self.count = 1 + len(places)
         self.edges = tuple(edge for edge in edges if edge is not None)
         wanted = [place for place, edge in zip(places, edges, strict=True) if edge is not None]
         self._unpack_names = _fields(order, len(data), [
@@ -159,6 +167,8 @@ class _Layout:
             *((name.start, f'{name.stop - name.start}s')
               for place in places for name in (place.parent, place.child))])
         self._names = self._unpack_names(data)
+        self.size = (_TRANSFORM_BYTES * (1 + len(places))
+                     + _NAME_BYTES * sum(map(len, self._names)))
         self._unpack_numbers = _fields(order, len(data), [
             field for place in wanted
             for field in ((place.stamp, 'iI'), (place.pose, f'{POSE_BYTES}s'))])
@@ -258,4 +268,5 @@ class _Cursor:
         try:
             return text[:-1].decode(), slice(begin - 4, self.position)
         except UnicodeDecodeError:
-            raise WireError(f'the name at byte {begin} is not UTF-8: {text!r}') from None
+            raise WireError(f'the name at byte {begin} is not UTF-8: '
+                            f'{text[:_TOLD_BYTES]!r}') from None
