@@ -12,7 +12,7 @@ from tf_tree_py.core.audit import LookupAudit
 from tf_tree_py.core.buffer_core import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.incidents import one_of
 from tf_tree_py.core.text import LONGEST_TEXT, shorten
-from tf_tree_py.core.wire import write, WireError, WireReader
+from tf_tree_py.core.wire import WireError, WireReader, write
 
 # More than any sentence about one transform needs, and far less than a name may be made.
 MOST_TEXT = 20_000

@@ -57,7 +57,8 @@ class BufferCore(Queries):
 
     def __init__(self, cache_time: int | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
-                 max_name_bytes: int = DEFAULT_MAX_NAME_BYTES, now: Callable[[], int] | None = None,
+                 max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
+                 now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
         if cache_time is not None and cache_time < 0:
             raise ValueError(f'cache_time is {cache_time} ns, and cannot be negative')

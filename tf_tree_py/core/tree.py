@@ -20,10 +20,9 @@ from .errors import (
 from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
 from .path import Path
-from .sample import Batch, is_sound, name_fault, Sample
+from .sample import bad_name, Batch, is_sound, Sample
 from .se3 import PoseTuple
 from .stamp import format_span, format_stamp, LATEST
-from .text import shorten
 
 Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
@@ -36,8 +35,6 @@ _MAX_KNOWN_EDGES = 20_000
 # What is kept to save time, or to tell only once, is thrown away when it is more than that.
 _MAX_PATHS = 20_000
 _MAX_FIGHTS = 1_000
-# Of a name that is refused for its length.
-_NAME_IN_TEXT = 60
 
 
 class Tree:
@@ -137,11 +134,9 @@ class Tree:
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
         unknown = {parent, child} - self.frames.keys()
-        for name in unknown:
-            fault = name_fault(name, self.max_name_bytes)
-            if fault:
-                return [Incident(Kind.BAD_NAME, parent, child, stamp, authority,
-                                 f'{shorten(repr(name), _NAME_IN_TEXT)}: {fault}')]
+        bad = bad_name(parent, child, stamp, authority, self.max_name_bytes) if unknown else None
+        if bad:
+            return [bad]
         if len(self.frames) + len(unknown) > self.max_frames:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,

@@ -21,14 +21,13 @@ from typing import Any, NamedTuple
 
 from .frame_names import as_published, Rename
 from .history import pack_pose, POSE_BYTES
-from .sample import Batch, Sample
+from .sample import as_sec_nanosec, Batch, Sample
 from .stamp import NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
 _ENCAPSULATION_BYTES = 4
 _HEAD_BYTES = 8  # encapsulation and count
 _FIRST_LENGTH, _FIRST_NAME = 16, 20  # behind encapsulation, count, sec, nanosec
-_MAX_SEC = 2**31 - 1
 # The smallest transform: a stamp, two empty names, a pose, without padding.
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
@@ -107,15 +106,13 @@ def write(samples: Collection[Sample]) -> bytes:
     """
     Return a TFMessage of these transforms, serialized.
 
-    :raises struct.error: a stamp that no message can hold.
+    :raises InvalidArgumentException: a stamp that no message can hold.
     """
     data = bytearray(_HEAD_BYTES)
     struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
     for parent, child, stamp, pose in samples:
         _align(data, 4)
-        # A message may count more than a second of nanoseconds, and then the last second fits.
-        sec = min(stamp // NANOSECONDS_PER_SECOND, _MAX_SEC)
-        data += struct.pack('<iI', sec, stamp - sec * NANOSECONDS_PER_SECOND)
+        data += struct.pack('<iI', *as_sec_nanosec(stamp))
         for name in (parent.encode() + b'\0', child.encode() + b'\0'):
             _align(data, 4)
             data += struct.pack('<I', len(name)) + name

@@ -135,7 +135,8 @@ class ClockDeadline:
                 return event.is_set()
             if self._wall_end is None:
                 return event.wait()
-            if event.wait(max(0.0, self._wall_end - time.monotonic())):
+            left_s = self._wall_end - time.monotonic()
+            if event.wait(min(max(0.0, left_s), threading.TIMEOUT_MAX)):
                 return True
             if self._begin is not None:
                 self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
