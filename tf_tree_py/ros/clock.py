@@ -90,10 +90,12 @@ class ClockWatch:
             with self._lock:
                 self.simulated = _is_simulated(self._clock[0])
         clock = self._clock[0]
-        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
-            self._on_jump_back(jump)
-        if self._sleepers and clock is not None:
-            self._wake_until(clock.now().nanoseconds)
+        try:
+            if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
+                self._on_jump_back(jump)
+        finally:
+            if self._sleepers and clock is not None:
+                self._wake_until(clock.now().nanoseconds)
 
     def _wake_until(self, time: float) -> None:
         for wake, end in list(self._sleepers.items()):

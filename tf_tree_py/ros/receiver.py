@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 import threading
 import time
-import traceback
 from typing import Any
 import weakref
 
@@ -24,6 +23,8 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerGuardCondition
 from rclpy.subscription import Subscription
+
+from .complaint import Complaint
 
 try:
     from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -73,6 +74,7 @@ class Receiver:
         self._on_end = on_end
         self._rest = rest
         self._closing = False
+        self._complaint = Complaint(node.get_logger())
         self._wake: GuardCondition
         if use_wait_set:
             # Ctrl-C does not tell those who registered for the end of the context.
@@ -120,7 +122,13 @@ class Receiver:
                 self._wake.destroy()
                 self._node.destroy_node()
             finally:
-                self._on_end()
+                self._end()
+
+    def _end(self) -> None:
+        try:
+            self._on_end()
+        except BaseException:  # noqa: B902 - whoever gave up waiting may raise anything
+            self._complaint.write('a callback')
 
     def _goes_on(self) -> bool:
         return not self._closing and self.context.ok()
@@ -133,7 +141,7 @@ class Receiver:
                 executor.spin_once(timeout_sec=_AFTER_A_WAKE_NS / 1e9)
             except ExternalShutdownException:
                 break
-            except Exception:  # noqa: B902 - whatever it is, the next message must get through
+            except BaseException:  # noqa: B902 - whatever it is, the next must get through
                 self._complain('a callback')
         executor.shutdown()
 
@@ -189,7 +197,7 @@ class Receiver:
         """Let rclpy log which publishers cannot be heard, as their QoS or type is another."""
         try:
             event.callback(event.take_data())
-        except Exception:  # noqa: B902 - whatever it is, the next message must get through
+        except BaseException:  # noqa: B902 - whatever it is, the next must get through
             self._complain('an event')
 
     def _drain(self, subscription: Subscription) -> int:
@@ -203,14 +211,14 @@ class Receiver:
                 if taken is None:
                     return count
                 callback(taken[0])
-            except Exception:  # noqa: B902 - whatever it is, the next message must get through
+            except BaseException:  # noqa: B902 - whatever it is, the next must get through
                 self._complain(f'a callback of {subscription.topic_name}')
         return _MAX_TAKEN_AT_ONCE
 
     def _complain(self, what: str) -> None:
         # When the context ends, rclpy raises anything.
         if self._goes_on():
-            self._node.get_logger().error(f'{what} failed:\n{traceback.format_exc()}')
+            self._complaint.write(what)
 
 
 def _stop_with(context: Context) -> None:
