@@ -27,14 +27,15 @@ class Kind(Enum):
     LOOP = 'would close a loop'
     TOO_MANY_FRAMES = 'too many frames'
     SECOND_PARENT = 'two publishers, two parents'
+    TWO_PUBLISHERS = 'two publishers of one edge'
     KIND_CHANGE = 'static and dynamic'
     STALE_EDGE_DROPPED = 'stale edge dropped'
     AHEAD_OF_CLOCK = 'ahead of the clock'
     JUMP_BACK = 'stamps jumped back'
 
 
-REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED,
-                     Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
+                     Kind.STALE_EDGE_DROPPED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
 
 
 _ONE_OF = 'one of '

@@ -128,7 +128,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         return not any(incident.refused for incident in incidents)
 
     def refuse(self, incident: Incident) -> None:
-        """Count and log something that arrived and is no transform."""
+        """Count and log what does not come from inserting: what is no transform, say."""
         self.record(incident)
         self._incident_log.report([incident])
 
