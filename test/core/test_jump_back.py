@@ -267,6 +267,64 @@ def test_time_that_goes_on_is_no_jump_however_late_some_are(steps):
     assert jumps(buffer) == 0
 
 
+# --- stragglers around a new run
+
+@pytest.mark.parametrize('late_s', [7, 20, 27, 33, 59, 59.5])
+def test_straggler_as_the_last_message_of_a_run_delays_nothing(buffer, late_s):
+    for _ in range(3):
+        play(buffer, START, 60)
+        send(buffer, START + 60 * SECOND - round(late_s * SECOND))
+        play(buffer, START, 1)
+    assert jumps(buffer) == 3
+
+
+@pytest.mark.parametrize('after', [1, 5, 9])
+@pytest.mark.parametrize('late_s', [0, 1, 4, 7, 27, 59])
+def test_straggler_just_after_the_loop_costs_a_second_at_most(buffer, late_s, after):
+    play(buffer, START, 60)
+    play(buffer, START, after / 10)
+    send(buffer, START + round((60 - late_s) * SECOND))
+    play(buffer, START + (after + 1) * SECOND // 10, 1)
+    assert jumps(buffer) == 1
+
+
+PERIOD = SECOND // 10
+LATENESS = st.integers(0, 30 * SECOND)
+SOME_EDGES = st.sets(st.integers(0, 2), min_size=1).map(
+    lambda chosen: [EDGES[edge] for edge in sorted(chosen)])
+# Of each moment of a run: the edges in messages of their own or in one, and who is late, if any.
+MOMENTS = st.lists(st.tuples(st.booleans(), st.none() | st.tuples(LATENESS, SOME_EDGES)),
+                   min_size=5, max_size=25)
+
+
+def send_moment(buffer, stamp, moment, newest):
+    """Send what moves at a stamp, and then perhaps something of the old run that is late."""
+    together, straggler = moment
+    for edges in [EDGES] if together else [(edge,) for edge in EDGES]:
+        send(buffer, stamp, edges)
+    if straggler is not None:
+        late, edges = straggler
+        send(buffer, newest - late, edges)
+
+
+@given(MOMENTS, MOMENTS)
+def test_new_run_is_noticed_a_second_after_the_last_straggler(before, after):
+    buffer = BufferCore(clear_on_jump_back=5 * SECOND)
+    end = START + 60 * SECOND
+    send(buffer, START)
+    for number, moment in enumerate(before):
+        stamp = end + (number - len(before) + 1) * PERIOD
+        send_moment(buffer, stamp, moment, stamp)
+    assert jumps(buffer) == 0, 'while the old run goes on, whoever is late'
+    # A run that begins after all that the stragglers of the old one may say.
+    for number, moment in enumerate(after):
+        send_moment(buffer, START + number * PERIOD, moment, end)
+    last = max((number for number, (_, straggler) in enumerate(after) if straggler), default=0)
+    play(buffer, START + len(after) * PERIOD, max(0, last + 11 - len(after)) / 10)
+    assert jumps(buffer) >= 1
+    assert buffer.edges()[0].latest <= end - 5 * SECOND, 'of the new run'
+
+
 @pytest.mark.parametrize('limit', [0, -1])
 def test_limit_that_makes_no_sense_is_refused(limit):
     with pytest.raises(ValueError, match='has to be positive'):

@@ -1,3 +1,5 @@
+from hypothesis import given, strategies as st
+import pytest
 from tf_tree_py.core import BufferCore, Pose, report
 
 SECOND = 1_000_000_000
@@ -45,3 +47,62 @@ def test_cleared_edge_is_not_reported():
     buffer = buffer_of_a_robot()
     buffer.clear()
     assert report.as_string(buffer.edges()) == 'Frame camera exists with parent base.\n'
+
+
+# --- odd names in YAML
+
+def read_back(*edges):
+    """Return what a parser of YAML makes of edges: {child: (parent, broadcaster)}."""
+    yaml = pytest.importorskip('yaml')
+    buffer = BufferCore()
+    for parent, child, authority in edges:
+        assert buffer.insert(parent, child, 1, Pose(), authority=authority) == []
+    read = yaml.safe_load(report.as_yaml(buffer.edges()))
+    return {child: (said['parent'], said['broadcaster']) for child, said in read.items()}
+
+
+# How tf2 writes them, YAML reads them.
+ORDINARY = [
+    'base_link', 'robot1/base_link', 'camera-2.left', '3d_camera', 'my frame', 'tf2::map',
+    'caméra', 'Base', 'frame(1)', 'a{b}', 'leg[0]', 'odom@t=1', '_hidden', 'on_off', 'a#b',
+    '10m_mast', '2nd/arm', 'null_space', 'ns:frame']
+
+
+@pytest.mark.parametrize('name', ORDINARY)
+def test_ordinary_name_is_written_as_tf2_does_and_read_back(name):
+    buffer = BufferCore()
+    buffer.insert('a/b', name, 1, Pose(), static=True, authority='me')
+    assert report.as_yaml(buffer.edges()).startswith(
+        f"{name}: \n  parent: 'a/b'\n  broadcaster: 'me'\n  rate: ")
+    assert read_back(('a/b', name, 'me')) == {name: ('a/b', 'me')}
+
+
+ODD = [
+    'a: b', '{a}', '[a', 'a #b', '#', '- a', '-', '?', ': ', 'a:', 'a: ', ' a', 'a ', "it's",
+    '"a"', "'", '\\', 'a\nb: c', '\n', '\t', 'true', 'No', 'Y', 'null', '~', '1', '1.5',
+    '1e3', '0x1f', '0b11', '1_000', '1:30', '12:30:45', '2001-12-14', '.inf', '.5', '<<', '=',
+    '!a', '&a', '*a', '%a', '@a', '`a', '|', '>', ',', '---', '...', '\x85', '\u2028', '\ufeff',
+    '\x7f', '\x1b[31m', '🤖', '\U0010ffff', 'x' * 1000, 'x' * 1001, 'x' * 1024, "'" * 1024,
+    '\n' * 1024, '2001-12-14 12:30:45', '2001-12-14t21:59:43.10-05:00', '1 a', 'a b', 'a  b',
+    '123 456']
+
+
+@pytest.mark.parametrize('name', ODD)
+def test_odd_name_is_read_back_from_yaml(name):
+    edges = [('map', name, name), (name, 'tool', 'me'), ('map', 'other', 'me')]
+    assert read_back(*edges) == {child: tuple(rest) for *rest, child in (
+        ('map', name, name), (name, 'me', 'tool'), ('map', 'me', 'other'))}
+
+
+@given(st.lists(st.text(min_size=1) | st.sampled_from(ORDINARY + ODD) | st.text(
+    ':#{}[]-?!&*%@`\'" \\\n\t01eE.xy/_~=<>|,', min_size=1), min_size=1, unique=True))
+def test_whatever_is_let_in_is_read_back_from_yaml(names):
+    yaml = pytest.importorskip('yaml')
+    buffer = BufferCore()
+    for name in names:
+        buffer.insert('map', name, 1, Pose(), authority=name)
+        buffer.insert(name, f'under {name}', 1, Pose())
+    edges = buffer.edges()
+    read = dict(yaml.safe_load(report.as_yaml(edges)))
+    assert [(child, said['parent'], said['broadcaster']) for child, said in read.items()] == [
+        (edge.child, edge.parent, edge.authority) for edge in edges]

@@ -58,6 +58,21 @@ def test_nanoseconds_become_a_time_message_and_back(stamp):
     assert convert.as_nanoseconds(message) == stamp
 
 
+@pytest.mark.parametrize('make', [
+    convert.time_message,
+    lambda stamp: convert.slotted_transform_stamped('a', 'b', stamp, POSE).header.stamp,
+    lambda stamp: convert.public_transform_stamped('a', 'b', stamp, POSE).header.stamp])
+def test_every_stamp_of_a_message_goes_into_one_again_and_no_other_does(make):
+    """Its nanoseconds may be more than a second, so it goes 3.3 s further than its seconds."""
+    first, last = -2**31 * SECOND, (2**31 - 1) * SECOND + 2**32 - 1
+    for stamp in (first, 0, last - 4 * SECOND, last - 3 * SECOND, last):
+        sent = deserialize_message(serialize_message(make(stamp)), TimeMessage)
+        assert convert.as_nanoseconds(sent) == stamp
+    for stamp in (first - 1, last + 1, 2**63 - 1, -2**63):
+        with pytest.raises(InvalidArgumentException, match='no message can hold it'):
+            make(stamp)
+
+
 @pytest.mark.parametrize('stamp', [0, 1, 17 * SECOND + 123_456_789, -1])
 @pytest.mark.parametrize('pose', [POSE, (0.0,) * 6 + (1.0,), (math.pi, 1e300, -0.0) + POSE[3:],
                                   (1.0, 2.0, 3.0, 0.1, -0.9, 0.3, 0.3),

@@ -9,8 +9,9 @@ from .incidents import Incident, Kind
 
 Edge = tuple[str, str]
 
-# More are counted together: somebody makes up frames.
+# More are counted together, and those of longer names: somebody makes up frames.
 _MAX_EDGES = 1_000
+_LONGEST_NAMES = 10_000
 _REST = ('', '')
 
 
@@ -90,7 +91,7 @@ class Meter:
     def _of(self, parent: str, child: str) -> Arrivals:
         edge = parent, child
         if edge not in self._edges:
-            if len(self._edges) >= _MAX_EDGES:
+            if len(self._edges) >= _MAX_EDGES or len(parent) + len(child) > _LONGEST_NAMES:
                 edge = _REST
             return self._edges.setdefault(edge, Arrivals())
         return self._edges[edge]

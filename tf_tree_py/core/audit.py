@@ -27,6 +27,7 @@ from .queries import Queries
 from .sample import checked_stamp
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
+from .text import shorten
 
 Answer = TypeVar('Answer')
 
@@ -35,6 +36,8 @@ ASSUMED_AGE = from_seconds(0.1)
 
 # Kinds of line that are kept apart; more than any program has, unless it makes up frames.
 _MAX_LINES = 1_000
+# Of a frame; a buffer server is asked by strangers.
+_LONGEST_NAME = 200
 _PACKAGE = __name__.partition('.')[0]
 _data_stamp: ContextVar[int | None] = ContextVar('data_stamp', default=None)
 _LIBRARY = tuple(f'{_PACKAGE}.{layer}.' for layer in ('core', 'ros', 'bag', 'dropin'))
@@ -204,7 +207,8 @@ class LookupAudit:
     def record(self, lookup: Lookup) -> None:
         """Count one lookup."""
         latest = lookup.asked == LATEST
-        key = (lookup.caller, lookup.target, lookup.source, latest, lookup.told)
+        target, source = (shorten(name, _LONGEST_NAME) for name in (lookup.target, lookup.source))
+        key = (lookup.caller, target, source, latest, lookup.told)
         with self._lock:
             line = self._lines.get(key)
             if line is None:

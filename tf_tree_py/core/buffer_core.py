@@ -30,6 +30,7 @@ Answer = TypeVar('Answer')
 
 DEFAULT_CACHE_TIME = from_seconds(10.0)
 DEFAULT_MAX_FRAMES = 20_000
+DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 _stamp_of = attrgetter('stamp')
@@ -44,6 +45,7 @@ class BufferCore(Queries):
 
     :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given.
     :param max_frames: how many frame names are let in, against a hostile publisher.
+    :param max_name_bytes: how long a frame name may be in UTF-8, likewise.
     :param now: the clock that stamps go by, nanoseconds, such as ``time.time_ns``; what
         is far ahead of it is told. None: stamps may be of any time.
     :param max_future: how far ahead of it a stamp may be, nanoseconds; what is further
@@ -54,12 +56,15 @@ class BufferCore(Queries):
     """
 
     def __init__(self, cache_time: int | None = None, *,
-                 max_frames: int = DEFAULT_MAX_FRAMES, now: Callable[[], int] | None = None,
+                 max_frames: int = DEFAULT_MAX_FRAMES,
+                 max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
+                 now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
         if cache_time is not None and cache_time < 0:
             raise ValueError(f'cache_time is {cache_time} ns, and cannot be negative')
         super().__init__(
-            Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames))
+            Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames,
+                 max_name_bytes))
         self._waiters = Waiters()
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)

@@ -16,6 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from .stamp import format_span, format_stamp, LATEST
+from .text import shorten
 
 # What may change the fate of a failed lookup: the newest sample of this child frame
 # becomes at least this new. A change of the tree's structure always may; with no child,
@@ -73,7 +74,7 @@ class TransformException(JoinableException):
                  source_frame: str | None = None, hint: str = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
         join('tf2_py', _OF_TF2)
-        super().__init__(message)
+        super().__init__(shorten(message))
         self.target_frame = target_frame
         self.source_frame = source_frame
         self.hint = hint
@@ -85,10 +86,10 @@ class TransformException(JoinableException):
         return str(self.args[0]) if self.args else ''
 
     def __str__(self) -> str:
-        text = self.describe()
+        text = shorten(self.describe())
         if self.waited_s is not None:
             text += f' (waited {self.waited_s:.3f} s for it)'
-        return f'{text}. {self.hint}' if self.hint else text
+        return f'{text}. {shorten(self.hint)}' if self.hint else text
 
 
 class InvalidArgumentException(TransformException):

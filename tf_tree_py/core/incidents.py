@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from .stamp import LATEST
+from .text import LONGEST_TEXT, shorten
 
 
 class Kind(Enum):
@@ -17,6 +18,7 @@ class Kind(Enum):
 
     MALFORMED = 'malformed message'
     EMPTY_FRAME = 'empty frame name'
+    BAD_NAME = 'unusable frame name'
     SELF_EDGE = 'frame is its own parent'
     NOT_FINITE = 'NaN or infinity'
     ZERO_ROTATION = 'all-zero quaternion'
@@ -25,22 +27,31 @@ class Kind(Enum):
     LOOP = 'would close a loop'
     TOO_MANY_FRAMES = 'too many frames'
     SECOND_PARENT = 'two publishers, two parents'
+    TWO_PUBLISHERS = 'two publishers of one edge'
     KIND_CHANGE = 'static and dynamic'
     SILENT_EDGE_ENDED = 'silent edge ended'
     AHEAD_OF_CLOCK = 'ahead of the clock'
     JUMP_BACK = 'stamps jumped back'
 
 
-REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.SILENT_EDGE_ENDED,
-                     Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
+                     Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
 
 
 _ONE_OF = 'one of '
+# Of more publishers than these only the number is told.
+_MAX_CANDIDATES = 12
+# Of a longer name only the two ends are told; those that a buffer takes are shorter.
+_LONGEST_NAME = 1024
 
 
 def one_of(names: Collection[str]) -> str:
     """Return the authority of what any of several publishers may have sent."""
-    return next(iter(names)) if len(names) == 1 else _ONE_OF + ', '.join(sorted(names))
+    if len(names) == 1:
+        return next(iter(names))
+    first = sorted(names)[:_MAX_CANDIDATES]
+    more = len(names) - len(first)
+    return _ONE_OF + ', '.join(first) + (f' and {more} more' if more else '')
 
 
 def is_ambiguous(authority: str) -> bool:
@@ -50,7 +61,11 @@ def is_ambiguous(authority: str) -> bool:
 
 @dataclass(frozen=True)
 class Incident:
-    """One transform that was refused, or taken with a remark."""
+    """
+    One transform that was refused, or taken with a remark.
+
+    Whoever sent it chose its names; what is too long for a log is shortened here.
+    """
 
     kind: Kind
     parent: str
@@ -61,6 +76,14 @@ class Incident:
     """One sentence: why, what was kept, and the likely culprit."""
     newest: int = LATEST
     """The newest stamp of the edge, where that is why it was refused."""
+
+    def __post_init__(self) -> None:
+        for name, most in (('parent', _LONGEST_NAME), ('child', _LONGEST_NAME),
+                           ('authority', LONGEST_TEXT), ('detail', LONGEST_TEXT)):
+            text = getattr(self, name)
+            if len(text) > most:
+                # The only way to set a field of what is frozen.
+                object.__setattr__(self, name, shorten(text, most))
 
     @property
     def refused(self) -> bool:

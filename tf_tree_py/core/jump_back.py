@@ -25,8 +25,9 @@ class JumpBack:
       not silence the others.)
     - More than half of the edges that were alive, those with data inside the limit, are
       among them. (An edge that was behind all along does not count.)
-    - Each of these goes on for a second of its own stamps. (Stragglers and a stamp that
-      is sent over and over do not.)
+    - Each of these goes on for a second of its own stamps, in steps of no more than the
+      limit. (Stragglers and a stamp that is sent over and over do not. A straggler of the
+      run before, just before or after a new one begins, is no step of it.)
 
     If the run that was given up goes on after all, two publishers of the same edges
     disagree about the time, and the one was only slow. Then the second becomes two, four,
@@ -52,7 +53,8 @@ class JumpBack:
     def begin(self) -> None:
         """Begin anew, because the buffer was cleared."""
         self._newest: int | None = None
-        self._firsts: dict[str, int] = {}
+        # Of each edge that is behind: the first and the last stamp of its steps.
+        self._steps: dict[str, tuple[int, int]] = {}
         self._gone_back: set[str] = set()
 
     def follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int], authority: str,
@@ -92,12 +94,16 @@ class JumpBack:
                 self._patience *= 2
             self._given_up = None
         self._newest = max(newest, known)
-        if self._firsts:
-            self._firsts.clear()
+        if self._steps:
+            self._steps.clear()
             self._gone_back.clear()
 
     def _has_gone_on(self, child: str, stamp: int) -> bool:
-        return stamp - self._firsts.setdefault(child, stamp) >= self._patience
+        first, last = self._steps.get(child, (stamp, stamp))
+        if not first <= stamp <= last + self._limit:
+            first = last = stamp
+        self._steps[child] = first, max(last, stamp)
+        return stamp - first >= self._patience
 
     def _most_went_back(self, histories: Mapping[str, History]) -> bool:
         if not self._gone_back or self._newest is None:

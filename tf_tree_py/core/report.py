@@ -1,6 +1,7 @@
 """What a buffer holds, as text: pure functions of ``Queries.edges()``."""
 
 from collections.abc import Iterable
+import re
 
 from .queries import EdgeInfo
 from .stamp import as_seconds
@@ -9,16 +10,28 @@ from .stamp import as_seconds
 _SHORTEST_SPAN_S = 1e-4
 
 
+# What YAML reads as a string without quotes: no indicator in front, no ': ' and ' #' within, and
+# neither a number nor a date, which begin with a digit (an 'm', say, makes neither).
+_PLAIN = re.compile(
+    r'(?:[^\W\d]|/|[0-9](?=[^:]*[g-np-su-wyz/]))'
+    r'(?:[\w/.$%&*@!?+=~^|<>(){}\[\],;\'"`#-]|:(?=[\w/:])|[ ](?=[\w/]))*', re.IGNORECASE)
+# And words that YAML 1.1 takes for true, false and nothing.
+_WORDS = frozenset(['y', 'n', 'yes', 'no', 'on', 'off', 'true', 'false', 'null'])
+# A key of more characters than 1024, its quotes included, needs a mark.
+_LONGEST_KEY = 1000
+
+
 def as_yaml(edges: Iterable[EdgeInfo]) -> str:
     """
     Return tf2's ``all_frames_as_yaml``, byte for byte; the ``tf2_frames`` service's answer.
 
-    Static edges have the rate 10000.000 there, one sample in no time.
+    A name that YAML would not read back so is written in quotes that make it, which tf2
+    does not. Static edges have the rate 10000.000 there, one sample in no time.
     """
     blocks = [
-        f'{edge.child}: \n'
-        f"  parent: '{edge.parent}'\n"
-        f"  broadcaster: '{edge.authority}'\n"
+        f'{_yaml_key(edge.child)}: \n'
+        f'  parent: {_yaml_text(edge.parent)}\n'
+        f'  broadcaster: {_yaml_text(edge.authority)}\n'
         f'  rate: {rate_hz(edge):.3f}\n'
         f'  most_recent_transform: {as_seconds(edge.latest):.6f}\n'
         f'  oldest_transform: {as_seconds(edge.oldest):.6f}\n'
@@ -26,6 +39,25 @@ def as_yaml(edges: Iterable[EdgeInfo]) -> str:
         for edge in edges
     ]
     return ''.join(blocks) or '[]'
+
+
+def _yaml_key(name: str) -> str:
+    """Return a name as a key of YAML, without the colon behind it."""
+    key = name
+    if not _PLAIN.fullmatch(name) or name.lower() in _WORDS:
+        key = _yaml_text(name)
+    return key if len(key) <= _LONGEST_KEY else f'? {key}\n'
+
+
+def _yaml_text(text: str) -> str:
+    """Return a text as a string of YAML, in single quotes unless something needs a code."""
+    if text.isprintable():
+        return "'" + text.replace("'", "''") + "'"
+    return '"' + ''.join(_yaml_letter(letter) for letter in text) + '"'
+
+
+def _yaml_letter(letter: str) -> str:
+    return letter if letter.isprintable() and letter not in '"\\' else f'\\U{ord(letter):08x}'
 
 
 def as_string(edges: Iterable[EdgeInfo]) -> str:

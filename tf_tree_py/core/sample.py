@@ -18,6 +18,8 @@ from .history import POSE_BYTES, unpack_pose
 from .incidents import Incident, Kind
 from .se3 import PoseTuple
 from .so3 import Array
+from .stamp import format_stamp, NANOSECONDS_PER_SECOND
+from .text import shorten
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
@@ -27,8 +29,16 @@ _FEW = 6
 
 _STAMP_LIMIT = 2**63
 
+# Characters of a name that is not let in, in the reason for it.
+_NAME_IN_TEXT = 60
+
 # A sum of squares between these has neither lost digits nor overflowed.
 _LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
+
+# What int32 sec and uint32 nanosec of a message hold. Nanoseconds may be more than a second, so
+# the last second goes further.
+_MIN_SEC, _MAX_SEC = -2**31, 2**31 - 1
+_MAX_NANOSEC = 2**32 - 1
 
 
 class Sample(NamedTuple):
@@ -98,6 +108,44 @@ def admitted(sample: Sample) -> Sample:
         return sample
     return Sample(
         parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
+
+
+def as_sec_nanosec(stamp: int) -> tuple[int, int]:
+    """
+    Return a stamp as the two numbers of a message.
+
+    :raises InvalidArgumentException: before 1901 or after 2038, so no message holds it.
+    """
+    sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    if _MIN_SEC <= sec <= _MAX_SEC:
+        return sec, nanosec
+    nanosec += (sec - _MAX_SEC) * NANOSECONDS_PER_SECOND
+    if 0 <= nanosec <= _MAX_NANOSEC:
+        return _MAX_SEC, nanosec
+    raise InvalidArgumentException(
+        f'Invalid argument stamp {format_stamp(stamp)} s: no message can hold it, for its seconds '
+        'are 32 bits, from 1901 to 2038')
+
+
+def bad_name(parent: str, child: str, stamp: int, authority: str,
+             max_bytes: int) -> Incident | None:
+    """Return why one of an edge's names is not let in; None if both are fine."""
+    for name in (parent, child):
+        fault = _name_fault(name, max_bytes)
+        if fault:
+            return Incident(Kind.BAD_NAME, parent, child, stamp, authority,
+                            f'{shorten(repr(name), _NAME_IN_TEXT)}: {fault}')
+    return None
+
+
+def _name_fault(name: str, max_bytes: int) -> str:
+    try:
+        size = len(name.encode())
+    except UnicodeEncodeError:
+        return 'it is no text that UTF-8 can hold'
+    if size > max_bytes:
+        return f'it has {size} bytes, and the buffer takes {max_bytes} (max_name_bytes)'
+    return 'it has a NUL in it, where every string of ROS ends' if '\0' in name else ''
 
 
 def is_sound(pose: PoseTuple) -> bool:

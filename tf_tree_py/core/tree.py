@@ -23,7 +23,7 @@ from .errors import (
 from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
 from .path import furthest_from_cure, Path
-from .sample import Batch, is_sound, Sample
+from .sample import bad_name, Batch, is_sound, Sample
 from .se3 import PoseTuple
 from .stamp import format_span, format_stamp, LATEST
 
@@ -31,8 +31,13 @@ Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
 Step = tuple[History, str, str, bool]
 
-# Kinds of message whose edges are remembered; who sends ever new ones gains nothing.
+# Kinds of message whose edges are remembered, and edges of all of them together; who sends ever
+# new ones gains nothing.
 _MAX_KNOWN = 256
+_MAX_KNOWN_EDGES = 20_000
+# What is kept to save time, or to tell only once, is thrown away when it is more than that.
+_MAX_PATHS = 20_000
+_MAX_FIGHTS = 1_000
 
 
 class Tree:
@@ -47,15 +52,17 @@ class Tree:
     :ivar frames: every frame name, in order of first appearance.
     """
 
-    def __init__(self, cache_time: int, max_frames: int) -> None:
+    def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
         self.max_frames = max_frames
+        self.max_name_bytes = max_name_bytes
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
         self._was_rehung: bool | None = None
         self._paths: dict[Edge, Path] = {}
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
+        self._known_count = 0
         self._steps: dict[str, list[Step]] = {}
         self._fights: set[Edge] = set()
 
@@ -97,13 +104,18 @@ class Tree:
         kept = self._known.get(id(edges))
         if kept is not None:
             return kept[1]
-        if len(self._known) >= _MAX_KNOWN:
-            self._known.clear()
         known = []
         for parent, child in edges:
             history = self.histories.get(child)
             known.append(history if history and history.parent == parent else None)
-        self._known[id(edges)] = (edges, known)
+        # One that is not in the tree may never be, and its name may be of any length.
+        if None not in known:
+            if (len(self._known) >= _MAX_KNOWN
+                    or self._known_count + len(known) > _MAX_KNOWN_EDGES):
+                self._known.clear()
+                self._known_count = 0
+            self._known[id(edges)] = (edges, known)
+            self._known_count += len(known)
         return known
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple,
@@ -131,6 +143,9 @@ class Tree:
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
         unknown = {parent, child} - self.frames.keys()
+        bad = bad_name(parent, child, stamp, authority, self.max_name_bytes) if unknown else None
+        if bad:
+            return [bad]
         if len(self.frames) + len(unknown) > self.max_frames:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
@@ -164,6 +179,7 @@ class Tree:
         self._was_rehung = None
         self._paths.clear()
         self._known.clear()
+        self._known_count = 0
         self._steps.clear()
 
     def _close_loop(self, parent: str, child: str, time: tuple[int, int],
@@ -236,6 +252,8 @@ class Tree:
                 'what was stored of it is gone'))
         if history.parent != parent and (child, parent) not in self._fights and (
                 history.authority != authority or _goes_back(history, parent, authority)):
+            if len(self._fights) > _MAX_FIGHTS:
+                self._fights.clear()
             self._fights |= {(child, parent), (child, history.parent)}
             remarks.append(Incident(
                 Kind.SECOND_PARENT, parent, child, stamp, authority,
@@ -303,6 +321,8 @@ class Tree:
         """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
         path = Path(*self._climb_both(target, source, stamp).edges())
         if path.fixed:
+            if len(self._paths) >= _MAX_PATHS:
+                self._paths.clear()
             self._paths[target, source] = path
         return path
 
@@ -444,7 +464,7 @@ class Tree:
 
     def copy(self) -> 'Tree':
         """Return a tree of its own with the same samples."""
-        twin = Tree(self.cache_time, self.max_frames)
+        twin = Tree(self.cache_time, self.max_frames, self.max_name_bytes)
         twin.histories = {child: history if isinstance(history, StaticHistory) else history.copy()
                           for child, history in self.histories.items()}
         twin.frames = dict(self.frames)

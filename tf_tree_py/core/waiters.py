@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 import itertools
 import threading
 
+from .calling import call_all
 from .errors import Blocker
 
 _Entry = tuple[int, int, 'Waiter']
@@ -100,6 +101,9 @@ class Waiters:
 
 
 def wake_all(waiters: Iterable[Waiter]) -> None:
-    """Wake waiters; not to be called with the buffer's lock held."""
-    for waiter in waiters:
-        waiter.wake()
+    """
+    Wake waiters; not to be called with the buffer's lock held.
+
+    :raises BaseException: what the first of them raised, once all are awake.
+    """
+    call_all(waiter.wake for waiter in waiters)

@@ -21,20 +21,25 @@ from typing import Any, NamedTuple
 
 from .frame_names import as_published, Rename
 from .history import pack_pose, POSE_BYTES
-from .sample import Batch, Sample
+from .sample import as_sec_nanosec, Batch, Sample
 from .stamp import NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
 _ENCAPSULATION_BYTES = 4
 _HEAD_BYTES = 8  # encapsulation and count
 _FIRST_LENGTH, _FIRST_NAME = 16, 20  # behind encapsulation, count, sec, nanosec
-_MAX_SEC = 2**31 - 1
 # The smallest transform: a stamp, two empty names, a pose, without padding.
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
 _MAX_PADDING = 7
-# Transforms in all layouts together, half a kilobyte each: a swarm of robots has hundreds.
-_MAX_REMEMBERED = 10_000
+# Bytes of all layouts together: a swarm of robots has hundreds of transforms.
+_MAX_REMEMBERED = 8_000_000
+# What a layout takes for a transform, and at most for a byte of its names: as it is, and as text
+# of which one odd character makes every one four bytes wide.
+_TRANSFORM_BYTES = 500
+_NAME_BYTES = 5
+# Of a name that is no text, what is told of it.
+_TOLD_BYTES = 60
 # Layouts that have to be tried one after the other.
 _MAX_ALIKE = 64
 # The byte order of this machine, as struct writes it.
@@ -83,30 +88,31 @@ class WireReader:
         return batch
 
     def _remember(self, layout: '_Layout') -> None:
-        if self._remembered > _MAX_REMEMBERED:
+        if layout.size > _MAX_REMEMBERED:
+            return
+        if self._remembered + layout.size > _MAX_REMEMBERED:
             # Names that change all the time: somebody hostile. Start afresh.
             self._layouts.clear()
             self._remembered = 0
         alike = self._layouts.setdefault(layout.key, [])
         if len(alike) >= _MAX_ALIKE:
+            self._remembered -= sum(other.size for other in alike)
             alike.clear()
         alike.append(layout)
-        self._remembered += layout.count
+        self._remembered += layout.size
 
 
 def write(samples: Collection[Sample]) -> bytes:
     """
     Return a TFMessage of these transforms, serialized.
 
-    :raises struct.error: a stamp that no message can hold.
+    :raises InvalidArgumentException: a stamp that no message can hold.
     """
     data = bytearray(_HEAD_BYTES)
     struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
     for parent, child, stamp, pose in samples:
         _align(data, 4)
-        # A message may count more than a second of nanoseconds, and then the last second fits.
-        sec = min(stamp // NANOSECONDS_PER_SECOND, _MAX_SEC)
-        data += struct.pack('<iI', sec, stamp - sec * NANOSECONDS_PER_SECOND)
+        data += struct.pack('<iI', *as_sec_nanosec(stamp))
         for name in (parent.encode() + b'\0', child.encode() + b'\0'):
             _align(data, 4)
             data += struct.pack('<I', len(name)) + name
@@ -139,7 +145,7 @@ def _key(data: bytes) -> _Key:
 class _Layout:
     """Where the numbers of a message with these very names lie in its bytes."""
 
-    __slots__ = ('key', 'count', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
+    __slots__ = ('key', 'size', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
 
     def __init__(self, data: bytes, order: str, places: Sequence['_Place'],
                  edges: Sequence[tuple[str, str] | None]) -> None:
@@ -151,7 +157,6 @@ class _Layout:
         :param edges: what each of them is about; None: it is passed over.
         """
         self.key = _key(data)
-        self.count = 1 + len(places)
         self.edges = tuple(edge for edge in edges if edge is not None)
         wanted = [place for place, edge in zip(places, edges, strict=True) if edge is not None]
         self._unpack_names = _fields(order, len(data), [
@@ -159,6 +164,8 @@ class _Layout:
             *((name.start, f'{name.stop - name.start}s')
               for place in places for name in (place.parent, place.child))])
         self._names = self._unpack_names(data)
+        self.size = (_TRANSFORM_BYTES * (1 + len(places))
+                     + _NAME_BYTES * sum(map(len, self._names)))
         self._unpack_numbers = _fields(order, len(data), [
             field for place in wanted
             for field in ((place.stamp, 'iI'), (place.pose, f'{POSE_BYTES}s'))])
@@ -258,4 +265,5 @@ class _Cursor:
         try:
             return text[:-1].decode(), slice(begin - 4, self.position)
         except UnicodeDecodeError:
-            raise WireError(f'the name at byte {begin} is not UTF-8: {text!r}') from None
+            raise WireError(f'the name at byte {begin} is not UTF-8: '
+                            f'{text[:_TOLD_BYTES]!r}') from None

@@ -7,9 +7,10 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.buffer_core import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.frame_names import rename
 from tf_tree_py.core.incidents import Incident, Kind
-from tf_tree_py.core.sample import checked, Sample
+from tf_tree_py.core.sample import bad_name, checked, Sample
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.wire import WireError, WireReader
 from tf_tree_py.ros.authority import Authority
@@ -93,7 +94,7 @@ class TfRelay(Node):
         def receive(data: bytes) -> None:
             publisher = authority.name()
             try:
-                arrived = [checked(sample, publisher) for sample in reader.read(data).samples()]
+                arrived = [_fit(sample, publisher) for sample in reader.read(data).samples()]
             except WireError as error:
                 arrived = [Incident(Kind.MALFORMED, '', '', LATEST, publisher, str(error))]
             self._log.report(each for each in arrived if isinstance(each, Incident))
@@ -105,6 +106,12 @@ class TfRelay(Node):
         """Stop listening, and destroy the node."""
         self._receiver.close()
         super().destroy_node()
+
+
+def _fit(sample: Sample, publisher: str) -> Sample | Incident:
+    """Return a sample as a buffer would take it, or why it would not."""
+    bad = bad_name(sample.parent, sample.child, sample.stamp, publisher, DEFAULT_MAX_NAME_BYTES)
+    return bad or checked(sample, publisher)
 
 
 def _check_that_it_does_not_hear_itself(source: str, target: str, static_source: str,

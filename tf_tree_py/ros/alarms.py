@@ -10,7 +10,10 @@ import time
 from typing import Any, Protocol
 import weakref
 
+import rclpy.logging
+
 from .clock import ClockDeadline, ClockWatch
+from .complaint import Complaint
 
 _LINGER_S = 1.0
 _MIN_DEAD = 64
@@ -75,6 +78,7 @@ class Alarms:
         self._by_simulation: list[_Entry] = []
         self._pending: set[int] = set()
         self._thread: threading.Thread | None = None
+        self._complaint = Complaint(rclpy.logging.get_logger('tf_tree_py'))
 
     def __len__(self) -> int:
         return len(self._pending)
@@ -173,8 +177,11 @@ class Alarms:
                         due.append(reference)
         for reference in due:
             sleeper = reference()
-            if sleeper is not None:
-                sleeper.expire()
+            try:
+                if sleeper is not None:
+                    sleeper.expire()
+            except BaseException:  # noqa: B902 - whatever it is, the next must be called back
+                self._complaint.write('a callback after a timeout')
 
 
 class _Bell:

@@ -25,6 +25,8 @@ class Authority:
     message may be here before it) or is about to be told.
 
     :ivar placeholder: what the name is until then.
+    :ivar endpoints: of the publishers, the bytes by which the middleware knows them.
+    :ivar names: of the publishers, one for each; none while one is missing.
     """
 
     def __init__(self, node: Node, topic: str) -> None:
@@ -33,16 +35,23 @@ class Authority:
         self._ask_at = -math.inf
         self._corrected_at = -math.inf
         self.placeholder = self._name = f'unknown publisher of {topic}'
+        self.endpoints: frozenset[bytes] = frozenset()
+        self.names: list[str] = []
 
     def name(self) -> str:
         """Return the publisher's full node name, or all candidates."""
         now = time.monotonic()
-        # Once the listener is closed, or ROS has shut down, the last answer stands.
-        if now >= self._ask_at and self._node.context.ok():
-            with suppress(InvalidHandle):
-                self._name = self._ask()
+        if now >= self._ask_at:
+            self.ask()
             self._ask_at = now + (_RETRY_S if self._name == self.placeholder else _REFRESH_S)
         return self._name
+
+    def ask(self) -> None:
+        """Ask the graph now."""
+        # Once the listener is closed, or ROS has shut down, the last answer stands.
+        if self._node.context.ok():
+            with suppress(InvalidHandle):
+                self._name = self._ask()
 
     def correct(self, incidents: list[Incident]) -> list[Incident]:
         """
@@ -60,10 +69,10 @@ class Authority:
         return [replace(incident, authority=name) for incident in incidents]
 
     def _ask(self) -> str:
-        names = {
-            f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-            for info in self._node.get_publishers_info_by_topic(self._topic)
-        }
-        if not names or _UNNAMED in names:
-            return self.placeholder
-        return one_of(names)
+        infos = self._node.get_publishers_info_by_topic(self._topic)
+        endpoints = frozenset(bytes(info.endpoint_gid) for info in infos)
+        if endpoints != self.endpoints:
+            self.endpoints = endpoints
+        names = [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos]
+        self.names = [] if _UNNAMED in names else sorted(names)
+        return one_of(set(names)) if self.names else self.placeholder

@@ -6,7 +6,7 @@ looks for it, on the stack. Where it cannot be found, the coroutine goes on when
 executor next has something to do, as with rclpy's own futures.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from copy import copy
@@ -37,6 +37,7 @@ class AwaitableFuture(Future):
     def __init__(self) -> None:
         super().__init__()
         self._ending = threading.Lock()
+        self._raised: list[BaseException] = []
 
     def _end(self) -> bool:
         """Return whether nobody has ended it before."""
@@ -46,16 +47,29 @@ class AwaitableFuture(Future):
         """End with a result, unless it has ended."""
         if self._end():
             super().set_result(result)
+            self._raise()
 
     def set_exception(self, exception: BaseException) -> None:
         """End with an exception, unless it has ended."""
         if self._end():
             super().set_exception(exception)
+            self._raise()
 
     def cancel(self) -> None:
         """End without a result, unless it has ended."""
         if self._end():
             super().cancel()
+            self._raise()
+
+    def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
+        """Call back when it ends, or now if it has."""
+        super().add_done_callback(_DoneCallback(callback, self._raised))
+        self._raise()
+
+    def _raise(self) -> None:
+        """Raise what a callback raised, now that all were called."""
+        if self._raised:
+            raise self._raised.pop(0)
 
     def result(self) -> Any:
         """
@@ -108,6 +122,32 @@ class AwaitableFuture(Future):
             # As in asyncio: who is cancelled cancels what it awaits.
             self.cancel()
         return self.result()
+
+
+class _DoneCallback:
+    """
+    A callback that cannot keep those behind it from being called.
+
+    rclpy warns of an ``Exception`` and goes on, but ``sys.exit()`` goes past it.
+    """
+
+    def __init__(self, callback: Callable[[Future], Any], raised: list[BaseException]) -> None:
+        self._callback = callback
+        self._raised = raised
+
+    def __call__(self, future: Future) -> None:
+        try:
+            self._callback(future)
+        except Exception:
+            raise
+        except BaseException as error:  # noqa: B902 - the future raises it later
+            self._raised.append(error)
+
+    def __eq__(self, other: object) -> bool:
+        # By its own callback, for that is what remove_done_callback is given.
+        return self is other or self._callback == other
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 class _Awaiter:

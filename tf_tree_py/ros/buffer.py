@@ -20,7 +20,11 @@ from rclpy.node import Node
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.audit import LookupAudit
-from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
+from tf_tree_py.core.buffer_core import (
+    DEFAULT_AUTHORITY,
+    DEFAULT_MAX_FRAMES,
+    DEFAULT_MAX_NAME_BYTES,
+)
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.incidents import Incident
 
@@ -48,6 +52,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
+                 max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
                  clear_on_jump_back: Duration | None = None) -> None:
@@ -57,6 +62,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         :param cache_time: how much history each edge keeps; 10 s unless given.
         :param node: serves ``tf2_frames``, logs, and lends its clock.
         :param max_frames: how many frame names are let in, against a hostile publisher.
+        :param max_name_bytes: how long a frame name may be in UTF-8, likewise.
         :param wall_guard: with simulated time, the longest that a lookup may wait by
             the wall, should ``/clock`` stand still; None: as long as it does.
         :param audit: watch what lookups ask for; ``self.audit`` tells, else it is None.
@@ -68,7 +74,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """
         self._watch = ClockWatch(self.time_jump_callback)
         super().__init__(
-            _nanoseconds_or_none(cache_time), max_frames=max_frames, now=self.now,
+            _nanoseconds_or_none(cache_time), max_frames=max_frames,
+            max_name_bytes=max_name_bytes, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
         self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
@@ -121,7 +128,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         return not any(incident.refused for incident in incidents)
 
     def refuse(self, incident: Incident) -> None:
-        """Count and log something that arrived and is no transform."""
+        """Count and log what does not come from inserting: what is no transform, say."""
         self.record(incident)
         self._incident_log.report([incident])
 

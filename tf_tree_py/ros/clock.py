@@ -95,10 +95,12 @@ class ClockWatch:
             with self._lock:
                 self.simulated = _is_simulated(self._clock[0])
         clock = self._clock[0]
-        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
-            self._on_jump_back(jump)
-        if self._sleepers and clock is not None:
-            self._wake_until(clock.now().nanoseconds)
+        try:
+            if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
+                self._on_jump_back(jump)
+        finally:
+            if self._sleepers and clock is not None:
+                self._wake_until(clock.now().nanoseconds)
 
     def _wake_until(self, time: float) -> None:
         for wake, end in list(self._sleepers.items()):
@@ -140,7 +142,8 @@ class ClockDeadline:
                 return event.is_set()
             if self._wall_end is None:
                 return event.wait()
-            if event.wait(max(0.0, self._wall_end - time.monotonic())):
+            left_s = self._wall_end - time.monotonic()
+            if event.wait(min(max(0.0, left_s), threading.TIMEOUT_MAX)):
                 return True
             if self._begin is not None:
                 self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '

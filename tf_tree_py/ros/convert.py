@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.frame_names import Rename
 from tf_tree_py.core.pose import Pose
-from tf_tree_py.core.sample import Sample
+from tf_tree_py.core.sample import as_sec_nanosec, Sample
 from tf_tree_py.core.se3 import PoseTuple
 from tf_tree_py.core.so3 import has_tf2_sign, with_tf2_sign
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
@@ -81,8 +81,12 @@ def _other_clock(time: Time) -> str:
 
 
 def time_message(stamp: int) -> TimeMessage:
-    """Return nanoseconds as a ``builtin_interfaces/Time``."""
-    sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    """
+    Return nanoseconds as a ``builtin_interfaces/Time``.
+
+    :raises InvalidArgumentException: no message can hold them.
+    """
+    sec, nanosec = as_sec_nanosec(stamp)
     return TimeMessage(sec=sec, nanosec=nanosec)
 
 
@@ -143,7 +147,11 @@ def transform_message(pose: PoseTuple) -> Transform:
 
 def public_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
                              pose: PoseTuple) -> TransformStamped:
-    """Return a ``TransformStamped``, by its public constructor."""
+    """
+    Return a ``TransformStamped``, by its public constructor.
+
+    :raises InvalidArgumentException: a stamp that no message can hold.
+    """
     x, y, z, *q = pose
     return TransformStamped(
         header=Header(stamp=time_message(stamp), frame_id=frame_id),
@@ -156,7 +164,10 @@ def slotted_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
     """Return the same, ten times faster, past constructors and checks."""
     time = _new(TimeMessage)
     time._check_fields = _CHECK_FIELDS
-    time._sec, time._nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    if sec.bit_length() > 31:  # seldom, and a call costs as much as all of this
+        sec, nanosec = as_sec_nanosec(stamp)
+    time._sec, time._nanosec = sec, nanosec
     header = _new(Header)
     header._check_fields = _CHECK_FIELDS
     header._stamp = time

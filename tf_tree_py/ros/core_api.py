@@ -7,8 +7,9 @@ from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from tf_tree_py.core import report
 from tf_tree_py.core.buffer_core import BufferCore
-from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.errors import InvalidArgumentException, TransformException
 from tf_tree_py.core.so3 import Vector3
+from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.twist import lookup_velocity
 
 from .convert import as_nanoseconds, as_stamp, transform_stamped
@@ -62,11 +63,22 @@ class CoreApi(BufferCore):
         return (True, '')
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the newest time for which all edges between two frames have data."""
+        """
+        Return the newest time for which all edges between two frames have data.
+
+        :raises InvalidArgumentException: it lies before 1970, where rclpy has no ``Time``;
+            ``latest_common_time`` tells it.
+        """
         # In simulated time one that can be looked up; else as tf2's, for it is compared.
         kind = ClockType.ROS_TIME if self._is_simulated() else ClockType.SYSTEM_TIME
-        return Time(nanoseconds=self.latest_common_time(target_frame, source_frame),
-                    clock_type=kind)
+        stamp = self.latest_common_time(target_frame, source_frame)
+        if stamp < 0:
+            raise InvalidArgumentException(
+                f'The latest common time of {target_frame!r} and {source_frame!r} is '
+                f'{format_stamp(stamp)} s, and a Time of rclpy cannot be negative',
+                hint='latest_common_time() tells it in nanoseconds. Most likely a publisher has a '
+                     'broken clock')
+        return Time(nanoseconds=stamp, clock_type=kind)
 
     def all_frames_as_yaml(self) -> str:
         """Return what is stored of every edge, as tf2 writes it."""

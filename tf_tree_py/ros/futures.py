@@ -178,7 +178,12 @@ class TransformFuture(Wait[tuple[int, PoseTuple]], AwaitableFuture):
         self.ask()
 
     def _answered(self, answer: tuple[int, PoseTuple]) -> None:
-        self.set_result(transform_stamped(*self._frames, *answer))
+        try:
+            transform = transform_stamped(*self._frames, *answer)
+        except TransformException as error:  # no message can hold its stamp
+            self._failed(error)
+        else:
+            self.set_result(transform)
 
     def _failed(self, error: TransformException) -> None:
         self.set_exception(error)

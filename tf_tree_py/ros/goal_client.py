@@ -23,6 +23,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.calling import call_all
 
 from .lookup_call import LookupCall
 from .lookup_goal import service_qos
@@ -217,8 +218,7 @@ class GoalClient:
             calls = self._calls | self._unaccepted
         if any(call.sent_s() >= self._period_s for call in calls):
             self._move_to_a_new_server(calls)
-        for call in calls:
-            self._look_after(call, is_ready)
+        call_all(partial(self._look_after, call, is_ready) for call in calls)
         return bool(calls)
 
     def _move_to_a_new_server(self, calls: Iterable[LookupCall]) -> None:
@@ -283,8 +283,8 @@ class GoalClient:
         with self._lock:
             self._closed.set()
             calls = list(self._calls)
-        for call in calls:
-            call.give_up(self._why_hopeless(call, is_ready=False))
+        call_all(partial(call.give_up, self._why_hopeless(call, is_ready=False))
+                 for call in calls)
 
 
 def _wait(futures: Iterable[Future], end: float) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Collection
 import functools
 import threading
+from typing import Any
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -22,6 +23,7 @@ from .companion import companion, node_of_its_own, USE_SIM_TIME
 from .ours import check_is_ours
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .receiver import Receiver
+from .rivals import Rivals
 
 _NAME = 'transform_listener_impl'
 
@@ -174,6 +176,7 @@ class _Feed:
         self._spinner = spinner
         self._reader = WireReader(names)
         self._authority = Authority(node, topic)
+        self._rivals = Rivals(self._authority, static)
         buffer.name_later(self._authority)
         # In a group of its own, for one of the node's callbacks may block and wait for this.
         self._subscription = node.create_subscription(
@@ -184,7 +187,7 @@ class _Feed:
         """Stop receiving; for those whose subscription no receiver owns."""
         self._node.destroy_subscription(self._subscription)
 
-    def _receive(self, data: bytes) -> None:
+    def _receive(self, data: bytes, info: Any) -> None:
         authority = self._authority.name()
         self._spinner.note()
         try:
@@ -196,6 +199,8 @@ class _Feed:
         if batch.edges:
             incidents = self._buffer.insert_batch(batch, authority, self._static)
             self._buffer.note(self._authority.correct(incidents))
+            for rivalry in self._rivals.follow(batch, info):
+                self._buffer.refuse(rivalry)
 
 
 def _home(node: Node | None, spin_thread: bool) -> Node:

@@ -10,9 +10,9 @@ they are missing, an executor of our own spins the node instead.
 import atexit
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
+import inspect
 import threading
 import time
-import traceback
 from typing import Any
 import weakref
 
@@ -24,6 +24,8 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerGuardCondition
 from rclpy.subscription import Subscription
+
+from .complaint import Complaint
 
 try:
     from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -73,6 +75,7 @@ class Receiver:
         self._on_end = on_end
         self._rest = rest
         self._closing = False
+        self._complaint = Complaint(node.get_logger())
         self._wake: GuardCondition
         if use_wait_set:
             # Ctrl-C does not tell those who registered for the end of the context.
@@ -120,7 +123,13 @@ class Receiver:
                 self._wake.destroy()
                 self._node.destroy_node()
             finally:
-                self._on_end()
+                self._end()
+
+    def _end(self) -> None:
+        try:
+            self._on_end()
+        except BaseException:  # noqa: B902 - whoever gave up waiting may raise anything
+            self._complaint.write('a callback')
 
     def _goes_on(self) -> bool:
         return not self._closing and self.context.ok()
@@ -133,7 +142,7 @@ class Receiver:
                 executor.spin_once(timeout_sec=_AFTER_A_WAKE_NS / 1e9)
             except ExternalShutdownException:
                 break
-            except Exception:  # noqa: B902 - whatever it is, the next message must get through
+            except BaseException:  # noqa: B902 - whatever it is, the next must get through
                 self._complain('a callback')
         executor.shutdown()
 
@@ -147,6 +156,8 @@ class Receiver:
         """Serve subscriptions until somebody wakes us: they may not be all any more."""
         events = [event for subscription in subscriptions
                   for event in subscription.event_handlers]
+        sources = [(subscription, takes_info(subscription.callback))
+                   for subscription in subscriptions]
         handles: list[Any] = [subscription.handle for subscription in subscriptions]
         for entity in (self._wake.handle, *events, *handles):
             in_use.enter_context(entity)
@@ -162,14 +173,14 @@ class Receiver:
             for event in [event for event in events if event.is_ready(wait_set)]:
                 self._tell(event)
             last, before = time.monotonic(), last
-            taken = self._drain_all(subscriptions)
+            taken = self._drain_all(sources)
             busy = last - before < _BUSY_S and not woken
             for _ in range(_RESTS if busy else 0):
                 if not taken or self._closing:
                     break
                 # Messages come fast: let a few gather, unless somebody waits for them.
                 self._rest(_REST_S)
-                taken = self._drain_all(subscriptions)
+                taken = self._drain_all(sources)
 
     def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler],
               timeout: int) -> None:
@@ -182,17 +193,17 @@ class Receiver:
         wait_set.add_guard_condition(self._wake.handle)
         wait_set.wait(timeout)
 
-    def _drain_all(self, subscriptions: Iterable[Subscription]) -> int:
-        return sum(self._drain(subscription) for subscription in subscriptions)
+    def _drain_all(self, sources: Iterable[tuple[Subscription, bool]]) -> int:
+        return sum(self._drain(*source) for source in sources)
 
     def _tell(self, event: EventHandler) -> None:
         """Let rclpy log which publishers cannot be heard, as their QoS or type is another."""
         try:
             event.callback(event.take_data())
-        except Exception:  # noqa: B902 - whatever it is, the next message must get through
+        except BaseException:  # noqa: B902 - whatever it is, the next must get through
             self._complain('an event')
 
-    def _drain(self, subscription: Subscription) -> int:
+    def _drain(self, subscription: Subscription, with_info: bool) -> int:
         """Take what has arrived; return how many messages that were."""
         handle: Any = subscription.handle
         take, kind, raw = handle.take_message, subscription.msg_type, subscription.raw
@@ -202,15 +213,27 @@ class Receiver:
                 taken = take(kind, raw)
                 if taken is None:
                     return count
-                callback(taken[0])
-            except Exception:  # noqa: B902 - whatever it is, the next message must get through
+                if with_info:
+                    callback(*taken)
+                else:
+                    callback(taken[0])
+            except BaseException:  # noqa: B902 - whatever it is, the next must get through
                 self._complain(f'a callback of {subscription.topic_name}')
         return _MAX_TAKEN_AT_ONCE
 
     def _complain(self, what: str) -> None:
         # When the context ends, rclpy raises anything.
         if self._goes_on():
-            self._node.get_logger().error(f'{what} failed:\n{traceback.format_exc()}')
+            self._complaint.write(what)
+
+
+def takes_info(callback: Callable[..., object]) -> bool:
+    """Return whether a callback wants to know of a message what rclpy knows of it, as there."""
+    try:
+        inspect.signature(callback).bind(object())
+    except TypeError:
+        return True
+    return False
 
 
 def _stop_with(context: Context) -> None:

@@ -68,8 +68,15 @@ class Responses(Receiver):
                         self._take(client)
                 now = time.monotonic_ns()
                 if woken or now >= check_at:
-                    check_at = now + self._period_ns if self._check() else _NEVER
+                    check_at = now + self._period_ns if self._look_after() else _NEVER
                 timeout = min(check_at - now, _AFTER_A_WAKE_NS if woken else _NEVER)
+
+    def _look_after(self) -> bool:
+        try:
+            return self._check()
+        except BaseException:  # noqa: B902 - whatever it is, the next must get through
+            self._complain('a check')
+            return True
 
     def _sleep(self, wait_set: Any, clients: Iterable[Client], timeout: int) -> None:
         wait_set.clear_entities()
@@ -87,5 +94,5 @@ class Responses(Receiver):
                 return  # another client's
             with suppress(KeyError):  # nobody waits for it any more
                 client.get_pending_request(header.request_id.sequence_number).set_result(response)
-        except Exception:  # noqa: B902 - whatever it is, the next response must get through
+        except BaseException:  # noqa: B902 - whatever it is, the next must get through
             self._complain(f'a response of {client.srv_name}')
