@@ -37,6 +37,9 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure what was asked for."""
     options = _parse(arguments)
+    if options.redraw:
+        _draw(_IMAGES, report.rows_of(_DOCUMENT))
+        return
     effort = QUICK if options.quick else FULL
     measured_on = machine.describe()
     rows: list[Row] = []
@@ -69,6 +72,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                         help='where results.json, summary.md and the plots go')
     parser.add_argument('--docs', action='store_true',
                         help='also put results and plots into docs/performance.md')
+    parser.add_argument('--redraw', action='store_true',
+                        help='measure nothing: draw the plots of docs/performance.md from its '
+                             'tables')
     options = parser.parse_args(arguments)
     if options.docs and (options.quick or options.only):
         parser.error('--docs is for full runs: not with --quick or --only')
