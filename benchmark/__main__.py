@@ -11,6 +11,8 @@ import os
 from pathlib import Path
 import sys
 
+from tf_tree_py.labs.progress import progress
+
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
 from .groups import inserting, listening, lookups, many, memory, waiting
@@ -47,7 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(report.machine_lines(measured_on, contestants.absent), flush=True)
         for name in options.only or GROUPS:
             _say(f'measuring: {name}')
-            found = list(GROUPS[name](contestants, effort))
+            with progress(f'benchmark: {name}'):
+                found = list(GROUPS[name](contestants, effort))
             rows += found
             print(f'\n{report.group_table(found)}', flush=True)
         absent = contestants.absent
