@@ -54,6 +54,19 @@ def test_workspace_that_was_moved_is_made_anew(clone, tmp_path):
     assert 'set up anew' in print_env(clone, TF_TREE_PY_WORKSPACE=str(elsewhere))[1]
 
 
+def test_long_step_of_setup_says_how_long_it_takes_until_it_ends():
+    text = (SCRIPTS / 'setup').read_text()
+    begin = text.index('count_seconds() {')
+    function = text[begin:text.index('\n}\n', begin) + 3].replace('-rt 20', '-rt 0.01')
+    program = f'say() {{ echo "$*"; }}\n{function}\ncount_seconds installing'
+    with subprocess.Popen(['bash', '-c', program], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == 'installing: 20 s so far\n'
+        assert process.stdout.readline() == 'installing: 40 s so far\n'
+        process.stdin.close()
+        assert process.wait(60) == 0
+
+
 def test_clone_is_the_same_through_a_link(clone, tmp_path):
     link = tmp_path / 'link'
     link.symlink_to(clone)
