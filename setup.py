@@ -1,6 +1,9 @@
 from glob import glob
+from pathlib import Path
+import shutil
 
 from setuptools import find_packages, setup
+from setuptools.command.build_py import build_py
 
 package_name = 'tf_tree_py'
 
@@ -13,8 +16,21 @@ executables = [
     'tf_relay',
 ]
 
+
+class BuildAfresh(build_py):
+    """Build without what an earlier build has left, such as modules that were deleted since."""
+
+    def run(self) -> None:
+        """Take away this package's earlier build, and build; `build/` would go into the wheel."""
+        earlier = Path(self.build_lib, package_name)
+        if not self.editable_mode and earlier.is_dir() and not earlier.is_symlink():
+            shutil.rmtree(earlier)
+        super().run()
+
+
 setup(
     name=package_name,
+    cmdclass={'build_py': BuildAfresh},
     version='0.1.0',
     description='The transform tree of ROS 2, tf2, in pure Python.',
     maintainer='tf_tree_py maintainers',

@@ -11,6 +11,8 @@ import os
 from pathlib import Path
 import sys
 
+from tf_tree_py.labs.progress import progress
+
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
 from .groups import inserting, listening, lookups, many, memory, waiting
@@ -37,6 +39,9 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure what was asked for."""
     options = _parse(arguments)
+    if options.redraw:
+        _draw(_IMAGES, report.rows_of(_DOCUMENT))
+        return
     effort = QUICK if options.quick else FULL
     measured_on = machine.describe()
     rows: list[Row] = []
@@ -44,7 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(report.machine_lines(measured_on, contestants.absent), flush=True)
         for name in options.only or GROUPS:
             _say(f'measuring: {name}')
-            found = list(GROUPS[name](contestants, effort))
+            with progress(f'benchmark: {name}'):
+                found = list(GROUPS[name](contestants, effort))
             rows += found
             print(f'\n{report.group_table(found)}', flush=True)
         absent = contestants.absent
@@ -69,6 +75,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                         help='where results.json, summary.md and the plots go')
     parser.add_argument('--docs', action='store_true',
                         help='also put results and plots into docs/performance.md')
+    parser.add_argument('--redraw', action='store_true',
+                        help='measure nothing: draw the plots of docs/performance.md from its '
+                             'tables')
     options = parser.parse_args(arguments)
     if options.docs and (options.quick or options.only):
         parser.error('--docs is for full runs: not with --quick or --only')

@@ -16,10 +16,15 @@ _LOOKS = {
 }
 _FILLS = {
     OURS: {'color': 'black'},
-    RUST: {'facecolor': '0.75', 'edgecolor': 'black', 'hatch': '///'},
-    DEBIAN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '...'},
-    PYTRANSFORM: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': 'xxx'},
     PLAIN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '///'},
+}
+
+# From the bottom to the top.
+_MARKERS = {
+    PYTRANSFORM: {'marker': '^', 'fillstyle': 'none'},
+    DEBIAN: {'marker': 's', 'fillstyle': 'none'},
+    RUST: {'marker': 'D', 'fillstyle': 'none'},
+    OURS: {'marker': 'o'},
 }
 
 
@@ -112,23 +117,31 @@ def _percent(row: Row, way: str) -> float:
 
 
 def _many(rows: dict[str, Row]) -> Any:
-    """Return the times for 100,000 stamps."""
+    """Return the times for 100,000 stamps, as dots: a logarithmic axis has no zero for bars."""
     chosen = [row for name, row in rows.items()
               if name in ('100,000 stamps, sorted', '100,000 stamps, shuffled')]
     if not chosen:
         return None
     from matplotlib import pyplot
-    figure, panels = pyplot.subplots(
-        1, len(chosen), figsize=(8.0, 2.4), sharex=True, layout='constrained', squeeze=False)
+    figure, panels = pyplot.subplots(1, len(chosen), figsize=(8.0, 2.4), sharex=True, sharey=True,
+                                     layout='constrained', squeeze=False)
     for panel, row in zip(panels[0], chosen, strict=True):
-        names = [name for name in reversed(_FILLS) if name in row.values]
-        for name in names:
-            width = spread(row.values[name]).median
-            label = f'{name}, a loop' if name == DEBIAN else name
-            bar = panel.barh([label], [width], 0.6, **_FILLS[name])
-            panel.bar_label(bar, [f' {width:.3g} ms'], fontsize=8)
+        names = [name for name in _MARKERS if name in row.values]
+        for height, name in enumerate(names):
+            median = spread(row.values[name]).median
+            panel.plot(median, height, color='black', markersize=8, linestyle='none',
+                       **_MARKERS[name])
+            panel.annotate(f'{median:.3g} ms', (median, height), (9, 0), va='center',
+                           textcoords='offset points', fontsize=9)
+        panel.set_yticks(range(len(names)), [
+            f'{name}, a loop' if name == DEBIAN else name for name in names])
+        panel.set_ylim(-0.6, len(names) - 0.4)
         panel.set_xscale('log')
         panel.set_xlim(1.0, 5000.0)
+        panel.set_xticks([1, 10, 100, 1000], ['1', '10', '100', '1000'])
+        panel.minorticks_off()
+        panel.grid(visible=True, color='0.9')
+        panel.set_axisbelow(True)
         panel.set_title(row.name, fontsize=10)
-        panel.set_xlabel('ms')
+        panel.set_xlabel('ms (logarithmic)')
     return figure

@@ -94,6 +94,35 @@ def update_document(document: Path, text: str) -> None:
     document.write_text(replaced)
 
 
+def rows_of(document: Path) -> list[Row]:
+    """
+    Return the rows that a document shows: of each contestant least, median and greatest.
+
+    :raises ValueError: there are no results in it.
+    """
+    _, found, results = document.read_text().partition(_BEGIN)
+    rows = []
+    for part in results.partition(_END)[0].split('\n### ')[1:]:
+        title, *lines = part.splitlines()
+        group = next((group for group, known in _TITLES.items() if known == title), None)
+        if group is not None:
+            head, _, *body = [[cell.strip() for cell in line.strip('|').split('|')]
+                              for line in lines if line.startswith('|')]
+            rows += [Row(group, name, unit, {
+                contestant: _values(cell)
+                for contestant, cell in zip(head[2:], cells, strict=True) if cell})
+                for name, unit, *cells in body]
+    if not found or not rows:
+        raise ValueError(f'{document} has no results: {_BEGIN} ... {_END}')
+    return rows
+
+
+def _values(cell: str) -> list[float]:
+    """Return what ``_cell`` wrote."""
+    median, *ends = map(float, re.findall(r'[\d.e+-]+', cell))
+    return [median, *ends]
+
+
 def _verdict(comparison: Comparison) -> str:
     return {None: '', True: 'met', False: '**missed**'}[comparison.met]
 

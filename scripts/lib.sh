@@ -2,7 +2,7 @@
 # For bash; sourced, never run.
 # shellcheck shell=bash disable=SC2034
 
-repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 workspace=$(realpath -m "${TF_TREE_PY_WORKSPACE:-$repository/.workspace}")
 path_variables=(PATH PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH)
 # The last is the wheels' own: their Python restarts itself, libraries on the path, unless it is set.
@@ -11,6 +11,14 @@ marks_of_ros=(ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_CO
 # Steps send their output to a log; what a person is to read goes to the terminal all the same.
 exec 3>&2
 say() { printf 'tf_tree_py: %s\n' "$*" >&3; }
+
+# made_here: was the workspace made by this clone, and where it lies now? Paths are built into it, so
+# a copy, or one that was moved, leads to the old place.
+made_here() {
+  local stamp=$workspace/install/tf_tree_py/.stamp venv=$workspace/venv/.stamp
+  [[ -e $stamp && $(<"$stamp") == *" $repository "* ]] || return
+  [[ ! -e $venv || $(<"$venv") == "$workspace "* ]]
+}
 
 # leave FOLDER NAME...: drop the entries that lie in FOLDER, and empty ones, from path variables.
 leave() {

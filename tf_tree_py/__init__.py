@@ -7,6 +7,7 @@ are first used (PEP 562), so that this import works where there is none.
 """
 
 import importlib
+from importlib.util import find_spec
 from typing import Any
 
 from tf_tree_py.core import (
@@ -102,6 +103,18 @@ __all__ = [
     'TypeException',
     'velocity_stamped',
 ]
+
+
+def _ros_is_here() -> bool:
+    try:
+        return find_spec('rclpy') is not None
+    except ImportError:
+        return False
+
+
+# A star import takes all of these names, so those that cannot be had here are not among them.
+if not _ros_is_here():
+    __all__[:] = [name for name in __all__ if name not in _ROS_NAMES]
 
 
 def __getattr__(name: str) -> Any:

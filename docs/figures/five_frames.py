@@ -14,12 +14,14 @@ from tf_tree_py.core import BufferCore, Pose
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.nodes.five_frame_motion import FiveFrameMotion
 
-matplotlib.rcParams['svg.hashsalt'] = 'tf_tree_py'
+matplotlib.rcParams.update({'svg.hashsalt': 'tf_tree_py', 'font.size': 11})
 
 NOW = from_seconds(26.5)
 IMAGES = Path(__file__).parents[1] / 'images'
-LABELS = {'world': (-0.08, -0.2), 'odom': (0.08, 0.1), 'base_link': (0.1, -0.1),
-          'camera': (-0.25, 0.25), 'gripper': (-0.2, -0.4)}
+# Where each name stands, in points from its frame.
+LABELS = {'world': (-8, -22), 'odom': (26, 16), 'base_link': (64, -18), 'camera': (-52, 44),
+          'gripper': (-10, -54)}
+PAPER = {'facecolor': 'white', 'edgecolor': 'none', 'pad': 1.0}
 
 
 def recorded(motion: FiveFrameMotion) -> BufferCore:
@@ -39,15 +41,17 @@ def draw_axes(axes: Axes, name: str, world_T_frame: Pose) -> None:
     for unit, style in (((0.25, 0.0, 0.0), '-'), ((0.0, 0.25, 0.0), (0, (2, 1)))):
         tip = world_T_frame @ unit
         axes.plot(*zip(origin[:2], tip[:2], strict=True), linestyle=style, color='black', lw=1.8)
-    x, y = origin[:2] + LABELS[name]
-    axes.annotate(name, (x, y), fontsize=10)
+    axes.plot(*origin[:2], 'o', color='black', markersize=4)
+    axes.annotate(name, origin[:2], LABELS[name], textcoords='offset points', fontsize=13,
+                  ha='center', va='center', bbox=PAPER,
+                  arrowprops={'arrowstyle': '-', 'color': '0.4', 'lw': 0.8, 'shrinkB': 4})
 
 
 def main() -> None:
     """Write the picture, as SVG and as PNG."""
     buffer = recorded(FiveFrameMotion())
     stamps = np.arange(NOW - from_seconds(7.9), NOW + 1, from_seconds(0.02))
-    figure = Figure(figsize=(6.4, 4.6))
+    figure = Figure(figsize=(7.2, 5.2))
     axes = figure.subplots()
     for frame, style, width in (('base_link', '-', 2.2), ('gripper', ':', 1.6)):
         track = buffer.lookup_many('world', frame, stamps)
@@ -60,10 +64,12 @@ def main() -> None:
     for name, pose in poses.items():
         draw_axes(axes, name, pose)
     axes.set_aspect('equal')
-    axes.set_xlabel('x in world (m)')
-    axes.set_ylabel('y in world (m)')
-    axes.set_title("lookup_tree('world', stamp): x axes solid, y axes dashed", fontsize=10)
-    axes.legend(loc='lower left', fontsize=9)
+    axes.set_xlim(-1.8, 3.1)
+    axes.set_ylim(-0.8, 2.5)
+    axes.set_xlabel('x in world [m]')
+    axes.set_ylabel('y in world [m]')
+    axes.set_title('The five frames from above: x axes solid, y axes dashed')
+    axes.legend(loc='lower left', fontsize=11)
     figure.tight_layout()
     for ending in ('svg', 'png'):
         figure.savefig(IMAGES / f'five_frames.{ending}', dpi=120,

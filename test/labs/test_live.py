@@ -1,5 +1,6 @@
 """The labs over DDS, short: real processes, and a clean end."""
 
+from concurrent.futures import CancelledError
 import json
 import multiprocessing
 import os
@@ -9,7 +10,9 @@ import sys
 import threading
 
 import pytest
+from tf_tree_py.core import LookupException
 from tf_tree_py.labs.live import cycle, latency, remount, session, startup, static_spam
+from tf_tree_py.labs.startup import measure
 
 
 @pytest.fixture(autouse=True)
@@ -85,6 +88,11 @@ def test_process_that_is_gone_or_silent_is_told(monkeypatch):
             session.answer(lab.start(gone))
 
 
+def assert_nothing_but_progress(err):
+    """On a slow machine a lab tells what is going on; beside that nothing is said."""
+    assert not [line for line in err.splitlines() if ' s so far, Ctrl-C ends it' not in line]
+
+
 def test_ctrl_c_ends_all_processes_without_a_word():
     command = [sys.executable, '-c', _STUCK]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -92,7 +100,8 @@ def test_ctrl_c_ends_all_processes_without_a_word():
         pid = json.loads(process.stdout.readline())
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=60)
-    assert (process.returncode, out, err) == (130, '', '')
+    assert (process.returncode, out) == (130, '')
+    assert_nothing_but_progress(err)
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
 
@@ -114,3 +123,55 @@ def run():
 latency.run = run
 sys.exit(main(['tf_lab', 'latency', '--ros']))
 """
+
+
+# Ctrl-C goes to all processes of the terminal: here just before and after each one is started.
+_PRESSED = """
+import os, signal, sys
+from multiprocessing.context import ForkServerProcess
+
+start = ForkServerProcess._Popen
+
+def press_and_start(process):
+    os.killpg(0, signal.SIGINT)
+    started = start(process)
+    os.killpg(0, signal.SIGINT)
+    return started
+
+ForkServerProcess._Popen = staticmethod(press_and_start)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from tf_tree_py.labs.tf_lab import main
+sys.exit(main(['tf_lab', sys.argv[1], '--ros']))
+"""
+
+
+@pytest.mark.parametrize('name', ['latency', 'startup', 'cycle', 'remount', 'static-spam'])
+def test_ctrl_c_while_a_lab_starts_ends_it(name):
+    done = subprocess.run([sys.executable, '-c', _PRESSED, name], capture_output=True, text=True,
+                          timeout=60, start_new_session=True, check=False)
+    assert (done.returncode, done.stdout) == (130, '')
+    assert_nothing_but_progress(done.stderr)
+
+
+@pytest.fixture
+def ctrl_c_is_heard():
+    """Undo what a shell does for what it starts in the background: there SIGINT is ignored."""
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, handler)
+
+
+def test_threads_of_a_startup_end_with_ctrl_c(ctrl_c_is_heard):
+    def ask(timeout_s):
+        raise LookupException('not there yet')
+
+    def begin():
+        # To the process, as from a terminal: one to this thread would not wake the main one.
+        os.kill(os.getpid(), signal.SIGINT)
+
+    before = set(threading.enumerate())
+    with pytest.raises((KeyboardInterrupt, CancelledError)):
+        measure(ask, begin)
+    for thread in set(threading.enumerate()) - before:
+        thread.join(60.0)
+        assert not thread.is_alive()

@@ -112,7 +112,8 @@ def test_all_labs_run_without_ros_and_without_matplotlib():
                   'assert not any(name.startswith("tf_tree_py.ros") for name in sys.modules)')
     assert done.returncode == 0, done.stderr
     assert done.stdout.count('\nThe law: ') == done.stdout.count('tf_tree_py[plot]') == 10
-    assert done.stderr == ''
+    # A slow machine is told what is going on.
+    assert all(' s so far, Ctrl-C ends it' in line for line in done.stderr.splitlines())
 
 
 def test_over_dds_without_ros_is_one_sentence():

@@ -1,5 +1,6 @@
 """What users import, and that it is called as tf2's is."""
 
+import ast
 import inspect
 import subprocess
 import sys
@@ -76,18 +77,34 @@ def test_without_ros_one_sentence_says_what_to_install():
         import tf_tree_py
 
         assert tf_tree_py.BufferCore().frames() == []
-        for name in tf_tree_py.__all__:
+        for name in tf_tree_py._ROS_NAMES:
             try:
                 getattr(tf_tree_py, name)
             except ImportError as error:
                 print(error)
     """)
     assert (done.returncode, done.stderr) == (0, '')
-    names = [name for name in tf_tree_py.__all__ if name in tf_tree_py._ROS_NAMES]
-    assert 'TransformListener' in names
-    for name, line in zip(names, done.stdout.splitlines(), strict=True):
+    assert 'TransformListener' in tf_tree_py._ROS_NAMES
+    for name, line in zip(tf_tree_py._ROS_NAMES, done.stdout.splitlines(), strict=True):
         assert line.startswith(f'tf_tree_py.{name} needs ROS 2, and ')
         assert ' is not installed: source a ROS 2 installation, or let scripts/setup' in line
+
+
+def test_star_import_takes_what_can_be_had():
+    program = textwrap.dedent("""
+        names = {}
+        exec('from tf_tree_py import *', names)
+        print(sorted(names.keys() - {'__builtins__'}))
+    """)
+    without = run_without_rclpy(program)
+    assert (without.returncode, without.stderr) == (0, '')
+    names = ast.literal_eval(without.stdout)
+    assert {'BufferCore', 'Pose', 'lookup_twist', 'TransformException'} <= set(names)
+    assert set(names) == set(tf_tree_py.__all__) - set(tf_tree_py._ROS_NAMES)
+    everything = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
+                                timeout=60, check=True)
+    assert set(ast.literal_eval(everything.stdout)) == set(tf_tree_py.__all__)
+    assert {'Buffer', 'TransformListener', 'MessageFilter'} < set(tf_tree_py.__all__)
 
 
 def test_importing_the_package_does_not_import_ros():

@@ -159,27 +159,39 @@ def _note(pair: Pair) -> str:
     return '' if agree else 'tf2: by the second node'
 
 
-_PLACES = {'odom': (0.5, 3.0), 'base_link': (2.2, 3.0), 'dock': (0.5, 1.9), 'torso': (2.2, 2.1),
-           'head': (2.2, 1.2), 'camera': (2.2, 0.3)}
+_PLACES = {'odom': (1.0, 3.8), 'dock': (2.5, 3.8), 'base_link': (1.0, 2.5), 'torso': (1.0, 1.7),
+           'head': (1.0, 0.95), 'camera': (1.0, 0.2)}
 
 
 def _draw(pairs: list[Pair], figure: Any) -> None:
-    left, right = figure.subplots(1, 2)
-    _draw_tree(left)
-    for pair in pairs:
-        column, row = FRAMES.index(pair.source), FRAMES.index(pair.target)
-        text, face = 'too\ndeep', GREY
-        if pair.tf2 is not None:
-            by_second = _note(pair) != ''
-            text, face = f'{pair.tf2:.1f}', '#dcdcdc' if by_second else 'white'
-        right.add_patch(_square(column, row, face))
-        right.annotate(text, (column, row), ha='center', va='center',
-                       color='white' if face == GREY else 'black')
-    right.set_xticks(range(len(FRAMES)), [name.replace('_', '_\n') for name in FRAMES])
-    right.set_yticks(range(len(FRAMES)), FRAMES)
-    right.set(xlim=(-0.5, 4.5), ylim=(4.5, -0.5), xlabel='source frame', ylabel='target frame',
-              title='tf2: x [m]; light grey: by the second node')
-    right.grid(visible=False)
+    tree, theirs, ours = figure.subplots(1, 3, width_ratios=(1.0, 1.25, 1.25))
+    _draw_tree(tree)
+    _draw_answers(theirs, 'tf2', {
+        pair[:2]: (pair.tf2, pair.tf2 is not None and _note(pair) != '') for pair in pairs})
+    _draw_answers(ours, 'this tree', {pair[:2]: (pair.here, False) for pair in pairs})
+    theirs.set_yticks(range(len(FRAMES)), FRAMES)
+    theirs.set_ylabel('target frame')
+    ours.set_yticks([])
+    figure.supxlabel('white: by /ekf and the static edges;  light grey, italic: by the second '
+                     f'node;  dark: fails, more than {TF2_MAX_DEPTH} deep', fontsize=8.5)
+
+
+def _draw_answers(axes: Any, who: str,
+                  answers: Mapping[tuple[str, str], tuple[float | None, bool]]) -> None:
+    """Draw a square for each pair of frames, with x or that it fails."""
+    for (target, source), (x, by_second) in answers.items():
+        column, row = FRAMES.index(source), FRAMES.index(target)
+        text, face, ink = 'fails', '#565656', 'white'
+        if x is not None:
+            text, face, ink = f'{x:.1f}', '#dcdcdc' if by_second else 'white', 'black'
+        axes.add_patch(_square(column, row, face))
+        axes.annotate(text, (column, row), ha='center', va='center', color=ink,
+                      style='italic' if by_second else 'normal')
+    failed = sum(x is None for x, _ in answers.values())
+    axes.set_xticks(range(len(FRAMES)), FRAMES, rotation=45, ha='right', rotation_mode='anchor')
+    axes.set(xlim=(-0.5, 4.5), ylim=(4.5, -0.5), xlabel='source frame', aspect='equal',
+             title=f'{who}: x [m]; {failed} of {len(answers)} fail')
+    axes.grid(visible=False)
 
 
 def _square(column: int, row: int, face: str) -> Any:
@@ -189,20 +201,21 @@ def _square(column: int, row: int, face: str) -> Any:
 
 def _draw_tree(axes: Any) -> None:
     """Draw the frames, arrows from parent to child."""
-    arrow = {'arrowstyle': '-|>', 'shrinkA': 26.0, 'shrinkB': 26.0, 'linewidth': 1.6}
-    axes.annotate('', _PLACES['base_link'], _PLACES['odom'], arrowprops={
-        **arrow, 'color': 'black', 'connectionstyle': 'arc3,rad=-0.45'})
-    axes.annotate('', _PLACES['odom'], _PLACES['base_link'], arrowprops={
-        **arrow, 'color': STYLES[2]['color'], 'linestyle': '--',
-        'connectionstyle': 'arc3,rad=-0.45'})
-    axes.annotate(EKF, (1.35, 3.62), ha='center')
-    axes.annotate(f'{WHEELS}\ncloses the loop', (1.35, 2.02), ha='center',
+    arrow = {'arrowstyle': '-|>', 'linewidth': 1.6}
+    loop = {**arrow, 'connectionstyle': 'arc3,rad=0.4', 'shrinkA': 14.0, 'shrinkB': 14.0}
+    axes.annotate('', _PLACES['base_link'], _PLACES['odom'],
+                  arrowprops={**loop, 'color': 'black'})
+    axes.annotate('', _PLACES['odom'], _PLACES['base_link'],
+                  arrowprops={**loop, 'color': STYLES[2]['color'], 'linestyle': '--'})
+    axes.annotate(EKF, (0.52, 3.15), ha='right', va='center')
+    axes.annotate(f'{WHEELS}\ncloses the loop', (1.5, 3.15), va='center',
                   color=STYLES[2]['color'])
     for child, (parent, _) in BELOW.items():
+        sideways = 22.0 if parent == 'odom' else 9.0
         axes.annotate('', _PLACES[child], _PLACES[parent], arrowprops={
-            **arrow, 'shrinkA': 12.0, 'shrinkB': 12.0, 'color': GREY})
+            **arrow, 'shrinkA': sideways, 'shrinkB': sideways, 'color': GREY})
     for frame, place in _PLACES.items():
         axes.annotate(frame, place, ha='center', va='center', bbox={
             'boxstyle': 'round', 'facecolor': 'white', 'edgecolor': 'black'})
-    axes.set(xlim=(-0.3, 3.0), ylim=(0.0, 4.1), title='Parent → child; grey edges are static')
+    axes.set(xlim=(-0.1, 3.0), ylim=(-0.1, 4.2), title='Parent → child; grey: static')
     axes.set_axis_off()

@@ -112,7 +112,7 @@ def outcome(way: str, map_T_base: Pose) -> Outcome:
 
 def run() -> Report:
     """Go back all ways, and see which of them the question finds."""
-    map_T_base = Pose.from_xyz_rpy(x=3.0, y=1.0, yaw=radians(120.0))
+    map_T_base = Pose.from_xyz_rpy(x=3.0, y=1.0, yaw=radians(30.0))
     outcomes = [outcome(way, map_T_base) for way in WAYS]
     swapped = outcomes[1]
     buffer = robot_at(map_T_base)
@@ -160,14 +160,24 @@ def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Any) -> None:
 
 
 def _draw_places(axes: Any, outcomes: list[Outcome], map_T_base: Pose) -> None:
+    # The half-plane behind the robot: everything with a negative x in its frame.
+    behind = map_T_base @ [(0.0, 20.0, 0.0), (0.0, -20.0, 0.0), (-20.0, -20.0, 0.0),
+                           (-20.0, 20.0, 0.0)]
+    axes.fill(behind[:, 0], behind[:, 1], facecolor='#e9e9e9', edgecolor=GREY, linewidth=1.0)
     corners = map_T_base @ [(0.5, 0.0, 0.0), (-0.3, 0.3, 0.0), (-0.3, -0.3, 0.0), (0.5, 0.0, 0.0)]
     axes.plot(corners[:, 0], corners[:, 1], color='black')
-    axes.annotate('robot', map_T_base.translation[:2], (14, -4), textcoords='offset points')
-    axes.plot(0.0, 0.0, marker='+', color=GREY, markersize=12)
-    axes.annotate('map', (0.0, 0.0), (8, 6), textcoords='offset points', color=GREY)
+    axes.annotate('robot', map_T_base.translation[:2], (12, 12), textcoords='offset points')
+    axes.plot(0.0, 0.0, marker='+', color='black', markersize=12)
+    axes.annotate('map', (0.0, 0.0), (8, -12), textcoords='offset points', bbox=_PAPER)
+    axes.annotate('behind the robot', (-2.9, 2.9), bbox=_PAPER)
+    axes.annotate('in front', (3.3, 3.2))
     for row, marker in zip(outcomes, 'oXsD', strict=True):
         axes.plot(*row.map_p[:2], marker=marker, color='black', linestyle='none',
                   markersize=8, label=row.way, fillstyle='full' if marker == 'o' else 'none')
-    axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal', xlim=(-3.4, 4.8),
+    axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal', xlim=(-3.2, 6.2),
              ylim=(-2.3, 7.2), title='Where the point is said to be')
-    axes.legend(loc='upper left')
+    axes.legend(loc='upper left', framealpha=1.0)
+
+
+# Under words that stand on something drawn.
+_PAPER = {'facecolor': 'white', 'edgecolor': 'none', 'pad': 1.5}

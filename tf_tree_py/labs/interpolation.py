@@ -1,5 +1,6 @@
 """Between two samples: how wrong a straight line is on a curve, and at a jump."""
 
+from collections.abc import Sequence
 from functools import partial
 from math import degrees, dist, radians, sin, sqrt, tau
 from typing import Any, NamedTuple
@@ -82,11 +83,15 @@ class Invented(NamedTuple):
     from_after: float
 
 
-def invented(*, told_before: bool) -> list[Invented]:
+_RATIOS = (0.0, 0.25, 0.5, 0.75, 1.0)
+
+
+def invented(*, told_before: bool, ratios: Sequence[float] = _RATIOS) -> list[Invented]:
     """
     Look up map_T_odom across a jump.
 
     :param told_before: the old pose is sent once more, stamped 1 ns before the jump.
+    :param ratios: where to look; 0 is the last sample before the jump, 1 the first after.
     """
     buffer = BufferCore()
     before = Pose()
@@ -95,7 +100,7 @@ def invented(*, told_before: bool) -> list[Invented]:
         buffer.insert('map', 'odom', _JUMP_AT - 1, before)
     buffer.insert('map', 'odom', _JUMP_AT, JUMP)
     found = []
-    for ratio in (0.0, 0.25, 0.5, 0.75, 1.0):
+    for ratio in ratios:
         stamp = _JUMP_AT - round((1.0 - ratio) * JUMP_PERIOD)
         pose = buffer.lookup('map', 'odom', stamp)
         found.append(Invented(ratio, dist(pose.translation, before.translation),
@@ -192,14 +197,23 @@ def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
 
 def _draw_jump(axes: Any) -> None:
     """Draw what lookups say while a localiser corrects itself."""
-    period = JUMP_PERIOD / 1e6
-    samples = [-2.0 * period, -period, 0.0, period]
-    heights = [0.0, 0.0, JUMP.y * 100.0, JUMP.y * 100.0]
-    axes.plot([samples[0], 0.0, 0.0, period], [0.0, 0.0, JUMP.y * 100.0, JUMP.y * 100.0],
-              color=GREY, linestyle='--', linewidth=2.2, label='what the localiser means')
-    axes.plot(samples, heights, color='black', marker='o', label='samples, and lookups between')
-    axes.annotate('invented:\nit was never here', (-0.5 * period, JUMP.y * 50.0), (-105, 8),
+    period, height = JUMP_PERIOD / 1e6, JUMP.y * 100.0
+    axes.plot([-2.0 * period, 0.0, 0.0, period], [0.0, 0.0, height, height], color=GREY,
+              linewidth=6.0, alpha=0.4, label='what the localiser means')
+    axes.plot([-2.0 * period, -period, 0.0, period], [0.0, 0.0, height, height], **STYLES[0],
+              label='samples at 10 Hz, and lookups')
+    just_before = 1.0 - 1.0 / JUMP_PERIOD
+    told = invented(told_before=True, ratios=(0.0, just_before, 1.0))
+    axes.plot([(found.ratio - 1.0) * period for found in told],
+              [found.from_before * 100.0 for found in told], color=STYLES[1]['color'],
+              linestyle='--', label='lookups with the remedy')
+    axes.plot(0.0, 0.0, color=STYLES[1]['color'], marker='s', markersize=8.0, fillstyle='none',
+              linestyle='none', markeredgewidth=1.8)
+    axes.annotate('invented:\nit was never here', (-0.5 * period, height / 2.0), (-105, 8),
                   textcoords='offset points', arrowprops={'arrowstyle': '->'})
+    axes.annotate('the remedy:\nthe old pose\nonce more', (0.0, 0.0), (18, 30),
+                  textcoords='offset points', color=STYLES[1]['color'],
+                  arrowprops={'arrowstyle': '->', 'color': STYLES[1]['color'], 'shrinkB': 6.0})
     axes.set(xlabel='time, from the jump [ms]', ylabel='odom in map: y [cm]',
-             ylim=(-5.0, 72.0), title='A jump of map → odom, published at 10 Hz')
+             ylim=(-5.0, 80.0), title='A jump of map → odom, published at 10 Hz')
     axes.legend(loc='upper left')

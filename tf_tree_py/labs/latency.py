@@ -1,6 +1,6 @@
 """Asking late: a transform taken too late is wrong by speed times delay."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from math import dist, hypot, sin
 from typing import Any, NamedTuple
@@ -171,7 +171,7 @@ def run() -> Report:
         numbers={'slopes': {str(speed): slope for speed, slope in fits.items()},
                  'worst_stamped_m': worst, 'now_asked': now.asked, 'now_raised': now.raised,
                  'latest_answered': now.latest_answered},
-        draw=partial(_draw, rows, fits))
+        draw=partial(_draw, fits))
 
 
 def _late_table(rows: list[Late]) -> Table:
@@ -199,29 +199,41 @@ def _turning_table(turns: list[Turning]) -> Table:
         [(turn.rate, as_seconds(turn.delay), *turn[2:]) for turn in turns])
 
 
-def _draw(rows: list[Late], fits: dict[float, float], figure: Any) -> None:
-    straight, turned = figure.subplots(1, 2)
+_DRAWN_MS = range(0, 501, 100)
+_BETWEEN_MS = range(50, 500, 100)
+
+
+def _draw(fits: dict[float, float], figure: Any) -> None:
+    straight, turned = figure.subplots(1, 2, sharex=True, sharey=True)
     for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
-        of_speed = [row for row in rows if row.speed == speed]
-        straight.plot([row.delay / 1e6 for row in of_speed],
-                      [row.asked_late * 100.0 for row in of_speed], **style,
-                      label=f'v = {speed:g} m/s (slope {fits[speed]:.3f})')
-    straight.plot([delay / 1e6 for delay in DELAYS], [0.0] * len(DELAYS), **STYLES[0],
-                  label="the header's stamp, any v")
-    straight.set(xlabel='delay [ms]', ylabel='error of the camera in odom [cm]',
-                 title='Driving straight: error = v · delay', ylim=(-0.7, 13.5))
+        straight.plot(_DRAWN_MS, [late.asked_late * 100.0 for late in _late(speed, _DRAWN_MS)],
+                      **style, label=f'v = {speed:g} m/s (slope {fits[speed]:.3f})')
+        straight.plot(_BETWEEN_MS, [late.latest * 100.0 for late in _late(speed, _BETWEEN_MS)],
+                      color='black', linestyle='none', marker='o', fillstyle='none',
+                      markersize=9.0, label='the latest: no better, and never an error'
+                      if speed == SPEEDS[-1] else None)
+    straight.plot(_DRAWN_MS, [late.stamped * 100.0 for late in _late(SPEEDS[-1], _DRAWN_MS)],
+                  **STYLES[0], label="the header's stamp, any v")
+    straight.set(xlabel='delay [ms]', ylabel='error [cm]', ylim=(-5.0, 150.0),
+                 title='The camera, driving straight: v · delay')
     straight.legend(loc='upper left')
     _draw_turning(turned)
 
 
+def _late(speed: float, delays_ms: Iterable[int]) -> list[Late]:
+    return [lateness(speed, from_seconds(delay / 1e3)) for delay in delays_ms]
+
+
 def _draw_turning(axes: Any) -> None:
-    delays = np.linspace(0.0, 2.0, 11)
     for style, rate in zip(STYLES[1:3], (1.0, 2.0), strict=True):
-        turns = [turning(rate, from_seconds(delay)) for delay in delays]
-        axes.plot(delays, [turn.asked_late for turn in turns], **style,
-                  label=f'ω = {rate:g} rad/s: the chord')
-        axes.plot(delays, [turn.tangent for turn in turns], color=GREY, linewidth=1.0,
-                  linestyle=style['linestyle'], label=f'ω = {rate:g} rad/s: |v + ω × r| · delay')
-    axes.set(xlabel='delay [s]', ylabel='error of a thing 1 m ahead [m]',
-             title='Turning at 0.5 m/s: the law at first, then the chord', ylim=(-0.3, 5.9))
+        turns = [turning(rate, from_seconds(delay / 1e3)) for delay in _DRAWN_MS]
+        axes.plot(_DRAWN_MS, [turn.asked_late * 100.0 for turn in turns], **style,
+                  label=f'ω = {rate:g} rad/s')
+        axes.plot(_DRAWN_MS, [turn.tangent * 100.0 for turn in turns], color=GREY,
+                  linewidth=1.0, label='the law, ‖v + ω × r‖ · delay' if rate == 2.0 else None)
+    stamped = [turning(2.0, from_seconds(delay / 1e3)).stamped for delay in _DRAWN_MS]
+    axes.plot(_DRAWN_MS, [error * 100.0 for error in stamped], **STYLES[0],
+              label="the header's stamp, any ω")
+    axes.set(xlabel='delay [ms]', title=f'A thing 1 m ahead, turning at {_TURNING_SPEED} m/s')
+    axes.tick_params(labelleft=True)
     axes.legend(loc='upper left')

@@ -162,29 +162,32 @@ def _symptom_table(rows: list[Symptom]) -> Table:
 def _draw(both: list[tuple[str, str, Pose]], figure: Any) -> None:
     left, right = figure.subplots(1, 2)
     _frame(left, Pose(), 'start', GREY, 'dashed', (8, -14))
-    for (product, words, pose), style, offset in zip(
-            both, STYLES[1:], ((12, 0), (-24, 68)), strict=False):
-        _frame(left, pose, f'{words}:\n{product}', style['color'], 'solid', offset)
-    left.set(xlabel='x [m]', ylabel='y [m]', aspect='equal', xlim=(-0.7, 2.0), ylim=(-0.4, 2.0),
-             title='The same two motions, in either order')
-    left.annotate('long arrow: x, ahead\nshort arrow: y, left', (1.95, 1.95), ha='right', va='top',
+    for (product, words, pose), style, line, offset in zip(
+            both, STYLES[1:], ('solid', 'dashdot'), ((10, 12), (10, 12)), strict=False):
+        _frame(left, pose, f'{words}:\n{product}', style['color'], line, offset)
+    left.set(xlabel='x [m]', ylabel='y [m]', aspect='equal', xlim=(-0.6, 2.4), ylim=(-0.5, 2.5),
+             xticks=range(3), yticks=range(3), title='The same two motions, in either order')
+    left.annotate('long arrow: x, ahead\nshort arrow: y, left', (2.3, 2.4), ha='right', va='top',
                   color=GREY)
     _draw_exercise(right)
 
 
 def _draw_exercise(axes: Any) -> None:
     buffer = tree(EXERCISE)
-    offsets = {'map': (6, -14), 'odom': (6, -14), 'base_link': (10, -8), 'camera': (10, 2)}
+    offsets = {'map': (4, -14), 'odom': (4, -14), 'base_link': (10, -12), 'camera': (10, 6)}
+    # Base and camera are 0.2 m from each other: the one dashed, and larger, to be told apart.
     for frame in FRAMES:
-        _frame(axes, buffer.lookup('map', frame), frame, 'black', 'solid', offsets[frame], 0.5)
-    for where, marker, text, offset, side in (
-            (point(EXERCISE), 'o', 'the point', (-9, 6), 'right'),
-            (_rounded(wrong_order(EXERCISE) @ CAMERA_P), 'X', 'the same, composed\nfrom the '
-             'wrong end', (9, -10), 'left')):
+        colour, line, size = ('black', 'solid', 0.5) if frame != 'camera' else (
+            STYLES[1]['color'], 'dashed', 0.75)
+        _frame(axes, buffer.lookup('map', frame), frame, colour, line, offsets[frame], size)
+    for where, marker, text, side in (
+            (point(EXERCISE), 'o', 'the point', (9, -3)),
+            (_rounded(wrong_order(EXERCISE) @ CAMERA_P), 'X',
+             'the same, composed\nfrom the wrong end', (9, -9))):
         axes.plot(*where[:2], marker=marker, color=STYLES[2]['color'], markersize=9)
-        axes.annotate(text, where[:2], offset, textcoords='offset points', ha=side)
-    axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal',
-             xlim=(-0.5, 3.9), ylim=(-0.6, 4.4), title='The exercise, from above')
+        axes.annotate(text, where[:2], side, textcoords='offset points')
+    axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal', xticks=range(5),
+             xlim=(-0.5, 4.5), ylim=(-0.5, 4.5), title='The exercise, from above')
 
 
 def _frame(axes: Any, pose: Pose, text: str, colour: str, line: str,

@@ -15,6 +15,8 @@ STYLES: tuple[dict[str, Any], ...] = (
 )
 GREY = '#767676'
 
+_DPI = 110
+
 _SETTINGS = {
     'font.family': 'DejaVu Sans',
     'font.size': 9.0,
@@ -49,17 +51,29 @@ def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:
     """
     try:
         from matplotlib import rc_context
-        from matplotlib.figure import Figure
     except ImportError:
         raise NoPicture(INSTALL) from None
     paths = [folder / f'{name}.png', folder / f'{name}.svg']
+    figure = figure_of(draw)
     with rc_context(_SETTINGS):
-        figure = Figure(figsize=(8.0, 4.2), layout='constrained')
-        draw(figure)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(paths[0], dpi=110, metadata={'Software': None})
+            figure.savefig(paths[0], dpi=_DPI, metadata={'Software': None})
             figure.savefig(paths[1], metadata={'Date': None, 'Creator': None})
         except OSError as error:
             raise NoPicture(f'No picture: {error}') from error
     return paths
+
+
+def figure_of(draw: Callable[[Any], None]) -> Any:
+    """
+    Return the matplotlib ``Figure`` of a picture.
+
+    :raises ImportError: matplotlib is missing.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+    with rc_context(_SETTINGS):
+        figure = Figure(figsize=(8.0, 4.2), dpi=_DPI, layout='constrained')
+        draw(figure)
+    return figure

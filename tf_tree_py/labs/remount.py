@@ -11,7 +11,7 @@ from tf_tree_py.core import BufferCore, LATEST, Pose
 from tf_tree_py.core.queries import Queries
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import STYLES
+from .pictures import GREY, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'one camera is remounted: 456 hard-coded places against one edge'
@@ -209,16 +209,24 @@ def _forgotten_table(rows: list[Forgotten]) -> Table:
 def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
     left, right = figure.subplots(1, 2)
     heights = np.arange(len(counts))
-    left.barh(heights, [count.places for count in counts], facecolor='white', edgecolor='black',
-              label='places that hold an offset')
-    left.barh(heights, [count.change for count in counts], facecolor='black',
-              label='of them to change')
-    for height, count in zip(heights, counts, strict=True):
-        left.annotate(f'{count.change} of {count.places}', (count.places, height), (4, -3),
-                      textcoords='offset points')
+    # A logarithmic axis, on which 1 can be seen beside 456; it has no zero, so dots, not bars.
+    left.hlines(heights, [count.change for count in counts], [count.places for count in counts],
+                color=GREY, linewidth=1.0)
+    for key, fill, label in (('places', 'none', 'places that hold an offset'),
+                             ('change', 'full', 'of them to change')):
+        numbers = [getattr(count, key) for count in counts]
+        left.plot(numbers, heights, color='black', linestyle='none', marker='o', markersize=8.0,
+                  fillstyle=fill, label=label)
+        for height, number in zip(heights, numbers, strict=True):
+            left.annotate(f'{number}', (number, height), (0, 9), textcoords='offset points',
+                          ha='center')
     left.set_yticks(heights, ['each module\nholds all', 'each module\nholds what\nit uses',
                               'the tree'])
-    left.set(xlabel='places', xlim=(0, 700), ylim=(2.6, -1.1), title='One camera is remounted')
+    left.set_xscale('log')
+    left.set_xticks([1, 10, 100, 1000], ['1', '10', '100', '1000'])
+    left.minorticks_off()
+    left.set(xlabel='places', xlim=(0.6, 1500.0), ylim=(2.5, -1.3),
+             title='One camera is remounted')
     left.grid(axis='y', visible=False)
     left.legend(loc='upper right')
     _draw_forgotten(right, [row for row in rows if row.uses_it])
@@ -229,11 +237,11 @@ def _draw_forgotten(axes: Any, rows: list[Forgotten]) -> None:
     axes.barh(heights, [row.moved * 100.0 for row in rows], facecolor='white', hatch='////',
               edgecolor=STYLES[1]['color'])
     for height, row in zip(heights, rows, strict=True):
-        axes.annotate(f'{row.moved * 100.0:.1f} cm, {degrees(row.turned):.1f}°',
+        axes.annotate(f'{row.moved * 100.0:.1f} cm',
                       (row.moved * 100.0, height), (4, -3), textcoords='offset points')
     axes.set_yticks(
         heights, [f'{row.module.name}\n({row.module.ahead:g} m ahead)' for row in rows])
     axes.invert_yaxis()
-    axes.set(xlabel='off by, at what it looks at [cm]', xlim=(0.0, 78.0),
-             title='A module that was forgotten')
+    axes.set(xlabel='off by, at what it looks at [cm]', xlim=(0.0, 65.0),
+             title=f'A forgotten module, turned by {degrees(rows[0].turned):.1f}°')
     axes.grid(axis='y', visible=False)

@@ -1,7 +1,7 @@
 """A listener that is up before the static publisher: who waits, and who fails."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from functools import partial
 import threading
 import time
@@ -53,18 +53,28 @@ def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
         begin()
 
     together = threading.Barrier(len(TIMEOUTS_S), start_all)
+    given_up = threading.Event()
 
     def program(timeout_s: float) -> Start:
         together.wait()
-        return _until_success(ask, timeout_s, began)
+        return _until_success(ask, timeout_s, began, given_up)
 
     with ThreadPoolExecutor(len(TIMEOUTS_S)) as programs:
-        return dict(zip(TIMEOUTS_S, programs.map(program, TIMEOUTS_S), strict=True))
+        try:
+            return dict(zip(TIMEOUTS_S, programs.map(program, TIMEOUTS_S), strict=True))
+        except BaseException:
+            # Such as Ctrl-C: nobody is to wait for what may never come now.
+            given_up.set()
+            together.abort()
+            raise
 
 
-def _until_success(ask: AskWithin, timeout_s: float, begin: float) -> Start:
+def _until_success(ask: AskWithin, timeout_s: float, begin: float,
+                   given_up: threading.Event) -> Start:
     failed = 0
     while True:
+        if given_up.is_set():
+            raise CancelledError
         try:
             ask(timeout_s)
         except TransformException:

@@ -150,22 +150,32 @@ def _death_table(moving: list[Death], fixed: list[Death]) -> Table:
 
 
 def _draw(moving: list[Death], fixed: list[Death], figure: Any) -> None:
-    axes = figure.subplots()
+    axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(3.2, 1.0))
     answered = [death for death in moving if isinstance(death.latest, float)]
     axes.plot([death.after_s for death in answered], [death.latest for death in answered],
               **STYLES[2], label=f'{RATE_HZ} Hz, the latest: old, and wrong')
-    for name, height, style, marker, label in (
-            ('latest', -1.3, STYLES[2], 'x', f'{RATE_HZ} Hz, the latest: an error'),
-            ('stamped', -0.7, STYLES[1], '+', f"{RATE_HZ} Hz, an image's stamp: an error")):
-        errors = [death.after_s for death in moving if isinstance(getattr(death, name), str)]
-        axes.plot(errors, [height] * len(errors), color=style['color'], linestyle='none',
-                  marker=marker, markersize=8.0, markeredgewidth=2.0, label=label)
     axes.plot([death.after_s for death in fixed], [death.stamped for death in fixed],
-              **STYLES[0], label='static, either: right')
+              **STYLES[0], label='static, the latest or a stamp: right')
     window = as_seconds(CACHE)
-    axes.plot([window] * 2, [-1.8, 5.0], color=GREY, linewidth=1.0)
-    axes.annotate(f'the window,\n{window:.0f} s', (window, 5.2), color=GREY, ha='center')
-    axes.set(xlabel='time since the sender of the calibration died [s]', yticks=range(7),
-             ylabel='camera in map: off by [m]', ylim=(-1.8, 8.4),
+    for panel in (axes, strip):
+        panel.axvline(window, color=GREY, linewidth=1.0)
+    axes.annotate(f'the window, {window:.0f} s', (window, 5.6), (-4, 0), color=GREY, ha='right',
+                  textcoords='offset points')
+    axes.set(yticks=range(7), ylabel='camera in map: off by [m]', ylim=(-0.4, 6.4),
              title=f'The calibration has no sender any more; the robot drives on at {_SPEED} m/s')
     axes.legend(loc='upper left')
+    _draw_errors(strip, moving, fixed)
+
+
+def _draw_errors(axes: Any, moving: list[Death], fixed: list[Death]) -> None:
+    """Draw when lookups raise, a line for each way to ask."""
+    ways = (('static, either', fixed, 'stamped', STYLES[0]),
+            (f'{RATE_HZ} Hz, the latest', moving, 'latest', STYLES[2]),
+            (f'{RATE_HZ} Hz, a stamp', moving, 'stamped', STYLES[1]))
+    for height, (_, deaths_, asked, style) in enumerate(ways):
+        errors = [death.after_s for death in deaths_ if isinstance(getattr(death, asked), str)]
+        axes.plot(errors, [height] * len(errors), color=style['color'], linestyle='none',
+                  marker='x', markersize=7.0, markeredgewidth=2.0)
+    axes.set_yticks(range(len(ways)), [name for name, *_ in ways])
+    axes.set(xlabel='time since the sender of the calibration died [s];  ×: the lookup raises',
+             ylim=(-0.6, len(ways) - 0.4))

@@ -1,16 +1,20 @@
 """The command ``tf_lab``: lists the labs, and runs one."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 import json
 import os
 from pathlib import Path
+import signal
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from .catalogue import Lab, LABS
 from .pictures import NoPicture, save
+from .progress import progress
 from .report import Report
+
+if TYPE_CHECKING:
+    from .catalogue import Lab
 
 NAME = 'tf_lab'
 
@@ -31,8 +35,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser()
     arguments = parser.parse_args(list(sys.argv if argv is None else argv)[1:])
     try:
+        # Here and not above: this takes a while, in which Ctrl-C is a normal end already.
+        from .catalogue import LABS
         if arguments.lab is None:
-            print(_list(arguments.json))
+            print(_list(LABS.values(), arguments.json))
             return 0
         lab = LABS.get(arguments.lab)
         if lab is None:
@@ -42,6 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                              f'{", ".join(lab.name for lab in LABS.values() if lab.live)}', 2)
         return _run(lab, arguments.ros, arguments.out, arguments.json)
     except KeyboardInterrupt:
+        # The process ends next, and whoever presses twice does not mean the interpreter's end.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         return 130
     except BrokenPipeError:
         # The reader of our output has left, as `| head` does, and the interpreter, which
@@ -63,13 +71,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _list(as_json: bool) -> str:
+def _list(labs: Collection['Lab'], as_json: bool) -> str:
     if as_json:
         return json.dumps([{'name': lab.name, 'summary': lab.summary, 'ros': lab.live}
-                           for lab in LABS.values()], indent=2)
-    width = max(map(len, LABS))
+                           for lab in labs], indent=2)
+    width = max(len(lab.name) for lab in labs)
     lines = [f'{lab.name:{width}}  {"--ros" if lab.live else "     "}  {lab.summary}'
-             for lab in LABS.values()]
+             for lab in labs]
     return '\n'.join([*lines, '', f'{NAME} NAME runs one; {NAME} --help tells more.'])
 
 
@@ -78,10 +86,11 @@ def _complain(sentence: str, status: int) -> int:
     return status
 
 
-def _run(lab: Lab, live: bool, folder: Path | None, as_json: bool) -> int:
+def _run(lab: 'Lab', live: bool, folder: Path | None, as_json: bool) -> int:
     name = f'{lab.name}_ros' if live else lab.name
     try:
-        report = lab.run_live() if live else lab.run()
+        with progress(f'{NAME}: {name}'):
+            report = lab.run_live() if live else lab.run()
     except ModuleNotFoundError as error:
         if not live or error.name is None or error.name.startswith('tf_tree_py'):
             raise
@@ -103,7 +112,8 @@ def _draw(report: Report, folder: Path, name: str, tell: Any) -> list[str]:
     if report.draw is None:
         return []
     try:
-        return [str(path) for path in save(report.draw, folder, name)]
+        with progress(f'{NAME}: the picture'):
+            return [str(path) for path in save(report.draw, folder, name)]
     except NoPicture as reason:
         print(reason, file=tell)
         return []

@@ -9,6 +9,7 @@ end when it closes, even if the lab is killed.
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 import multiprocessing
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 import os
@@ -61,7 +62,7 @@ class Session:
         ours, theirs = _processes.Pipe()
         process = _processes.Process(
             target=_play, args=(work, theirs, self.domain_id, arguments), daemon=True)
-        with _ignoring_ctrl_c():
+        with _keeping_ctrl_c():
             process.start()
         theirs.close()
         self._processes.append((process, ours))
@@ -90,7 +91,8 @@ def session() -> Iterator[Session]:
         try:
             yield opened
         finally:
-            opened.close()
+            with _keeping_ctrl_c():
+                opened.close()
 
 
 def _surroundings(domain_id: int) -> dict[str, str | None]:
@@ -119,16 +121,29 @@ def _set(variables: dict[str, str | None]) -> None:
 
 
 @contextmanager
-def _ignoring_ctrl_c() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C from their first instruction on: it is for the lab."""
-    if threading.current_thread() is not threading.main_thread():
+def _keeping_ctrl_c() -> Iterator[None]:
+    """
+    Start processes that never hear of Ctrl-C: it is for the lab, which hears of it afterwards.
+
+    A blocked signal is inherited by processes, a handler is not. And here a handler
+    takes note, for a start that is broken off half way leaves half a process.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
         yield
         return
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    pressed: list[Any] = []
+    # Its first start would unblock the signal.
+    resource_tracker.ensure_running()
+    signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         signal.signal(signal.SIGINT, handler)
+    if pressed:
+        handler(*pressed[0])
 
 
 def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ...]) -> None:

@@ -1,0 +1,174 @@
+"""
+What the documentation shows runs as it stands.
+
+The Python blocks of a page are one program, run from the top to the bottom in a process
+of its own; so are the lines of each shell block. What is not run says why, on the page.
+"""
+
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import distribution
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+from pages import BLOCKS, LANGUAGES, PAGES, program, REPOSITORY
+import pytest
+
+PYTHON = {page: [block for block in BLOCKS if block.page == page and block.language == 'python']
+          for page in dict.fromkeys(block.page for block in BLOCKS)}
+PROGRAMS = [page for page, blocks in PYTHON.items() if blocks]
+LAUNCH_FILES = [block for blocks in PYTHON.values() for block in blocks
+                if 'launch_ros' in block.code]
+SHELL = [block for block in BLOCKS if block.language == 'bash']
+
+_PATIENCE_S = 120
+
+
+@pytest.fixture(scope='module')
+def started(request, tmp_path_factory):
+    """Start all that the selected tests ask for, two at a time; return what has the outcomes."""
+    wanted = {item.callspec.params[name] for item in request.session.items
+              if hasattr(item, 'callspec') and item.module is request.module
+              for name in ('page', 'block') if name in item.callspec.params}
+    with ThreadPoolExecutor(2) as pool:
+        yield {**{page: pool.submit(_run_python, page, tmp_path_factory.mktemp('page'))
+                  for page in PROGRAMS if page in wanted and not _lacks_rclpy(page)},
+               **{block: pool.submit(_run_shell, block, tmp_path_factory.mktemp('shell'))
+                  for block in SHELL
+                  if block in wanted and not block.not_run and not _hindrance(block)}}
+
+
+def _lacks_rclpy(page):
+    needed = re.search(r'^(import|from) rclpy', program(PYTHON[page]), re.MULTILINE)
+    return needed is not None and find_spec('rclpy') is None
+
+
+def _run_python(page, folder):
+    # A launch file is a program of its own, for which there is a test of its own.
+    blocks = [block for block in PYTHON[page] if block not in LAUNCH_FILES]
+    file = folder / Path(page).with_suffix('.py').name
+    file.write_text(program(blocks))
+    return _run([sys.executable, file.name], folder)
+
+
+def _run_shell(block, folder):
+    script = f'set -euo pipefail\n{block.code}'
+    return _run(['bash', '-c', script], REPOSITORY if 'scripts/' in block.code else folder)
+
+
+def _run(command, folder):
+    return subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, text=True, check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=_PATIENCE_S)
+
+
+def _hindrance(block):
+    """Return what keeps a shell block from running here, None if nothing does."""
+    if 'scripts/' in block.code:
+        venv = REPOSITORY / '.workspace' / 'venv'
+        if Path(sys.prefix) != venv or 'TF_TREE_PY_WORKSPACE' in os.environ:
+            return 'scripts/ would make another environment than that of this test'
+    elif 'tf_lab' in block.code and shutil.which('tf_lab') is None:
+        return 'the executables are not on the path: . scripts/env'
+    return None
+
+
+@pytest.mark.parametrize('page', PROGRAMS)
+def test_python_of_a_page_runs_from_the_top_to_the_bottom(page, started):
+    if _lacks_rclpy(page):
+        pytest.skip('needs rclpy')
+    done = started[page].result()
+    assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize('block', LAUNCH_FILES, ids=str)
+def test_launch_file_describes_what_is_launched(block):
+    pytest.importorskip('launch_ros')
+    names = {}
+    exec(compile(block.code, str(block), 'exec'), names)
+    assert names['generate_launch_description']().entities
+
+
+@pytest.mark.parametrize('block', [block for block in SHELL if not block.not_run], ids=str)
+def test_shell_block_runs(block, started):
+    if hindrance := _hindrance(block):
+        pytest.skip(hindrance)
+    done = started[block].result()
+    assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize('block', SHELL, ids=str)
+def test_commands_of_a_shell_block_are_there(block):
+    """Hold also what is not run: each program is there, and knows the options."""
+    checked = subprocess.run(['bash', '-n', '-c', block.code], capture_output=True, text=True,
+                             check=False)
+    assert (checked.returncode, checked.stderr) == (0, '')
+    for line in block.code.splitlines():
+        words = shlex.split(line.split('--ros-args')[0], comments=True)
+        while words and words[0] in ('.', 'export'):
+            words = words[1:]
+        if not words:
+            continue
+        name, *arguments = _without_ros2_run(words)
+        if name.startswith('scripts/'):
+            assert (REPOSITORY / name.rstrip(';')).exists(), line
+            told = _options_of(name.rstrip(';'))
+            assert {word for word in arguments if word.startswith('--')} <= told, line
+        elif name in _executables():
+            assert {word for word in arguments if word.startswith('--')} <= _help(name), line
+        else:
+            assert name in ('python', 'pip', 'ros2') or name.startswith('PYTHONPATH='), line
+
+
+def _without_ros2_run(words):
+    return words[3:] if words[:3] == ['ros2', 'run', 'tf_tree_py'] else words
+
+
+def _executables():
+    return {entry.name for entry in
+            distribution('tf_tree_py').entry_points.select(group='console_scripts')}
+
+
+def _options_of(script):
+    texts = [(REPOSITORY / script).read_text()]
+    if script == 'scripts/bench':
+        texts.append((REPOSITORY / 'benchmark' / '__main__.py').read_text())
+    if script == 'scripts/demo':
+        texts.append((REPOSITORY / 'tf_tree_py' / 'nodes' / 'five_frame_demo.py').read_text())
+    return {word for text in texts for word in re.findall(r'--[a-z][a-z-]*', text)}
+
+
+def _help(executable):
+    entry = next(entry for entry in distribution('tf_tree_py').entry_points.select(
+        group='console_scripts') if entry.name == executable)
+    done = subprocess.run([sys.executable, '-m', entry.module, '--help'], capture_output=True,
+                          text=True, check=False)
+    return set(re.findall(r'--[a-z][a-z-]*', done.stdout))
+
+
+def test_every_block_says_what_it_is():
+    assert len(BLOCKS) > 40
+    assert not [str(block) for block in BLOCKS if block.language not in LANGUAGES]
+
+
+def test_few_blocks_are_not_run_and_each_says_why():
+    for page in PAGES:
+        said = page.read_text().count('<!-- not run')
+        # A sentence with a word or two is the least of a reason.
+        reasons = [block.not_run for block in BLOCKS
+                   if block.page == page.relative_to(REPOSITORY).as_posix() and block.not_run]
+        assert said == len(reasons) and all(len(reason) > 10 for reason in reasons), page
+    languages = Counter(block.language for block in BLOCKS if block.not_run)
+    assert languages['python'] == 0 and languages['bash'] <= 16
+
+
+def test_links_between_pages_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r'\]\(\s*([^)#]+?)(?:#[^)]*)?\)', page.read_text()):
+            if not target.startswith('http'):
+                assert (page.parent / target).exists(), f'{page}: {target}'

@@ -1,0 +1,73 @@
+"""The scripts notice a workspace that was made for another folder."""
+
+import os
+from pathlib import Path
+import shutil
+import subprocess
+
+import pytest
+
+SCRIPTS = Path(__file__).resolve().parents[1] / 'scripts'
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """Return a clone with a workspace, of which there are only the stamps and what is sourced."""
+    clone = tmp_path / 'clone'
+    (clone / 'scripts').mkdir(parents=True)
+    for name in ('lib.sh', 'print-env'):
+        shutil.copy(SCRIPTS / name, clone / 'scripts')
+    setup = clone / 'scripts' / 'setup'
+    setup.write_text('#!/bin/sh\necho set up anew\n')
+    setup.chmod(0o755)
+    workspace = clone / '.workspace'
+    for folder in ('venv', 'install/tf_tree_py'):
+        (workspace / folder).mkdir(parents=True)
+    (workspace / 'venv' / '.stamp').write_text(f'{workspace} abc\n')
+    (workspace / 'install' / 'tf_tree_py' / '.stamp').write_text(f'{workspace} abc {clone} def\n')
+    (workspace / 'install' / 'local_setup.bash').touch()
+    return clone
+
+
+def print_env(clone, **variables):
+    """Run scripts/print-env as somebody who has no ROS; return its two outputs."""
+    done = subprocess.run([clone / 'scripts' / 'print-env'], capture_output=True, text=True,
+                          timeout=60, check=True, env={'PATH': os.defpath, **variables})
+    return done.stdout, done.stderr
+
+
+def test_workspace_is_entered_as_it_is(clone):
+    out, err = print_env(clone)
+    assert err == '' and f'{clone}/.workspace/venv/bin' in out
+
+
+def test_workspace_that_was_copied_is_made_anew(clone):
+    copy = shutil.copytree(clone, clone.with_name('copy'))
+    out, err = print_env(copy)
+    assert 'was made for another folder (was this one copied, or moved?)' in err
+    assert 'set up anew' in err
+    assert f'{copy}/.workspace/venv/bin' in out and str(clone) not in out
+
+
+def test_workspace_that_was_moved_is_made_anew(clone, tmp_path):
+    elsewhere = shutil.move(clone / '.workspace', tmp_path / 'elsewhere')
+    assert 'set up anew' in print_env(clone, TF_TREE_PY_WORKSPACE=str(elsewhere))[1]
+
+
+def test_long_step_of_setup_says_how_long_it_takes_until_it_ends():
+    text = (SCRIPTS / 'setup').read_text()
+    begin = text.index('count_seconds() {')
+    function = text[begin:text.index('\n}\n', begin) + 3].replace('-rt 20', '-rt 0.01')
+    program = f'say() {{ echo "$*"; }}\n{function}\ncount_seconds installing'
+    with subprocess.Popen(['bash', '-c', program], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == 'installing: 20 s so far\n'
+        assert process.stdout.readline() == 'installing: 40 s so far\n'
+        process.stdin.close()
+        assert process.wait(60) == 0
+
+
+def test_clone_is_the_same_through_a_link(clone, tmp_path):
+    link = tmp_path / 'link'
+    link.symlink_to(clone)
+    assert print_env(link)[1] == ''

@@ -1,0 +1,45 @@
+"""A line on stderr that says what is going on, wherever that takes longer than two seconds."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import sys
+import threading
+import time
+
+PATIENCE_S = 2.0
+"""How long nothing is said."""
+
+_TERMINAL_S, _LOG_S = 1.0, 20.0
+
+
+@contextmanager
+def progress(what: str) -> Iterator[None]:
+    """
+    Say on stderr what is going on meanwhile, and for how long it has: not in the first 2 s.
+
+    On a terminal one line counts the seconds, and is taken away in the end; a log gets
+    a line now and then.
+
+    :param what: such as ``tf_lab: latency, between processes``.
+    """
+    done = threading.Event()
+    teller = threading.Thread(target=_tell, args=(what, done), name='progress', daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
+
+
+def _tell(what: str, done: threading.Event) -> None:
+    terminal = sys.stderr.isatty()
+    begin = time.monotonic()
+    pause = PATIENCE_S
+    while not done.wait(pause):
+        line = f'{what}: {time.monotonic() - begin:.0f} s so far, Ctrl-C ends it'
+        print(f'\r{line}' if terminal else line, end='' if terminal else '\n', file=sys.stderr,
+              flush=True)
+        pause = _TERMINAL_S if terminal else _LOG_S
+    if terminal and pause != PATIENCE_S:
+        print('\r\x1b[K', end='', file=sys.stderr, flush=True)
