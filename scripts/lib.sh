@@ -12,6 +12,10 @@ marks_of_ros=(ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_CO
 exec 3>&2
 say() { printf 'tf_tree_py: %s\n' "$*" >&3; }
 
+# domain_id_of PID: a DDS domain that no other program is likely to be in. Those from 101 to 214 have
+# ports that Linux may have given to somebody else.
+domain_id_of() { echo $((1 + $1 % 100)); }
+
 # leave FOLDER NAME...: drop the entries that lie in FOLDER, and empty ones, from path variables.
 leave() {
   local folder=$1 name entry kept entries
