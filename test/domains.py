@@ -12,11 +12,32 @@ _DOMAINS = range(1, 216)
 _EPHEMERAL = Path('/proc/sys/net/ipv4/ip_local_port_range')
 _LINUX_DEFAULT = 32768, 60999
 
+# What keeps other test processes off the domains of this one.
+_claims: list[socket.socket] = []
+
 
 def isolate() -> None:
     """Keep this process, and those that it starts, to this machine and a domain of their own."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ['ROS_DOMAIN_ID'] = str(_claim()[0])
+    os.environ['ROS_DOMAIN_ID'] = str(_own())
+
+
+def claim() -> int:
+    """Return one more domain that is ours until this process ends."""
+    # Where the system gives away every port, one domain is as good as another.
+    ids = [domain_id for domain_id in _DOMAINS if is_safe(domain_id)] or list(_DOMAINS)
+    start = os.getpid() % len(ids)
+    for domain_id in ids[start:] + ids[:start]:
+        taken = socket.socket(socket.AF_UNIX)
+        try:
+            # An abstract name: it is gone with the process, however that ends.
+            taken.bind(f'\0tf_tree_py tests, domain {domain_id}')
+        except OSError:
+            taken.close()
+        else:
+            _claims.append(taken)
+            return domain_id
+    raise RuntimeError(f'all {len(ids)} domains are taken by other test processes')
 
 
 def ports(domain_id: int) -> range:
@@ -38,21 +59,8 @@ def is_safe(domain_id: int) -> bool:
 
 
 @cache
-def _claim() -> tuple[int, socket.socket]:
-    """Return a domain id and what keeps other test processes off it, until this one ends."""
-    # Where the system gives away every port, one domain is as good as another.
-    ids = [domain_id for domain_id in _DOMAINS if is_safe(domain_id)] or list(_DOMAINS)
-    start = os.getpid() % len(ids)
-    for domain_id in ids[start:] + ids[:start]:
-        claim = socket.socket(socket.AF_UNIX)
-        try:
-            # An abstract name: it is gone with the process, however that ends.
-            claim.bind(f'\0tf_tree_py tests, domain {domain_id}')
-        except OSError:
-            claim.close()
-        else:
-            return domain_id, claim
-    raise RuntimeError(f'all {len(ids)} domains are taken by other test processes')
+def _own() -> int:
+    return claim()
 
 
 def _ephemeral() -> tuple[int, int]:

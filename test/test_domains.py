@@ -5,7 +5,7 @@ from pathlib import Path
 import subprocess
 import sys
 
-from domains import is_safe, isolate, ports
+from domains import claim, is_safe, isolate, ports
 import pytest
 
 SCRIPTS = Path(__file__).parents[1] / 'scripts'
@@ -40,6 +40,15 @@ def test_safe_domains_are_those_that_ros_recommends_for_linux():
 def test_tests_run_in_a_safe_one():
     isolate()
     assert is_safe(int(os.environ['ROS_DOMAIN_ID']))
+
+
+def test_one_more_is_another():
+    isolate()
+    own = int(os.environ['ROS_DOMAIN_ID'])
+    more = claim()
+    isolate()
+    assert int(os.environ['ROS_DOMAIN_ID']) == own != more
+    assert is_safe(more)
 
 
 def test_two_processes_of_tests_never_share_one():

@@ -4,19 +4,19 @@ import re
 import subprocess
 import time
 
-from domains import isolate
+from domains import claim
 from programs import PATIENCE_S, Program
 import pytest
 from standin import standin_env
-
-# Before rclpy.init, in the processes that tests start.
-isolate()
 
 
 @pytest.fixture(scope='session')
 def env():
     """Return the variables of a shell in which Jazzy and this package are sourced."""
     variables = standin_env()
+    # Not that of the tests in this process: the daemon of ros2 stays there until the end.
+    variables['ROS_DOMAIN_ID'] = str(claim())
+    variables['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     # What they say would come with colours and times else.
     variables['RCUTILS_CONSOLE_OUTPUT_FORMAT'] = '[{severity}] [{name}]: {message}'
     variables['RCUTILS_COLORIZED_OUTPUT'] = '0'

@@ -19,7 +19,6 @@ def package(request):
 @pytest.fixture(scope='module')
 def said(env, package, start_for_all):
     """Return what both clients said of that server."""
-    # Two programs in one test process's domain: one of them at a time.
     server = start_for_all('ros2', 'run', package, 'buffer_server')
     # Its folder is on the path for what it shares with the other program there.
     found = {**env, 'PYTHONPATH': f'{PROGRAM.parent}:{env["PYTHONPATH"]}'}
