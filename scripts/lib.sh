@@ -20,6 +20,10 @@ made_here() {
   [[ ! -e $venv || $(<"$venv") == "$workspace "* ]]
 }
 
+# domain_id_of PID: a DDS domain that no other program is likely to be in. Those from 101 to 214 have
+# ports that Linux may have given to somebody else.
+domain_id_of() { echo $((1 + $1 % 100)); }
+
 # leave FOLDER NAME...: drop the entries that lie in FOLDER, and empty ones, from path variables.
 leave() {
   local folder=$1 name entry kept entries

@@ -1,11 +1,11 @@
 """What needs ROS runs on this machine alone, on a domain of this process alone."""
 
 from importlib.util import find_spec
-import os
+
+from domains import isolate
 
 # The labs themselves need no ROS, and so most of their tests.
 collect_ignore = [] if find_spec('rclpy') else ['test_audit_ros.py', 'test_live.py']
 
-# What rclpy.init reads, here and in the processes that tests start; a lab's session has its own.
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-os.environ['ROS_DOMAIN_ID'] = str(101 + os.getpid() % 100)
+# Before rclpy.init, here and in the processes that tests start; a lab's session has its own.
+isolate()

@@ -1,8 +1,8 @@
 """Real rclpy over real DDS, on this machine alone and on a domain of this process alone."""
 
-import os
 import threading
 
+from domains import isolate
 from programs import executable, Program
 import pytest
 import rclpy
@@ -10,9 +10,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from tf_tree_py import Buffer, TransformListener
 
-# What rclpy.init reads, here and in the processes that tests start.
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+# Before rclpy.init, here and in the processes that tests start.
+isolate()
 
 
 @pytest.fixture(autouse=True)

@@ -1,5 +1,6 @@
 """What five_frame_publisher sends, held against the motion that it claims to send."""
 
+import bisect
 from collections import defaultdict
 from contextlib import contextmanager
 import math
@@ -95,30 +96,34 @@ def test_lookup_between_stamps_is_as_near_as_interpolation_can_be(recording):
     stamps = {child: stamps_of(sent) for child, sent in messages.items()}
     first, last = max(s[0] for s in stamps.values()), min(s[-1] for s in stamps.values())
 
-    def squared(child, period):
-        gap = max(b - a for a, b in zip(stamps[child], stamps[child][1:], strict=False))
+    def squared(child, period, stamp):
+        after = bisect.bisect_right(stamps[child], stamp)
+        gap = stamps[child][after] - stamps[child][after - 1]
         return (gap / 1e9) ** 2 / 8.0 * (math.tau / (period / 1e9)) ** 2
 
-    drift = squared('odom', DRIFT_PERIOD)
-    drive = squared('base_link', motion.lap_time)
-    arm = squared('gripper', ARM_PERIOD)
-    drift_angle, arm_angle = math.radians(3.0) * drift, (0.4 + 0.3 + 0.4 * 0.3) * arm
-    reach = motion.radius + 1.1
-    # The heading turns at a constant rate, which slerp follows exactly.
-    furthest = 0.5 * drift + drift_angle * reach + motion.radius * drive + 0.25 * arm
-    worst_angle = drift_angle + arm_angle
+    def bounds(stamp):
+        drift = squared('odom', DRIFT_PERIOD, stamp)
+        drive = squared('base_link', motion.lap_time, stamp)
+        arm = squared('gripper', ARM_PERIOD, stamp)
+        drift_angle, arm_angle = math.radians(3.0) * drift, (0.4 + 0.3 + 0.4 * 0.3) * arm
+        reach = motion.radius + 1.1
+        # The heading turns at a constant rate, which slerp follows exactly.
+        furthest = 0.5 * drift + drift_angle * reach + motion.radius * drive + 0.25 * arm
+        return furthest, drift_angle + arm_angle
 
-    checked = 0
+    tightest = []
     for earlier, later in zip(stamps['gripper'], stamps['gripper'][1:], strict=False):
         stamp = (earlier + later) // 2
-        if first <= stamp <= last:
+        if first <= stamp < last:
+            furthest, worst_angle = bounds(stamp)
             error = motion.world_T_gripper(stamp).inverse() @ buffer.lookup(
                 'world', 'gripper', stamp)
             assert math.hypot(*error.translation) <= furthest
             assert math.hypot(*error.as_rotation_vector()) <= worst_angle
-            checked += 1
-    assert checked > 20
-    assert furthest < 0.01, 'the bound says nothing: the machine was too busy to publish'
+            tightest.append(furthest)
+    assert len(tightest) > 20
+    # A busy machine leaves gaps, but not only gaps: somewhere the bound says something.
+    assert min(tightest) < 0.01
 
 
 def test_moving_transforms_have_rates_of_their_own(recording):

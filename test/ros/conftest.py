@@ -1,9 +1,9 @@
 """Real rclpy over real DDS, on this machine alone and on a domain of this process alone."""
 
 from concurrent.futures import ThreadPoolExecutor
-import os
 import threading
 
+from domains import isolate
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -13,9 +13,8 @@ from rclpy.task import Future
 from ros_helpers import PATIENCE_S, SimClock, Talker
 from tf_tree_py import Buffer, TransformListener
 
-# What rclpy.init reads, here and in the processes that tests start.
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-os.environ['ROS_DOMAIN_ID'] = str(101 + os.getpid() % 100)
+# Before rclpy.init, here and in the processes that tests start.
+isolate()
 
 
 @pytest.fixture(autouse=True)

@@ -298,17 +298,18 @@ def test_goal_that_the_server_forgot_is_no_identity(other, client):
         client.lookup_transform('map', 'base', LATEST, PATIENCE)
 
 
-def test_server_that_is_not_there_is_told_at_once_without_a_timeout(client):
-    begin = time.monotonic()
+def test_server_that_is_not_there_is_told_at_once_without_a_timeout(make_client):
+    # Nobody looks again for an hour, and no answer is late before that.
+    client = make_client(check_frequency=1.0 / 3600.0, timeout_padding=lasting(3600.0))
     with pytest.raises(TimeoutException, match=f'There is no buffer server /{ACTION}'):
         client.lookup_transform('map', 'base', LATEST)
-    assert time.monotonic() - begin < 1.0
     assert client.can_transform('map', 'base', LATEST) is False
 
 
 def test_server_that_is_not_there_is_waited_for_as_long_as_the_timeout(client):
-    with pytest.raises(TimeoutException, match=r'no buffer server.*waited 0\.[01]'):
+    with pytest.raises(TimeoutException, match=r'no buffer server.*waited \d') as raised:
         client.lookup_transform('map', 'base', LATEST, lasting(0.05))
+    assert raised.value.waited_s >= 0.05
     assert not client.wait_for_server(lasting(0.02))
 
 

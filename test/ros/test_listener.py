@@ -10,7 +10,7 @@ import rclpy
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_helpers import (
     at,
@@ -26,7 +26,13 @@ from ros_helpers import (
 )
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, ExtrapolationException, LookupException, TransformListener
+from tf_tree_py import (
+    Buffer,
+    BufferClient,
+    ExtrapolationException,
+    LookupException,
+    TransformListener,
+)
 
 NEVER_ENOUGH = lasting(0.02)
 
@@ -105,6 +111,20 @@ def test_companion_offers_no_service_that_it_would_not_answer(node, listen):
     names = [name for name, _ in node.get_service_names_and_types()]
     assert names
     assert not [name for name in names if 'transform_listener_impl' in name]
+
+
+@pytest.mark.parametrize('begin', [
+    lambda node: TransformListener(Buffer(), node),
+    lambda node: TransformListener(Buffer(), node, static_only=True),
+    lambda node: BufferClient(node, 'tf2_buffer_server'),
+], ids=['listener', 'static listener', 'client'])
+def test_companion_is_not_listed_by_ros2(node, begin):
+    """``ros2 param list`` would wait five seconds for the parameters of each."""
+    before = set(node.get_node_names())
+    with begin(node):
+        until(lambda: set(node.get_node_names()) > before)
+        (companion,) = set(node.get_node_names()) - before
+        assert companion.startswith(HIDDEN_NODE_PREFIX)
 
 
 def test_both_topics_are_subscribed_as_in_tf2(node, listen):

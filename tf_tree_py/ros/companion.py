@@ -1,10 +1,15 @@
-"""Small nodes that nobody else spins, for what has to be served while a user's node is busy."""
+"""
+Small nodes that nobody else spins, for what has to be served while a user's node is busy.
+
+They answer no parameter services, for nobody would serve those. ``ros2 param list``
+waits five seconds for each node that it lists and that has none, so they are hidden.
+"""
 
 import secrets
 from typing import Any
 
 import rclpy
-from rclpy.node import Node
+from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.parameter import Parameter
 
 USE_SIM_TIME = 'use_sim_time'
@@ -19,7 +24,7 @@ def companion(node: Node, name: str) -> Node:
     clock_topic = node.resolve_topic_name('/clock')
     overrides: list[Any] = [node.get_parameter(USE_SIM_TIME), _NO_TYPE_DESCRIPTION]
     return Node(
-        _unique(name),
+        hidden_name(name),
         context=node.context,
         namespace=node.get_namespace(),
         # The topics are resolved by the other node already; a rename is meant for it alone.
@@ -38,10 +43,11 @@ def node_of_its_own(name: str) -> Node:
     """
     if not rclpy.ok():
         raise RuntimeError('Without a node, rclpy.init() has to be called first')
-    name = _unique(name)
+    name = hidden_name(name)
     return Node(name, cli_args=['--ros-args', '-r', f'__node:={name}'],
                 parameter_overrides=[_NO_TYPE_DESCRIPTION], **_OPTIONS)
 
 
-def _unique(name: str) -> str:
-    return f'{name}_{secrets.token_hex(6)}'
+def hidden_name(name: str) -> str:
+    """Return a name that no other node has, and that ``ros2`` lists only with ``--all``."""
+    return f'{HIDDEN_NODE_PREFIX}{name}_{secrets.token_hex(6)}'

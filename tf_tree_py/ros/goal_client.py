@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from contextlib import suppress
 from functools import partial
 import math
-import secrets
 import threading
 import time
 from typing import Any
@@ -25,6 +24,7 @@ from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.calling import call_all
 
+from .companion import hidden_name
 from .lookup_call import LookupCall
 from .lookup_goal import service_qos
 from .responses import Responses
@@ -298,7 +298,7 @@ def _wait(futures: Iterable[Future], end: float) -> None:
 def _companion(node: Node) -> Node:
     """Return a small node beside another, which its executor does not see."""
     return Node(
-        f'buffer_client_impl_{secrets.token_hex(6)}',
+        hidden_name('buffer_client_impl'),
         context=node.context,
         namespace=node.get_namespace(),
         # The names are resolved by the other node already; a rename is meant for it alone.

@@ -1,5 +1,7 @@
 """Executables as processes of their own, watched by what they print: nothing here sleeps."""
 
+from contextlib import suppress
+import os
 import signal
 import subprocess
 import sys
@@ -12,12 +14,17 @@ PATIENCE_S = 30.0
 
 
 class Program:
-    """A process, and all that it has printed so far, both streams in one."""
+    """
+    A process, and all that it has printed so far, both streams in one.
 
-    def __init__(self, *command):
+    With a terminal of its own, signals go to all that it started too, as Ctrl-C does.
+    """
+
+    def __init__(self, *command, env=None, own_terminal=False):
+        self._own_terminal = own_terminal
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            text=True)
+            text=True, env=env, start_new_session=own_terminal)
         self._lines = []
         self._printed = threading.Condition()
         self._ended = False
@@ -49,7 +56,10 @@ class Program:
                 self._printed.wait(left)
 
     def interrupt(self, number=signal.SIGINT):
-        self._process.send_signal(number)
+        if self._own_terminal:
+            os.killpg(self._process.pid, number)
+        else:
+            self._process.send_signal(number)
 
     def interrupt_until_it_ends(self):
         while self._process.poll() is None:
@@ -62,7 +72,13 @@ class Program:
         return status
 
     def kill(self):
-        self._process.kill()
+        if self._own_terminal and self._process.poll() is None:
+            # What it started may be in a terminal of its own again, and ends with it if asked.
+            self.interrupt()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(PATIENCE_S)
+        with suppress(ProcessLookupError):
+            self.interrupt(signal.SIGKILL)
         self.end()
         self._process.stdout.close()
 

@@ -1,0 +1,86 @@
+"""An installed Jazzy, used by its own commands; the tests skip where there is none."""
+
+import re
+import subprocess
+import time
+
+from domains import claim
+from programs import PATIENCE_S, Program
+import pytest
+from standin import standin_env
+
+
+@pytest.fixture(scope='session')
+def env():
+    """Return the variables of a shell in which Jazzy and this package are sourced."""
+    variables = standin_env()
+    # Not that of the tests in this process: the daemon of ros2 stays there until the end.
+    variables['ROS_DOMAIN_ID'] = str(claim())
+    variables['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    # What they say would come with colours and times else.
+    variables['RCUTILS_CONSOLE_OUTPUT_FORMAT'] = '[{severity}] [{name}]: {message}'
+    variables['RCUTILS_COLORIZED_OUTPUT'] = '0'
+    yield variables
+    # The commands leave one behind, for hours.
+    subprocess.run(['ros2', 'daemon', 'stop'], env=variables, capture_output=True,
+                   timeout=PATIENCE_S, check=False)
+
+
+@pytest.fixture(scope='module')
+def run(env):
+    """Run commands to their end; return their status and what they print."""
+    return lambda *command: subprocess.run(
+        command, env=env, capture_output=True, text=True, timeout=4 * PATIENCE_S, check=False)
+
+
+@pytest.fixture(scope='module')
+def tell(run):
+    """Return a function that gives what a ``ros2`` command prints."""
+    def tell(*words):
+        done = run('ros2', *words)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    return tell
+
+
+@pytest.fixture(scope='module')
+def tell_at_last(run):
+    """
+    Return a function that repeats a ``ros2`` command until it prints what a pattern matches.
+
+    Its daemon needs a moment to discover what is there.
+    """
+    def tell_at_last(pattern, *words):
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            done = run('ros2', *words)
+            if re.search(pattern, done.stdout):
+                return done.stdout
+            assert time.monotonic() < end, f'no {pattern} in:\n{done.stdout}{done.stderr}'
+
+    return tell_at_last
+
+
+@pytest.fixture(scope='module')
+def start_for_all(env):
+    """Start processes, each as in a terminal; they are gone at the end of the module."""
+    yield from _starter(env)
+
+
+@pytest.fixture
+def start(env):
+    """Start processes, each as in a terminal; they are gone at the end of the test."""
+    yield from _starter(env)
+
+
+def _starter(env):
+    programs = []
+
+    def start(*command):
+        programs.append(Program(*command, env=env, own_terminal=True))
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        program.kill()

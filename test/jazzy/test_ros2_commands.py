@@ -1,0 +1,112 @@
+"""What ``ros2`` and tf2's own tools tell of this package's nodes while they run."""
+
+import re
+
+import pytest
+
+NODES = {'/five_frame_publisher', '/five_frame_listener', '/tf_buffer', '/robot1/tf_relay',
+         '/asking', '/mounted'}
+
+# A node of a user: two listeners, a client of the buffer server, a filter.
+ASKING = """
+import rclpy
+from tf_tree_py import Buffer, BufferClient, TransformListener
+
+rclpy.init()
+node = rclpy.create_node('asking')
+node.declare_parameter('speed', 0.5)
+buffers = [Buffer(node=node), Buffer(node=node)]
+listeners = [TransformListener(buffers[0], node), TransformListener(buffers[1], node),
+             TransformListener(buffers[1])]
+client = BufferClient(node, 'tf2_buffer_server')
+print('ready', flush=True)
+rclpy.spin(node)
+"""
+
+
+@pytest.fixture(scope='module', autouse=True)
+def robot(start_for_all, tell_at_last):
+    """Start a robot with all that this package has, and wait until ``ros2`` has heard of it."""
+    def run(name, *words):
+        return start_for_all('ros2', 'run', 'tf_tree_py', name, *words)
+
+    run('five_frame_publisher')
+    run('five_frame_listener').wait_for('xyz')
+    run('buffer_server')
+    run('tf_relay', '--ros-args', '-r', '__ns:=/robot1')
+    run('static_transform_publisher', '--frame-id', 'gripper', '--child-frame-id', 'probe',
+        '--x', '0.1', '--ros-args', '-r', '__node:=mounted')
+    start_for_all('python3', '-c', ASKING).wait_for('ready')
+    for name in NODES:
+        tell_at_last(f'(?m)^{name}$', 'node', 'list')
+
+
+def test_node_list_shows_the_users_nodes_and_nothing_else(tell):
+    assert set(tell('node', 'list').split()) == NODES
+    assert len(tell('node', 'list').split()) == len(NODES)
+
+
+def test_param_list_waits_for_nobody(run):
+    done = run('ros2', 'param', 'list')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert 'timed out' not in done.stdout
+    assert {line.rstrip(':') for line in done.stdout.splitlines() if line.startswith('/')} == NODES
+    assert '  speed\n' in done.stdout
+
+
+@pytest.mark.parametrize('name', sorted(NODES))
+def test_parameters_of_every_node_are_answered(tell, name):
+    assert 'use_sim_time: false' in tell('param', 'dump', name)
+    assert 'Boolean value is: False' in tell('param', 'get', name, 'use_sim_time')
+
+
+@pytest.mark.parametrize('name', sorted(NODES))
+def test_every_node_tells_what_it_has(tell, name):
+    told = tell('node', 'info', name)
+    assert f'{name}/list_parameters: rcl_interfaces/srv/ListParameters' in told
+
+
+def test_topics_are_those_of_tf2(tell):
+    told = tell('topic', 'list', '-t')
+    assert '/tf [tf2_msgs/msg/TFMessage]\n' in told
+    assert '/tf_static [tf2_msgs/msg/TFMessage]\n' in told
+
+
+def test_echo_shows_what_moves_and_what_does_not(tell, tell_at_last):
+    assert 'child_frame_id: ' in tell('topic', 'echo', '--once', '/tf')
+    # Two nodes publish there, and a late echo gets the last message of either first.
+    tell_at_last('child_frame_id: probe', 'topic', 'echo', '--once', '/tf_static')
+
+
+def test_who_listens_and_who_talks_is_told(tell):
+    told = tell('topic', 'info', '--verbose', '/tf')
+    assert 'Node name: five_frame_publisher' in told
+    # Listeners have a node of their own, which says what it is.
+    assert told.count('Node name: _transform_listener_impl_') >= 4
+
+
+def test_buffer_server_is_found_as_tf2s(tell):
+    assert 'Action servers: 1\n    /tf_buffer' in tell('action', 'info', '/tf2_buffer_server')
+    assert 'tf2_msgs/action/LookupTransform' in tell('action', 'list', '-t')
+    told = tell('service', 'call', '/tf2_frames', 'tf2_msgs/srv/FrameGraph')
+    assert "parent: 'gripper'" in told or "parent: \\'gripper\\'" in told
+
+
+def test_goal_from_the_command_line_is_answered(tell):
+    told = tell('action', 'send_goal', '/tf2_buffer_server', 'tf2_msgs/action/LookupTransform',
+                '{target_frame: gripper, source_frame: probe}')
+    assert re.search(r'translation:\n\s+x: 0.1\n', told)
+    assert 'SUCCEEDED' in told
+
+
+def test_tf2_echo_hears_our_publishers(start):
+    echo = start('ros2', 'run', 'tf2_ros', 'tf2_echo', 'world', 'probe')
+    echo.wait_for('- Translation:')
+
+
+def test_view_frames_draws_our_tree(run, tmp_path):
+    done = run('python3', '-m', 'tf2_tools.view_frames', '-o', str(tmp_path / 'frames'))
+    assert done.returncode == 0, done.stderr
+    drawn = (tmp_path / 'frames.gv').read_text()
+    for parent, child in (('world', 'odom'), ('gripper', 'probe')):
+        assert f'"{parent}" -> "{child}"' in drawn

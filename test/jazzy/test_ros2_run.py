@@ -1,0 +1,64 @@
+"""Every executable by ``ros2 run``, until Ctrl-C."""
+
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+
+CONFIG = Path(__file__).parents[2] / 'config'
+FRAMES = ['--frame-id', 'map', '--child-frame-id', 'odom']
+# With which words it is started, what it then says, and what of it can be seen from outside.
+LONG_LIVED = {
+    'buffer_server': ([], None, ('/tf2_frames', 'service', 'list')),
+    'five_frame_demo': ([], 'xyz', None),
+    'five_frame_listener': ([], 'waiting for world -> gripper', None),
+    'five_frame_publisher': (
+        ['--ros-args', '--params-file', str(CONFIG / 'five_frames.yaml')], None,
+        ('/tf', 'topic', 'list')),
+    'static_transform_publisher': (
+        FRAMES, 'Spinning until stopped', ('/tf_static', 'topic', 'list')),
+    'tf_relay': (['--ros-args', '-r', '__ns:=/robot1'], '/robot1/tf -> /tf', None),
+}
+SHORT_LIVED = {'tf_lab': (['order', '--json'], '"law"')}
+
+
+def test_all_are_listed_and_tried(tell):
+    listed = {line.split()[1] for line in tell('pkg', 'executables', 'tf_tree_py').splitlines()}
+    entries = distribution('tf_tree_py').entry_points.select(group='console_scripts')
+    assert listed == {entry.name for entry in entries} == LONG_LIVED.keys() | SHORT_LIVED.keys()
+
+
+@pytest.mark.parametrize('name', LONG_LIVED)
+def test_it_runs_until_ctrl_c(start, tell_at_last, name):
+    words, said, shown = LONG_LIVED[name]
+    program = start('ros2', 'run', 'tf_tree_py', name, *words)
+    if said:
+        program.wait_for(said)
+    if shown:
+        pattern, *command = shown
+        tell_at_last(f'(?m)^{pattern}$', *command)
+    program.interrupt()
+    assert program.end() == 0, program.output
+    assert 'Traceback' not in program.output
+
+
+@pytest.mark.parametrize('name', SHORT_LIVED)
+def test_it_runs_to_its_end(run, name):
+    words, said = SHORT_LIVED[name]
+    done = run('ros2', 'run', 'tf_tree_py', name, *words)
+    assert (done.returncode, done.stderr) == (0, '')
+    assert said in done.stdout
+
+
+@pytest.mark.parametrize('name', [*LONG_LIVED, *SHORT_LIVED])
+def test_help_comes_through(run, name):
+    done = run('ros2', 'run', 'tf_tree_py', name, '--help')
+    assert done.returncode == 0
+    assert done.stdout.startswith('usage: ')
+
+
+def test_mistake_is_one_sentence_and_a_status(run):
+    done = run('ros2', 'run', 'tf_tree_py', 'tf_relay')
+    assert done.returncode == 1
+    assert 'it would hear itself' in done.stderr
+    assert 'Traceback' not in done.stderr

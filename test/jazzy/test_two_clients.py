@@ -1,0 +1,62 @@
+"""Both clients, tf2's and ours, get the same from both servers, tf2's and ours."""
+
+import json
+from pathlib import Path
+import subprocess
+
+from programs import PATIENCE_S
+import pytest
+
+PROGRAM = Path(__file__).with_name('two_clients.py')
+
+
+@pytest.fixture(scope='module', params=['tf2_ros', 'tf_tree_py'])
+def package(request):
+    """Return whose server is asked."""
+    return request.param
+
+
+@pytest.fixture(scope='module')
+def said(env, package, start_for_all):
+    """Return what both clients said of that server."""
+    server = start_for_all('ros2', 'run', package, 'buffer_server')
+    # Its folder is on the path for what it shares with the other program there.
+    found = {**env, 'PYTHONPATH': f'{PROGRAM.parent}:{env["PYTHONPATH"]}'}
+    done = subprocess.run(['python3', str(PROGRAM)], env=found, capture_output=True, text=True,
+                          timeout=4 * PATIENCE_S, check=False)
+    server.interrupt()
+    server.end()
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def is_error(answer):
+    return isinstance(answer[0], str)
+
+
+def test_answers_and_classes_of_errors_are_the_same(said):
+    kinds = set()
+    for each in said['found']:
+        theirs, ours = each['theirs'], each['ours']
+        assert is_error(theirs) == is_error(ours), each
+        if is_error(theirs):
+            assert theirs[0] in ours, each
+            kinds.add(theirs[0])
+        else:
+            assert ours == pytest.approx(theirs, abs=1e-9), each
+    assert kinds == {'LookupException', 'ConnectivityException', 'ExtrapolationException',
+                     'InvalidArgumentException'}
+    assert sum(not is_error(each['theirs']) for each in said['found']) >= 12
+
+
+def test_what_comes_meanwhile_is_waited_for(said):
+    assert said['waited']['ours'][:3] == said['waited']['theirs'][:3] == [110, 0, 110.0]
+
+
+def test_what_never_comes_is_a_timeout(said, package):
+    assert said['never']['ours'][0] == 'TimeoutException'
+    if package == 'tf_tree_py':
+        assert said['never']['theirs'][0] == 'TimeoutException'
+    else:
+        # tf2's server says nothing of it, and its client takes that for an identity.
+        assert said['never']['theirs'] == [0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]

@@ -1,0 +1,77 @@
+"""Every domain that this package chooses has ports of its own: Linux gives them to nobody else."""
+
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+from domains import claim, is_safe, isolate, ports
+import pytest
+
+SCRIPTS = Path(__file__).parents[1] / 'scripts'
+RANGE = Path('/proc/sys/net/ipv4/ip_local_port_range')
+
+# All of them begin to look at the same domain, and hold theirs until they are told to end.
+CLAIM = """
+import os
+os.getpid = lambda: 7
+import domains
+domains.isolate()
+print(os.environ['ROS_DOMAIN_ID'], flush=True)
+input()
+"""
+
+needs_the_usual_range = pytest.mark.skipif(
+    RANGE.exists() and RANGE.read_text().split() != ['32768', '60999'],
+    reason="this machine's ephemeral ports are not those that Linux has by default")
+
+
+def test_ports_are_those_of_the_standard():
+    assert (ports(0)[0], ports(1)[0], ports(232)[0]) == (7400, 7650, 65400)
+
+
+@needs_the_usual_range
+def test_safe_domains_are_those_that_ros_recommends_for_linux():
+    safe = [domain_id for domain_id in range(233) if is_safe(domain_id)]
+    # Its page on ROS_DOMAIN_ID adds 101, whose first participants alone are safe.
+    assert safe == [*range(101), *range(215, 233)]
+
+
+def test_tests_run_in_a_safe_one():
+    isolate()
+    assert is_safe(int(os.environ['ROS_DOMAIN_ID']))
+
+
+def test_one_more_is_another():
+    isolate()
+    own = int(os.environ['ROS_DOMAIN_ID'])
+    more = claim()
+    isolate()
+    assert int(os.environ['ROS_DOMAIN_ID']) == own != more
+    assert is_safe(more)
+
+
+def test_two_processes_of_tests_never_share_one():
+    processes = [subprocess.Popen(
+        [sys.executable, '-c', CLAIM], cwd=Path(__file__).parent,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    claimed = [process.stdout.readline() for process in processes]
+    for process in processes:
+        process.communicate('\n', timeout=60)
+    assert all(claimed) and len(set(claimed)) == 3
+
+
+@needs_the_usual_range
+def test_scripts_choose_safe_ones():
+    done = subprocess.run(
+        ['bash', '-c', f'. {SCRIPTS}/lib.sh; for pid in {{1..1000}}; do domain_id_of $pid; done'],
+        capture_output=True, text=True, timeout=60, check=True)
+    chosen = {int(line) for line in done.stdout.split()}
+    assert len(chosen) == 100 and all(is_safe(domain_id) for domain_id in chosen)
+
+
+@needs_the_usual_range
+def test_labs_choose_safe_ones():
+    session = pytest.importorskip('tf_tree_py.labs.live.session')
+    first, count = session._FIRST_DOMAIN, session._DOMAINS
+    assert all(is_safe(domain_id) for domain_id in range(first, first + count))
