@@ -15,6 +15,7 @@ from tf_tree_py.core import (
     ConnectivityException,
     EdgeInfo,
     ExtrapolationException,
+    from_seconds,
     FutureExtrapolationException,
     Incident,
     InvalidArgumentException,
@@ -30,6 +31,7 @@ from tf_tree_py.core import (
     Statistics,
     TimeoutException,
     TransformException,
+    UNLIMITED,
 )
 from tf_tree_py.core.deskew import deskew
 
@@ -76,6 +78,7 @@ __all__ = [
     'Drop',
     'EdgeInfo',
     'ExtrapolationException',
+    'from_seconds',
     'FutureExtrapolationException',
     'Incident',
     'InvalidArgumentException',
@@ -100,6 +103,7 @@ __all__ = [
     'TransformListener',
     'TransformRegistration',
     'TypeException',
+    'UNLIMITED',
     'velocity_stamped',
 ]
 

@@ -117,7 +117,7 @@ names = st.sampled_from(['a', 'b', 'c', 'd', '/a', '', '/'])
 messages = st.lists(st.tuples(names, names, st.integers(0, 30), any_poses), max_size=9)
 
 
-@pytest.mark.filterwarnings('error')
+@pytest.mark.filterwarnings('error', 'ignore:cache_time=:UserWarning')
 @given(st.lists(st.tuples(messages, st.sampled_from(['one', 'other']), st.booleans()), max_size=8))
 def test_batch_is_its_samples_one_after_the_other(arrivals):
     whole, single = BufferCore(10), BufferCore(10)

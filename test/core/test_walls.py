@@ -24,7 +24,8 @@ LAYERS = {
 
 # Inside the core a file imports only files above it.
 CORE = [
-    'stamp', 'errors', 'so3', 'se3', 'pose', 'se2', 'many', 'history', 'path', 'incidents',
+    'stamp', 'errors', 'times', 'so3', 'se3', 'pose', 'se2', 'many', 'history', 'path',
+    'incidents',
     'sample', 'tree', 'waiters', 'deadline', 'frame_names', 'wire', 'queries', 'future_guard',
     'jump_back', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
 ]

@@ -18,7 +18,7 @@ from .incidents import Incident, Kind, Statistics
 from .pose import Pose
 from .queries import EdgeInfo, Snapshot
 from .sample import Sample
-from .stamp import LATEST
+from .stamp import from_seconds, LATEST, UNLIMITED
 from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     'ConnectivityException',
     'EdgeInfo',
     'ExtrapolationException',
+    'from_seconds',
     'FutureExtrapolationException',
     'Incident',
     'InvalidArgumentException',
@@ -44,4 +45,5 @@ __all__ = [
     'Statistics',
     'TimeoutException',
     'TransformException',
+    'UNLIMITED',
 ]

@@ -20,9 +20,10 @@ from .incidents import Incident, Kind, Statistics
 from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
 from .queries import Queries
-from .sample import Batch, checked, checked_stamp, Sample, sound_poses
+from .sample import Batch, checked, Sample, sound_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
+from .times import checked_cache_time
 from .tree import Tree
 from .waiters import Waiter, Waiters, wake_all
 
@@ -42,7 +43,8 @@ class BufferCore(Queries):
     A lookup costs O(depth log n), an insertion O(1) amortised when it is the
     newest of its edge.
 
-    :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given.
+    :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given,
+        and with ``UNLIMITED`` everything.
     :param max_frames: how many frame names are let in, against a hostile publisher.
     :param now: the clock that stamps go by, nanoseconds, such as ``time.time_ns``; what
         is far ahead of it is told. None: stamps may be of any time.
@@ -56,10 +58,9 @@ class BufferCore(Queries):
     def __init__(self, cache_time: int | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES, now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
-        if cache_time is not None and cache_time < 0:
-            raise ValueError(f'cache_time is {cache_time} ns, and cannot be negative')
-        super().__init__(
-            Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames))
+        super().__init__(Tree(
+            DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
+            max_frames))
         self._waiters = Waiters()
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)
@@ -84,7 +85,7 @@ class BufferCore(Queries):
         :raises InvalidArgumentException: a stamp that is no integer.
         """
         x, y, z, qx, qy, qz, qw = map(float, pose)
-        sample = Sample(parent, child, checked_stamp(stamp), (x, y, z, qx, qy, qz, qw))
+        sample = Sample(parent, child, self._stamp_of(stamp), (x, y, z, qx, qy, qz, qw))
         return self._insert([sample], [sample.stamp], authority, static)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,

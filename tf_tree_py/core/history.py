@@ -311,7 +311,7 @@ class DynamicHistory:
         expired = stamp < latest - self.cache_time
         if expired:
             hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, '
-                    'or give it a longer cache_time')
+                    'or give it a longer cache_time (UNLIMITED keeps everything)')
         else:
             hint = ('Nothing older of this edge has arrived: its publisher, or who listens, '
                     'began later')

@@ -4,6 +4,7 @@ What can be asked of a tree: one lookup, many stamps, all frames.
 Shared by the buffer, whose tree goes on changing, and by a snapshot of it.
 """
 
+from collections.abc import Callable
 import threading
 from typing import Any, Literal, NamedTuple, overload
 
@@ -19,10 +20,10 @@ from .errors import (
 from .many import Stamps
 from .path import Path
 from .pose import Pose
-from .sample import checked_stamp
 from .se3 import PoseTuple
 from .so3 import Array
 from .stamp import format_stamp, LATEST
+from .times import checked_stamp, checked_stamps
 from .tree import Tree
 
 
@@ -53,6 +54,12 @@ class Queries:
         self._lock = threading.RLock()
         self._tree = tree
 
+    # What callers give as stamps, as integers; ``ros`` takes ROS times as well.
+    _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
+
+    def _stamps_of(self, stamps: npt.ArrayLike) -> Stamps:
+        return checked_stamps(stamps, self._stamp_of)
+
     @property
     def cache_time(self) -> int:
         """Return how much history each edge keeps, nanoseconds."""
@@ -77,7 +84,7 @@ class Queries:
                        stamp: int = LATEST) -> tuple[int, PoseTuple]:
         """Return the stamp that ``LATEST`` came to, and the pose; see ``lookup``."""
         if type(stamp) is not int:
-            stamp = checked_stamp(stamp)
+            stamp = self._stamp_of(stamp)
         try:
             with self._lock:
                 if target_frame == source_frame:
@@ -160,7 +167,7 @@ class Queries:
 
         Both ends are among them. Raises as ``lookup`` does.
         """
-        stamp = checked_stamp(stamp)
+        stamp = self._stamp_of(stamp)
         with self._lock:
             if target_frame == source_frame:
                 return [source_frame]
@@ -189,7 +196,7 @@ class Queries:
         :raises InvalidArgumentException: stamps that are no integers or not in one row.
         :raises TransformException: as ``lookup`` does.
         """
-        array = _checked_stamps(stamps)
+        array = self._stamps_of(stamps)
         if outside not in ('raise', 'mask'):
             raise InvalidArgumentException(f"outside is 'raise' or 'mask', not {outside!r}")
         poses, valid = self._poses_at(target_frame, source_frame, array)
@@ -275,7 +282,7 @@ class Queries:
         :raises InvalidArgumentException: a name that cannot be a frame, or a stamp that is
             no integer.
         """
-        stamp = checked_stamp(stamp)
+        stamp = self._stamp_of(stamp)
         with self._lock:
             poses = self._tree.poses_from(target_frame, stamp)
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
@@ -313,19 +320,6 @@ class Snapshot(Queries):
     Everything that can be asked of a buffer can be asked here, and all answers
     agree with each other, whatever the writers do meanwhile.
     """
-
-
-def _checked_stamps(stamps: npt.ArrayLike) -> Stamps:
-    array = np.asarray(stamps)
-    if array.ndim != 1:
-        raise InvalidArgumentException(
-            f'stamps are one row (N,) of integer nanoseconds, not of the shape {array.shape}')
-    if array.dtype.kind not in 'iu' and len(array):
-        raise InvalidArgumentException(
-            f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would be '
-            'off by 200 ns. Use the .nanoseconds of a Time of rclpy, a sec * 10**9 + nanosec, or '
-            'tf_tree_py.core.stamp.from_seconds')
-    return array.astype(np.int64)
 
 
 def _ends(stamps: Stamps) -> tuple[int, int]:

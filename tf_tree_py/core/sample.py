@@ -7,13 +7,11 @@ once: names, NaN, quaternions.
 
 from collections.abc import Sequence
 import math
-import operator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from . import so3
-from .errors import InvalidArgumentException
 from .history import POSE_BYTES, unpack_pose
 from .incidents import Incident, Kind
 from .se3 import PoseTuple
@@ -56,21 +54,6 @@ class Batch(NamedTuple):
         """Return them one by one."""
         return [Sample(parent, child, stamp, unpack_pose(pose)) for (parent, child), stamp, pose
                 in zip(self.edges, self.stamps, self.poses, strict=True)]
-
-
-def checked_stamp(stamp: Any) -> int:
-    """
-    Return a caller's stamp as a plain int.
-
-    :raises InvalidArgumentException: it is no integer; float seconds, most likely.
-    """
-    try:
-        return operator.index(stamp)
-    except TypeError:
-        raise InvalidArgumentException(
-            f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which a Time of '
-            'rclpy has as .nanoseconds, and tf_tree_py.core.stamp.from_seconds makes of seconds'
-        ) from None
 
 
 def is_sound(pose: PoseTuple) -> bool:

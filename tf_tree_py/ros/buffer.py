@@ -23,6 +23,7 @@ from tf_tree_py.core.audit import LookupAudit
 from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.stamp import UNLIMITED
 
 from .authority import Authority
 from .buffer_interface import BufferInterface, NO_TIME
@@ -46,7 +47,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
     clock jumps back, what moves is forgotten and everybody who waits is told.
     """
 
-    def __init__(self, cache_time: Duration | None = None, node: Node | None = None, *,
+    def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
@@ -54,7 +55,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """
         Make an empty buffer.
 
-        :param cache_time: how much history each edge keeps; 10 s unless given.
+        :param cache_time: how much history each edge keeps; 10 s unless given, and with
+            ``UNLIMITED`` everything.
         :param node: serves ``tf2_frames``, logs, and lends its clock.
         :param max_frames: how many frame names are let in, against a hostile publisher.
         :param wall_guard: with simulated time, the longest that a lookup may wait by
@@ -68,7 +70,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """
         self._watch = ClockWatch(self._on_jump_back)
         super().__init__(
-            _nanoseconds_or_none(cache_time), max_frames=max_frames, now=self.now,
+            _cache_time(cache_time), max_frames=max_frames, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
         self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
@@ -247,6 +249,10 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
                       response: FrameGraph.Response) -> FrameGraph.Response:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
+
+
+def _cache_time(given: Duration | int | None) -> int | None:
+    return UNLIMITED if given == UNLIMITED else _nanoseconds_or_none(given)
 
 
 def _nanoseconds_or_none(duration: Duration | None) -> int | None:
