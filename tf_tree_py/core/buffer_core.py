@@ -10,7 +10,9 @@ from copy import copy
 from dataclasses import replace
 from operator import attrgetter
 import threading
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy.typing as npt
 
 from .arrivals import Meter
 from .deadline import Deadline, WallDeadline
@@ -19,11 +21,13 @@ from .future_guard import FutureGuard
 from .incidents import Incident, Kind, Statistics
 from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
+from .poses import checked_pose
 from .queries import Queries
 from .sample import Batch, checked, Sample, sound_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .times import checked_cache_time
+from .track import checked_track, Judged, Track
 from .tree import Tree
 from .waiters import Waiter, Waiters, wake_all
 
@@ -78,14 +82,14 @@ class BufferCore(Queries):
         """
         Take one transform.
 
-        :param pose: ``parent_T_child``: a ``Pose`` or seven floats, metres, quaternion x y z w.
+        :param pose: ``parent_T_child``: a ``Pose``; seven floats, metres, quaternion x y z w;
+            a (4, 4) matrix; or a ``Rotation`` or ``RigidTransform`` of scipy.
         :param stamp: nanoseconds; of no meaning when static.
         :param static: valid at all times.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: a stamp that is no integer.
+        :raises InvalidArgumentException: what is no stamp, or no pose.
         """
-        x, y, z, qx, qy, qz, qw = map(float, pose)
-        sample = Sample(parent, child, self._stamp_of(stamp), (x, y, z, qx, qy, qz, qw))
+        sample = Sample(parent, child, self._stamp_of(stamp), checked_pose(pose))
         return self._insert([sample], [sample.stamp], authority, static)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
@@ -93,6 +97,52 @@ class BufferCore(Queries):
         """Take transforms under one lock; see ``insert``."""
         samples = list(samples)
         return self._insert(samples, [sample.stamp for sample in samples], authority, static)
+
+    def insert_track(self, parent: str, child: str, stamps: npt.ArrayLike, poses: Any, *,
+                     authority: str = DEFAULT_AUTHORITY) -> list[Incident]:
+        """
+        Take many samples of one moving edge, as ``insert`` would one by one.
+
+        At the speed of memory, where they are not older than what the buffer keeps.
+
+        :param stamps: (N,) nanoseconds, in order of arrival.
+        :param poses: ``parent_T_child``: (N, 7) metres and quaternion x y z w, (N, 4, 4)
+            matrices, or N poses of any kind that ``insert`` takes.
+        :return: what was refused or is worth telling: empty when all is well.
+        :raises InvalidArgumentException: what are no stamps, no poses, or not as many.
+        """
+        track = checked_track(parent, child, self._stamps_of(stamps), poses)
+        if self._attentive or (len(track.stamps)
+                               and self._guard.is_too_far(int(track.stamps.max()))):
+            return [incident for sample in track.samples()
+                    for incident in self._insert([sample], [sample.stamp], authority, False)]
+        judged = track.judged(authority)
+        with self._lock:
+            version = self._tree.version
+            incidents = self._insert_track(track, judged, authority)
+            ready = self._take_ready((child,), version)
+        wake_all(ready)
+        return self._explained(incidents)
+
+    def _insert_track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
+        incidents: list[Incident] = []
+        number, history = 0, None
+        # One by one until there is an edge that only needs more samples: one, nearly always.
+        while number < len(track.stamps) and history is None:
+            history = track.history_to_extend(self._tree.histories)
+            if history is None:
+                incidents += self._insert_each([track.sample(number)], authority, False)
+                number += 1
+        if history is None:
+            return incidents
+        rest, refused = judged.after(number)
+        if not rest.is_within(history):
+            return incidents + self._insert_each(track.samples(number), authority, False)
+        if len(rest.stamps):
+            history.extend(rest.stamps, rest.poses)
+            history.authority = authority
+        self._count(len(rest.stamps), refused)
+        return incidents + refused
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from . import so3
 from .history import POSE_BYTES, unpack_pose
@@ -77,6 +78,21 @@ def unit_poses(poses: Array) -> Array | None:
     if not squares.min() + nothing > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
         return None
     return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
+
+
+def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Return a copy of poses (N, 7) with unit quaternions, and which need no closer look."""
+    poses = poses.copy()
+    q = poses[:, 3:]
+    squares = np.einsum('ij,ij->i', q, q)
+    # NaN where any number is NaN or infinite, and then no comparison holds.
+    with np.errstate(invalid='ignore'):
+        sizes = squares + 0.0 * np.einsum('ij->i', poses)
+    good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
+    rough = good & (np.abs(squares - 1.0) >= _UNIT_TOLERANCE)
+    if rough.any():
+        q[rough] /= np.sqrt(squares[rough])[:, None]
+    return poses, good
 
 
 def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
