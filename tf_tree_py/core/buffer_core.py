@@ -10,7 +10,7 @@ from copy import copy
 from dataclasses import replace
 from operator import attrgetter
 import threading
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy.typing as npt
 
@@ -74,6 +74,10 @@ class BufferCore(Queries):
         self._attentive = self._jump_back is not None
         # Why everybody who waited was last made to give up: who began with another one.
         self._failure: TransformException | None = None
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(f'a {type(self).__name__} can be neither pickled nor copied, for others '
+                        'may wait in it: its snapshot() can')
 
     # --- inserting
 

@@ -318,8 +318,19 @@ class Snapshot(Queries):
     A buffer's contents at one moment, which never change.
 
     Everything that can be asked of a buffer can be asked here, and all answers
-    agree with each other, whatever the writers do meanwhile.
+    agree with each other, whatever the writers do meanwhile. It pickles, so that it can
+    be kept in a file and handed to other processes.
     """
+
+    def __getstate__(self) -> dict[str, Any]:
+        with self._lock:
+            state = {**self.__dict__, '_tree': self._tree.copy()}
+        del state['_lock']
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock = threading.RLock()
 
 
 def _ends(stamps: Stamps) -> tuple[int, int]:

@@ -86,7 +86,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
             # On this object only: a buffer without an audit pays nothing for it.
-            self.lookup = self.audit.watch(self.lookup)
+            self.lookup = self.audit.watch(self.lookup, self._stamp_of)
             self.lookup_transform = self.audit.watch(self.lookup_transform, as_nanoseconds)
 
     def now(self) -> int:
