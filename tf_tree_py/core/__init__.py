@@ -14,7 +14,7 @@ from .errors import (
     TimeoutException,
     TransformException,
 )
-from .incidents import Incident, Kind, Statistics
+from .incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .pose import Pose
 from .queries import EdgeInfo, Snapshot
 from .sample import Sample
@@ -39,11 +39,13 @@ __all__ = [
     'NoDataException',
     'PastExtrapolationException',
     'Pose',
+    'RefusedException',
     'Sample',
     'se3',
     'Snapshot',
     'Statistics',
     'TimeoutException',
     'TransformException',
+    'TransformWarning',
     'UNLIMITED',
 ]

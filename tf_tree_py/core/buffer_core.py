@@ -5,12 +5,13 @@ Every public method may be called from any thread. No long computation runs whil
 the lock is held, and nothing of a caller's but the query that ``wait_for`` is given.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from copy import copy
 from dataclasses import replace
 from operator import attrgetter
 import threading
 from typing import Any, NoReturn, TypeVar
+import warnings
 
 import numpy.typing as npt
 
@@ -18,7 +19,7 @@ from .arrivals import Meter
 from .deadline import Deadline, WallDeadline
 from .errors import ClockJumpException, TransformException
 from .future_guard import FutureGuard
-from .incidents import Incident, Kind, Statistics
+from .incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
 from .poses import checked_pose
@@ -72,6 +73,8 @@ class BufferCore(Queries):
         self._meters: tuple[Meter, ...] = ()
         # Whether more is to be done about a message than to insert it.
         self._attentive = self._jump_back is not None
+        # What a program that inserts by itself was warned of.
+        self._warned: set[Hashable] = set()
         # Why everybody who waited was last made to give up: who began with another one.
         self._failure: TransformException | None = None
 
@@ -82,7 +85,8 @@ class BufferCore(Queries):
     # --- inserting
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple, *,
-               authority: str = DEFAULT_AUTHORITY, static: bool = False) -> list[Incident]:
+               authority: str = DEFAULT_AUTHORITY, static: bool = False,
+               strict: bool | None = None) -> list[Incident]:
         """
         Take one transform.
 
@@ -90,20 +94,25 @@ class BufferCore(Queries):
             a (4, 4) matrix; or a ``Rotation`` or ``RigidTransform`` of scipy.
         :param stamp: nanoseconds; of no meaning when static.
         :param static: valid at all times.
+        :param strict: True raises what is refused; None warns of it, once for each kind;
+            False does neither, for programs that look at what is returned.
         :return: what was refused or is worth telling: empty when all is well.
         :raises InvalidArgumentException: what is no stamp, or no pose.
+        :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         sample = Sample(parent, child, self._stamp_of(stamp), checked_pose(pose))
-        return self._insert([sample], [sample.stamp], authority, static)
+        return self._told(self._insert([sample], [sample.stamp], authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
-                    static: bool = False) -> list[Incident]:
+                    static: bool = False, *, strict: bool | None = None) -> list[Incident]:
         """Take transforms under one lock; see ``insert``."""
         samples = list(samples)
-        return self._insert(samples, [sample.stamp for sample in samples], authority, static)
+        return self._told(self._insert(
+            samples, [sample.stamp for sample in samples], authority, static), strict)
 
     def insert_track(self, parent: str, child: str, stamps: npt.ArrayLike, poses: Any, *,
-                     authority: str = DEFAULT_AUTHORITY) -> list[Incident]:
+                     authority: str = DEFAULT_AUTHORITY,
+                     strict: bool | None = None) -> list[Incident]:
         """
         Take many samples of one moving edge, as ``insert`` would one by one.
 
@@ -112,10 +121,19 @@ class BufferCore(Queries):
         :param stamps: (N,) nanoseconds, in order of arrival.
         :param poses: ``parent_T_child``: (N, 7) metres and quaternion x y z w, (N, 4, 4)
             matrices, or N poses of any kind that ``insert`` takes.
+        :param strict: as ``insert`` has it; unless it is False, samples that the buffer
+            does not keep are warned of too.
         :return: what was refused or is worth telling: empty when all is well.
         :raises InvalidArgumentException: what are no stamps, no poses, or not as many.
+        :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         track = checked_track(parent, child, self._stamps_of(stamps), poses)
+        incidents = self._take_track(track, authority)
+        if strict is not False and track.span > self.cache_time:
+            self._warn('window', track.gone(self.cache_time), 2)
+        return self._told(incidents, strict)
+
+    def _take_track(self, track: Track, authority: str) -> list[Incident]:
         if self._attentive or (len(track.stamps)
                                and self._guard.is_too_far(int(track.stamps.max()))):
             return [incident for sample in track.samples()
@@ -124,7 +142,7 @@ class BufferCore(Queries):
         with self._lock:
             version = self._tree.version
             incidents = self._insert_track(track, judged, authority)
-            ready = self._take_ready((child,), version)
+            ready = self._take_ready((track.child,), version)
         wake_all(ready)
         return self._explained(incidents)
 
@@ -147,6 +165,26 @@ class BufferCore(Queries):
             history.authority = authority
         self._count(len(rest.stamps), refused)
         return incidents + refused
+
+    def _told(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
+        """Return what happened, having told a caller of it who may not look at that."""
+        if not incidents or strict is False:
+            return incidents
+        refused = [incident for incident in incidents if incident.refused]
+        if strict and refused:
+            more = f' ({len(refused)} were refused)' if len(refused) > 1 else ''
+            raise RefusedException(f'{refused[0]}{more}', incidents=refused)
+        for incident in incidents:
+            self._warn(incident.kind, f'{incident}. Of this kind that was the first, and no more '
+                                      'are told here: the call returns them, and statistics() '
+                                      'counts them; strict=True raises them', 3)
+        return incidents
+
+    def _warn(self, what: Hashable, text: str, callers: int) -> None:
+        """Warn of something for the first time, where it is called from by so many calls."""
+        if what not in self._warned:
+            self._warned.add(what)
+            warnings.warn(text, TransformWarning, stacklevel=callers + 1)
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:

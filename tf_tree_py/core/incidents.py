@@ -1,14 +1,16 @@
 """
 What can be wrong, or odd, about a transform that arrives.
 
-Nothing here raises: a listener must survive whatever comes off the wire. What
-happened is told as an ``Incident`` to whoever inserted, and counted.
+Nothing of it raises, unless a caller wants it to: a listener must survive whatever
+comes off the wire. What happened is told as an ``Incident`` to whoever inserted, and
+counted.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from .errors import TransformException
 from .stamp import LATEST
 
 
@@ -33,6 +35,22 @@ class Kind(Enum):
 
 REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED,
                      Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+
+
+class TransformWarning(UserWarning):
+    """A transform that a program inserted was refused, or is odd; once for each kind."""
+
+
+class RefusedException(TransformException):
+    """
+    Transforms were refused that a program inserted with ``strict=True``.
+
+    :ivar incidents: what was refused, and why.
+    """
+
+    def __init__(self, message: str = '', *, incidents: Sequence['Incident'] = ()) -> None:
+        super().__init__(message)
+        self.incidents = list(incidents)
 
 
 _ONE_OF = 'one of '

@@ -17,6 +17,7 @@ from .incidents import Incident
 from .poses import checked_poses
 from .sample import checked, judged_poses, Sample
 from .so3 import Array
+from .stamp import format_span
 from .times import Stamps
 
 _BEGINNING = -2**63
@@ -34,6 +35,17 @@ class Track(NamedTuple):
     child: str
     stamps: Stamps
     poses: Array
+
+    @property
+    def span(self) -> int:
+        """Return how far the stamps are apart, nanoseconds."""
+        return int(self.stamps.max()) - int(self.stamps.min()) if len(self.stamps) else 0
+
+    def gone(self, window: int) -> str:
+        """Say that a window is too short for all of it."""
+        return (f'Samples of {self.parent!r} -> {self.child!r} span {format_span(self.span)}, and '
+                f'the buffer keeps {format_span(window)}: the older ones are gone already. '
+                'cache_time=UNLIMITED keeps everything')
 
     def sample(self, number: int) -> Sample:
         """Return one of them."""

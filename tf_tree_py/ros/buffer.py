@@ -113,7 +113,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self.note(self.insert_many([as_sample(transform)], authority, static=True))
+        return self.note(self.insert_many([as_sample(transform)], authority, static=True,
+                                          strict=False))
 
     def note(self, incidents: list[Incident]) -> bool:
         """Log what was odd about an insertion; return whether all of it was taken."""
