@@ -26,8 +26,8 @@ LAYERS = {
 CORE = [
     'stamp', 'errors', 'times', 'so3', 'se3', 'pose', 'poses', 'se2', 'many', 'history', 'path',
     'incidents', 'sample', 'track', 'tree', 'waiters', 'deadline', 'frame_names', 'wire',
-    'queries', 'future_guard', 'jump_back', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit',
-    'report',
+    'outline', 'queries', 'future_guard', 'jump_back', 'arrivals', 'buffer_core', 'deskew',
+    'twist', 'audit', 'report',
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}
 

@@ -15,8 +15,9 @@ from .errors import (
     TransformException,
 )
 from .incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
+from .outline import EdgeInfo
 from .pose import Pose
-from .queries import EdgeInfo, Snapshot
+from .queries import Snapshot
 from .sample import Sample
 from .stamp import from_seconds, LATEST, UNLIMITED
 from .twist import lookup_twist, lookup_twist_many

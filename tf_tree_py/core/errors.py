@@ -41,6 +41,9 @@ class TransformException(Exception):
         """Return the sentence that says what is wrong, without wait and hint."""
         return str(self.args[0]) if self.args else ''
 
+    def __repr__(self) -> str:
+        return f'{type(self).__name__}({str(self)!r})'
+
     def __str__(self) -> str:
         text = self.describe()
         if self.waited_s is not None:

@@ -109,3 +109,8 @@ class Statistics:
     def refused(self) -> int:
         """Return how many transforms were not taken, of all kinds."""
         return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)
+
+    def __str__(self) -> str:
+        text = f'{self.accepted} accepted, {self.refused} refused, {self.frames} frames'
+        counts = [f'{kind.value}: {count}' for kind, count in self.incidents.items() if count]
+        return '; '.join([text, *counts])

@@ -6,7 +6,7 @@ Shared by the buffer, whose tree goes on changing, and by a snapshot of it.
 
 from collections.abc import Callable
 import threading
-from typing import Any, Literal, NamedTuple, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from .errors import (
     TransformException,
 )
 from .many import Stamps
+from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .pose import Pose
 from .se3 import PoseTuple
@@ -25,18 +26,6 @@ from .so3 import Array
 from .stamp import format_stamp, LATEST
 from .times import checked_stamp, checked_stamps
 from .tree import Tree
-
-
-class EdgeInfo(NamedTuple):
-    """What is stored of one edge: names, who sent it last, stamps in nanoseconds."""
-
-    parent: str
-    child: str
-    authority: str
-    static: bool
-    samples: int
-    oldest: int
-    latest: int
 
 
 class Queries:
@@ -311,6 +300,17 @@ class Queries:
             return [EdgeInfo(history.parent, history.child, history.authority, history.is_static,
                              len(history), history.oldest_stamp or 0, history.latest_stamp or 0)
                     for history in histories if history.parent is not None]
+
+    def __repr__(self) -> str:
+        return f'<{self._summary()}>'
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the tree."""
+        return as_html(self._summary(), Queries.edges(self))
+
+    def _summary(self) -> str:
+        # The buffer's own listing may ask the graph who the publishers are.
+        return f'{type(self).__name__}: {summary(len(self.frames()), Queries.edges(self))}'
 
 
 class Snapshot(Queries):

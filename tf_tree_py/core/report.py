@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from .queries import EdgeInfo
+from .outline import EdgeInfo
 from .stamp import as_seconds
 
 # tf2 divides by the stored span, but never by less than this many seconds.

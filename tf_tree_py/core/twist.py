@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 from . import se3, so3
 from .errors import ExtrapolationException, InvalidArgumentException, TransformException
-from .queries import EdgeInfo, Queries
+from .outline import EdgeInfo
+from .queries import Queries
 from .se3 import PoseTuple
 from .so3 import Array, Quaternion, Vector3
 from .stamp import format_stamp, NANOSECONDS_PER_SECOND
