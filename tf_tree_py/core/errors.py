@@ -7,6 +7,8 @@ attributes, which edge, what was asked, what there is, how long it was waited
 for, and what to do; the text is put together only when somebody reads it.
 """
 
+from collections.abc import Callable
+
 from .stamp import format_span, format_stamp, LATEST
 
 # What has to change before a failed lookup can succeed: a sample of this child
@@ -16,6 +18,11 @@ Blocker = tuple[str | None, int]
 ANY_STRUCTURE: Blocker = (None, LATEST)
 
 
+# What to do about an error, or how to find out what: that takes time, and a lookup that
+# fails may be asked again and again without anybody reading why.
+Hint = str | Callable[[], str]
+
+
 class TransformException(Exception):
     """
     Base of all that a transform buffer raises.
@@ -23,19 +30,29 @@ class TransformException(Exception):
     :ivar target_frame: what was asked for, if it was a lookup.
     :ivar source_frame: likewise.
     :ivar waited_s: how long was waited, seconds, before giving up; None without a wait.
-    :ivar hint: what to do about it, one sentence or ''.
     :ivar blocked_on: what has to arrive before it can succeed; None: waiting is useless.
     """
 
     def __init__(self, message: str = '', *, target_frame: str | None = None,
-                 source_frame: str | None = None, hint: str = '',
+                 source_frame: str | None = None, hint: Hint = '',
                  blocked_on: Blocker | None = None) -> None:
         super().__init__(message)
         self.target_frame = target_frame
         self.source_frame = source_frame
-        self.hint = hint
+        self._hint = hint
         self.blocked_on = blocked_on
         self.waited_s: float | None = None
+
+    @property
+    def hint(self) -> str:
+        """Return what to do about it, one sentence or ''."""
+        if not isinstance(self._hint, str):
+            self._hint = self._hint()
+        return self._hint
+
+    @hint.setter
+    def hint(self, hint: Hint) -> None:
+        self._hint = hint
 
     def describe(self) -> str:
         """Return the sentence that says what is wrong, without wait and hint."""

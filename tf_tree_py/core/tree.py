@@ -8,12 +8,14 @@ Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
 """
 
 from collections.abc import Container, Sequence
+from functools import partial
 
 from . import se3
 from .errors import (
     ANY_STRUCTURE,
     ConnectivityException,
     ExtrapolationException,
+    Hint,
     InvalidArgumentException,
     LookupException,
 )
@@ -23,6 +25,7 @@ from .path import Path
 from .sample import Batch, is_sound, Sample
 from .se3 import PoseTuple
 from .stamp import format_span, format_stamp, LATEST
+from .suggest import known_names
 
 Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
@@ -42,11 +45,13 @@ class Tree:
 
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
+    :ivar when_empty: the hint for who asks before there is any.
     """
 
     def __init__(self, cache_time: int, max_frames: int) -> None:
         self.cache_time = cache_time
         self.max_frames = max_frames
+        self.when_empty = 'Nothing has been received yet'
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
@@ -276,14 +281,12 @@ class Tree:
         if frame not in self.frames:
             raise LookupException(
                 f'"{frame}" passed to lookupTransform argument {argument} does not exist',
-                hint=self._known_frames(), blocked_on=ANY_STRUCTURE)
+                hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
 
-    def _known_frames(self) -> str:
+    def _known_frames(self, frame: str) -> Hint:
         if not self.frames:
-            return 'Nothing has been received yet'
-        names = list(self.frames)
-        more = f' and {len(names) - 12} more' if len(names) > 12 else ''
-        return 'Known: ' + ', '.join(names[:12]) + more
+            return self.when_empty
+        return partial(known_names, frame, tuple(self.frames))
 
     def _find_path(self, target: str, source: str, stamp: int) -> Path:
         source_edges, target_edges, _ = self._climb_both(target, source, stamp)

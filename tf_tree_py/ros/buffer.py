@@ -25,6 +25,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.incidents import Incident
 from tf_tree_py.core.stamp import UNLIMITED
 
+from .arguments import check_places
 from .authority import Authority
 from .buffer_interface import BufferInterface, NO_TIME
 from .clock import ClockDeadline, ClockWatch
@@ -68,6 +69,10 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             that, as those of a bag that is played in a loop without ``/clock`` do: more
             than any publisher is late, less than the bag is long. None: refuse them.
         """
+        if isinstance(cache_time, Node):
+            raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
+                            f'{type(cache_time).__name__}: write Buffer(node=node)')
+        check_places('Buffer(cache_time, node)', node=node)
         self._watch = ClockWatch(self._on_jump_back)
         super().__init__(
             _cache_time(cache_time), max_frames=max_frames, now=self.now,
@@ -75,6 +80,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
         self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
         self._feeds = 0
+        self._tree.when_empty = self._when_empty()
         # Not their identifiers: those are given to other threads later.
         self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
         self._authorities: dict[str, Authority] = {}
@@ -132,6 +138,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """Go by the clock of a listener, as long as it delivers transforms."""
         with self._lock:
             self._feeds += 1
+            self._tree.when_empty = self._when_empty()
         self._watch.follow(clock, context)
         self._read_clock_anew()
 
@@ -141,10 +148,19 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self._read_clock_anew()
         with self._lock:
             self._feeds -= 1
+            self._tree.when_empty = self._when_empty()
             deserted = self._feeds == 0
         if deserted:
             self._watch.release()
             self.wake_everybody()
+
+    def _when_empty(self) -> str:
+        """Return the hint for who asks before anything has come."""
+        if self._feeds:
+            return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
+                    'with the same ROS_DOMAIN_ID?')
+        return ('Nothing has been received yet, and no listener feeds this buffer: '
+                'TransformListener(buffer, node) does')
 
     def fed_by(self, thread: threading.Thread) -> None:
         """Note a thread that delivers transforms, and therefore must not wait for them."""

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TransformException
 
+from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds
 from .futures import TransformFuture
@@ -44,6 +45,7 @@ class BufferServer:
         :param node: whose executor serves.
         :param ns: the action's name.
         """
+        check_places('BufferServer(buffer, node)', buffer=buffer, node=node)
         self._buffer = buffer
         self._node = node
         self._lookups: dict[bytes, TransformFuture] = {}

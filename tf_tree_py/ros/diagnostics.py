@@ -16,6 +16,7 @@ from tf_tree_py.core.arrivals import Arrivals, Meter
 from tf_tree_py.core.incidents import Kind, REMARKS
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 
+from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds
 
@@ -56,6 +57,7 @@ class TransformDiagnostics:
         :param max_delay: how late a transform may be, in the mean, and how far ahead of
             the clock; what is further off is a warning.
         """
+        check_places('TransformDiagnostics(buffer, node)', buffer=buffer, node=node)
         self._buffer = buffer
         self._node = node
         self._period = as_nanoseconds(period)

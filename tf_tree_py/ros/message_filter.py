@@ -19,6 +19,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
 
+from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds, transform_stamped
 from .drop import Drop, drop_for, FilterStatistics
@@ -70,6 +71,8 @@ class MessageFilter:
         :param header_of: returns a message's header, if that is not its ``header``.
         :param callback_group: the node's own unless given.
         """
+        check_places('MessageFilter(buffer, node, target_frames, callback)',
+                     buffer=buffer, node=node)
         self._several = not isinstance(target_frames, str)
         targets = target_frames if self._several else [target_frames]
         self._targets = [target.removeprefix('/') for target in targets]
