@@ -12,6 +12,7 @@ from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster
 from tf_tree_py.ros.convert import transform_stamped
 
 from .bad_input import BadInput, number
+from .parameters import declare
 from .running import Parser, run, spin
 from .static_transforms import (
     ANGLES,
@@ -66,6 +67,7 @@ class StaticTransformPublisher(Node):
         """
         # As in tf2, many of these may run without anybody giving them names.
         super().__init__(f'{NAME}_{secrets.token_hex(8)}', **node_options)
+        declare(self, ())
         stamp = self.get_clock().now().nanoseconds
         self._broadcaster = StaticTransformBroadcaster(self)
         self._broadcaster.sendTransform([
