@@ -21,6 +21,7 @@ from tf_tree_py.core import (
     se3,
     TransformException,
 )
+from tf_tree_py.core.waiters import Waiter
 
 SECOND = 1_000_000_000
 QUARTER = math.pi / 2
@@ -194,8 +195,12 @@ def test_stamp_that_is_no_integer_is_named(robot, stamp):
 def test_stamp_that_no_sample_can_hold_changes_nothing(robot):
     edges = robot.edges()
     for child in ('camera', 'base_link', 'new'):
-        with pytest.raises(OverflowError):
-            robot.insert('map', child, 2**63, Pose())
+        for stamp in (2**63, -2**63 - 1):
+            with pytest.raises(InvalidArgumentException, match='64 bits'):
+                robot.insert('map', child, stamp, Pose())
+            with pytest.raises(InvalidArgumentException, match='64 bits'):
+                robot.insert_many([Sample('map', 'base_link', 14 * SECOND, Pose()),
+                                   Sample('map', child, stamp, Pose())])
     assert robot.edges() == edges
     assert robot.lookup('base_link', 'camera') == robot.lookup('base_link', 'camera', 12 * SECOND)
 
@@ -206,6 +211,23 @@ def test_integers_of_numpy_are_stamps(robot):
         'map', 'base_link', 12 * SECOND)
     robot.insert('map', 'new', stamp, Pose())
     assert type(robot.edges()[-1].latest) is int
+
+
+@pytest.mark.parametrize('broken', [
+    Sample('map', 'odd', 11, (1.0, 2.0)), Sample('map', 'odd', 11, (0.0,) * 6 + ('w',)),
+    Sample('map', 'odd', 11, None)])
+@pytest.mark.parametrize('static', [False, True])
+def test_what_was_taken_before_something_broke_is_counted_and_wakes(broken, static):
+    """Whatever it is that raises: what is stored by then is known to all."""
+    buffer = BufferCore()
+    buffer.insert('map', 'base', 10, Pose())
+    woken = []
+    buffer._waiters.add(Waiter(lambda: woken.append(True)), [('base', 11)])
+    before = buffer.statistics().accepted
+    with pytest.raises((TypeError, ValueError)):
+        buffer.insert_many([Sample('map', 'base', 11, Pose()), broken], static=static)
+    assert buffer.statistics().accepted == before + 1
+    assert woken == [True]
 
 
 # --- inserting

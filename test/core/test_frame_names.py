@@ -8,7 +8,9 @@ names = st.text(min_size=1, max_size=8).filter(lambda name: not name.startswith(
 
 
 def test_names_stay_as_they_are_unless_something_is_asked_for():
-    assert rename()('/map', 'odom') == ('/map', 'odom')
+    assert rename()('map', 'odom') == ('map', 'odom')
+    assert rename()('/map', '/odom') == ('map', 'odom')
+    assert rename()('//map', 'odom/') == ('/map', 'odom/')
     assert rename(shared_frames=['map'])('map', 'odom') == ('map', 'odom')
 
 

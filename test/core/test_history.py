@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py.core import (
+    ExtrapolationException,
     FutureExtrapolationException,
-    LATEST,
     NoDataException,
     PastExtrapolationException,
     se3,
@@ -46,19 +46,10 @@ class NaiveHistory:
         self.samples.insert(len(place), (stamp, parent, pose))
         return True
 
-    def nearest_parent(self, stamp):
-        """Return the parent at a stamp, or beyond the ends that of the end."""
-        if stamp == LATEST:
-            return self.samples[0][1]
-        return next((parent for kept, parent, _ in self.samples if kept <= stamp),
-                    self.samples[-1][1])
-
     def sample(self, stamp):
         """Return the parent and the pose, or what keeps it from answering."""
         if not self.samples:
             return NoDataException
-        if stamp == LATEST:
-            return self.samples[0][1:]
         if stamp > self.samples[0][0]:
             return FutureExtrapolationException
         if stamp < self.samples[-1][0]:
@@ -148,17 +139,14 @@ class HistoryMachine(RuleBasedStateMachine):
             self.compare(near)
 
     def compare(self, stamp):
-        if stamp % 2 and self.naive.samples:
-            assert self.history.nearest_parent(stamp) == self.naive.nearest_parent(stamp)
         expected, found = self.naive.sample(stamp), answer(self.history, stamp)
         if isinstance(expected, type):
             assert found is expected
+            assert self.history.parent_at(stamp) is None
         else:
             assert not isinstance(found, type), f'{found} instead of {expected}'
             assert found[0] == expected[0]
             assert_same_pose(found[1], expected[1], reach=300.0)
-        if self.naive.samples:
-            assert self.history.nearest_parent(stamp) == self.naive.nearest_parent(stamp)
 
     @invariant()
     def ends_are_those_of_the_list(self):
@@ -167,7 +155,7 @@ class HistoryMachine(RuleBasedStateMachine):
         assert history.latest_stamp == (samples[0][0] if samples else None)
         assert history.oldest_stamp == (samples[-1][0] if samples else None)
         assert history.parent == (samples[0][1] if samples else None)
-        self.compare(LATEST)
+        self.compare(samples[0][0] if samples else 0)
 
     @invariant()
     def memory_is_in_order(self):
@@ -237,7 +225,7 @@ def test_one_nanosecond_outside_is_extrapolation():
 
 def test_one_sample_answers_only_at_its_own_stamp():
     history = history_of((10, 1))
-    assert history.sample(10) == history.sample(LATEST) == pose_number(1)
+    assert history.sample(10) == pose_number(1)
     with pytest.raises(PastExtrapolationException):
         history.sample(9)
     with pytest.raises(FutureExtrapolationException):
@@ -246,11 +234,10 @@ def test_one_sample_answers_only_at_its_own_stamp():
 
 def test_empty_history_has_no_data():
     history = DynamicHistory('child', SECOND)
-    for stamp in (LATEST, 1, -1):
+    for stamp in (0, 1, -1):
         with pytest.raises(NoDataException):
             history.sample(stamp)
-        with pytest.raises(NoDataException):
-            history.parent_at(stamp)
+        assert history.parent_at(stamp) is None
 
 
 def test_sample_exactly_at_the_edge_of_the_window_is_kept():
@@ -278,7 +265,8 @@ def test_expired_sample_is_gone_for_the_first_who_looks():
         with pytest.raises(PastExtrapolationException):
             history.sample(stamp)
     history = history_of(*zip(stamps, range(5), 'abcde', strict=True), cache_time=80)
-    assert history.nearest_parent(102) == 'b'
+    assert history.parent_at(107) == 'b'
+    assert history.parent_at(102) is None
 
 
 def test_late_sample_leaves_the_window_in_its_turn():
@@ -299,10 +287,65 @@ def test_older_parent_holds_until_the_sample_of_the_newer():
     assert not history.fixed_parent
 
 
-def test_beyond_its_ends_a_history_has_the_nearest_parent():
-    history = history_of((10, 1, 'table'), (20, 2, 'gripper'))
-    assert history.nearest_parent(5) == 'table'
-    assert history.nearest_parent(25) == history.nearest_parent(LATEST) == 'gripper'
+def test_beyond_its_ends_a_history_has_no_parent():
+    for history in (history_of((10, 1, 'table'), (20, 2, 'gripper')),
+                    history_of((10, 1, 'table'), (20, 2, 'table'))):
+        assert history.parent_at(9) is history.parent_at(21) is None
+        assert history.parent_at(10) == 'table'
+        assert history.parent_at(20) == history.parent
+
+
+def test_edge_that_has_ended_keeps_its_past_and_has_no_parent_behind_it():
+    history = history_of((10, 1), (20, 2))
+    history.end()
+    assert history.parent is None
+    assert [history.parent_at(stamp) for stamp in (10, 15, 20, 21)] == ['parent'] * 3 + [None]
+    assert history.sample(15)[0] == 1.5
+    with pytest.raises(FutureExtrapolationException, match='parent -> child'):
+        history.sample(21)
+
+
+def test_edge_that_goes_on_after_its_end_leaves_a_gap():
+    history = history_of((10, 1), (20, 2))
+    history.end()
+    history.insert(30, 'parent', pose_number(3))
+    history.insert(40, 'parent', pose_number(4))
+    assert history.parent == 'parent'
+    with pytest.raises(ExtrapolationException, match='had ended then'):
+        history.sample(25)
+    assert [history.parent_at(stamp) for stamp in (20, 25, 30, 35)] == [
+        'parent', None, 'parent', 'parent']
+    assert history.sample(35)[0] == 3.5
+    assert list(history.parents_between(12, 50)) == [
+        ('parent', 10, 21), ('parent', 30, 2 ** 63)]
+    # A sample at the very stamp of an end takes it back.
+    history.end()
+    history.insert(40, 'parent', pose_number(5))
+    assert history.parent == history.parent_at(40) == 'parent'
+    assert list(history.parents_between(35, 50)) == [('parent', 30, 2 ** 63)]
+
+
+def test_end_that_left_the_window_is_forgotten():
+    history = history_of((10, 1), cache_time=100)
+    history.end()
+    for stamp in range(20, 400):
+        history.insert(stamp, 'parent', pose_number(stamp))
+    assert history.fixed_parent
+
+
+@pytest.mark.parametrize(('stamps', 'latest_that_is_no_silence'), [
+    ((0,), SECOND),  # nothing is known of its period
+    ((0, SECOND // 100), SECOND + SECOND // 100),
+    ((0, 2 * SECOND), 8 * SECOND),  # three periods
+    ((0, 4 * SECOND), 14 * SECOND),  # the window
+])
+def test_edge_is_silent_after_a_second_and_three_of_its_periods_or_the_window(
+        stamps, latest_that_is_no_silence):
+    history = history_of(*((stamp, 1) for stamp in stamps))
+    assert not history.fell_silent(latest_that_is_no_silence)
+    assert history.fell_silent(latest_that_is_no_silence + 1)
+    history.end()
+    assert not history.fell_silent(100 * SECOND)
 
 
 def test_history_has_one_parent_again_when_the_other_has_expired():
@@ -313,9 +356,10 @@ def test_history_has_one_parent_again_when_the_other_has_expired():
     assert history.parent == 'gripper'
 
 
-def test_stamp_zero_of_a_sample_is_not_mistaken_for_latest():
+def test_stamp_zero_is_a_time():
     history = history_of((-10, 1), (0, 2), (10, 3))
-    assert history.sample(LATEST) == pose_number(3)
+    assert history.sample(0) == pose_number(2)
+    assert history.parent_at(0) == 'parent'
     assert history.sample(5)[0] == 2.5
     assert history.sample(-5)[0] == 1.5
 
@@ -331,7 +375,7 @@ def test_interpolation_takes_the_short_way_whatever_the_signs():
 def test_appending_packed_floats_is_inserting():
     history = history_of((10, 1))
     assert history.append(20, np.array(pose_number(2)).tobytes())
-    assert history.sample(20) == history.sample(LATEST) == pose_number(2)
+    assert history.sample(20) == pose_number(2)
     assert history.sample(15)[0] == 1.5
 
 
@@ -354,29 +398,37 @@ def test_error_carries_the_edge_and_its_span():
     error = future.value
     assert (error.parent, error.child) == ('parent', 'child')
     assert (error.requested, error.oldest, error.latest) == (25, 10, 20)
-    assert error.blocked_on == ('child', 25)
-    with pytest.raises(PastExtrapolationException) as past:
-        history.sample(5)
-    assert past.value.blocked_on == ('child', LATEST)
 
 
-def test_what_can_never_arrive_blocks_on_nothing():
-    history = history_of((100, 1), cache_time=10)
-    with pytest.raises(PastExtrapolationException, match='longer cache_time') as expired:
-        history.sample(89)
-    assert expired.value.blocked_on is None
-    # Exactly at the edge it would still be taken.
-    with pytest.raises(PastExtrapolationException) as late:
-        history.sample(90)
-    assert late.value.blocked_on == ('child', LATEST)
+def test_parents_that_may_still_turn_up_are_those_that_were_named():
+    history = history_of((90, 1, 'table'), (100, 2, 'gripper'), cache_time=20)
+    assert history.possible_parents(95) == {'table'}
+    assert history.possible_parents(101) == {'table', 'gripper'}
+    # A late sample is taken up to the edge of the window, and not beyond.
+    assert history.possible_parents(80) == {'table', 'gripper'}
+    assert history.possible_parents(79) == set()
+    with pytest.raises(PastExtrapolationException, match='longer cache_time'):
+        history.sample(79)
+    assert DynamicHistory('child', 20).possible_parents(5) is None
+
+
+def test_next_turn_is_when_a_stamp_is_reached_or_leaves_the_window():
+    history = history_of((90, 1), (100, 2), cache_time=20)
+    assert history.next_turn(105) == 105
+    assert history.next_turn(95) == history.next_turn(90) == 90 + 20 + 1
+    assert history.next_turn(80) == 101
+    assert history.next_turn(79) == 2 ** 63
+    # What the window has left behind goes with the next sample, whatever its stamp.
+    history.insert(120, 'parent', pose_number(3))
+    assert history.next_turn(95) == 120
 
 
 def test_static_edge_is_the_same_at_all_times():
     history = StaticHistory('child', 'parent', pose_number(1), 'calibration')
     assert len(history) == 1
-    for stamp in (LATEST, -5, 10 ** 18):
+    for stamp in (0, -5, 10 ** 18):
         assert history.sample(stamp) == pose_number(1)
-        assert history.parent_at(stamp) == history.nearest_parent(stamp) == 'parent'
+        assert history.parent_at(stamp) == 'parent'
 
 
 def test_sample_costs_72_bytes_and_the_slack_of_two_arrays():

@@ -83,9 +83,8 @@ def test_jump_is_told_and_by_how_much(buffer):
 
 
 def test_jump_is_told_of_the_frames_as_the_buffer_calls_them(buffer):
-    edges = [('/map', '/odom')]
     for stamp in (START, START + 30 * SECOND, START, START + SECOND):
-        told = send(buffer, stamp, edges)
+        told = buffer.insert('/map', '/odom', stamp, Pose(), authority='player')
     assert [(jump.kind, jump.parent, jump.child) for jump in told] == [
         (Kind.JUMP_BACK, 'map', 'odom')]
 

@@ -50,7 +50,7 @@ def assert_same(one, other):
             answers = []
             for buffer in (one, other):
                 try:
-                    answers.append(buffer._tree.path(parent, child, stamp).pose_at(stamp))
+                    answers.append(tuple(buffer.lookup_at(parent, child, stamp)))
                 except TransformException as error:
                     answers.append(str(error))
             expected = answers[1]

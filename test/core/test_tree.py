@@ -7,6 +7,7 @@ import pytest
 from tf_tree_py.core import (
     BufferCore,
     ConnectivityException,
+    ExtrapolationException,
     Kind,
     LATEST,
     LookupException,
@@ -103,9 +104,9 @@ def test_refused_loop_is_told_frame_by_frame_with_both_publishers():
 def test_new_frame_is_hung_below_a_long_chain_without_climbing_it(monkeypatch, static):
     kind = StaticHistory if static else DynamicHistory
     climbed = []
-    nearest_parent = kind.nearest_parent
-    monkeypatch.setattr(kind, 'nearest_parent', lambda history, stamp: (
-        climbed.append(history) or nearest_parent(history, stamp)))
+    parents_between = kind.parents_between
+    monkeypatch.setattr(kind, 'parents_between', lambda history, begin, end: (
+        climbed.append(history) or parents_between(history, begin, end)))
     buffer = BufferCore()
     chain(buffer, [f'f{number}' for number in range(300)], static=static)
     assert not climbed
@@ -130,20 +131,53 @@ def test_edge_goes_on_after_a_refused_loop():
     assert buffer.lookup('a', 'b') == place(3)
 
 
-def test_stale_edge_gives_way_to_one_that_turns_it_round():
+def test_silent_edge_gives_way_to_one_that_turns_it_round():
     buffer = BufferCore(10 * SECOND)
-    buffer.insert('a', 'b', SECOND, place(1), authority='old')
-    # Exactly as old as the window: still there.
-    (incident,) = buffer.insert('b', 'a', 11 * SECOND, place(2), authority='new')
+    for tenth in range(11):
+        buffer.insert('a', 'b', SECOND * tenth // 10, place(tenth), authority='old')
+    # A second of silence is none yet.
+    (incident,) = buffer.insert('b', 'a', 2 * SECOND, place(-20), authority='new')
     assert incident.kind is Kind.LOOP
-    (incident,) = buffer.insert('b', 'a', 11 * SECOND + 1, place(2), authority='new')
-    assert incident.kind is Kind.STALE_EDGE_DROPPED
+    (incident,) = buffer.insert('b', 'a', 2 * SECOND + 1, place(-20), authority='new')
+    assert incident.kind is Kind.SILENT_EDGE_ENDED
     assert not incident.refused
-    assert "'a' -> 'b' from 'old', whose newest sample is 10.000 s older" in incident.detail
-    assert buffer.lookup('b', 'a') == place(2)
+    assert "'a' -> 'b' from 'old', whose newest sample is 1.000 s older" in incident.detail
+    assert buffer.lookup('b', 'a') == place(-20)
     # Now the old one is the intruder.
-    (incident,) = buffer.insert('a', 'b', 12 * SECOND, place(1), authority='old')
+    (incident,) = buffer.insert('a', 'b', 3 * SECOND, place(1), authority='old')
     assert incident.kind is Kind.LOOP
+
+
+def test_past_of_an_edge_that_was_turned_round_can_be_asked_for():
+    buffer = BufferCore(10 * SECOND)
+    buffer.insert('r', 'a', 0, place(100), static=False)
+    for tenth in range(11):
+        buffer.insert('a', 'b', SECOND * tenth // 10, place(tenth))
+        buffer.insert('b', 'c', SECOND * tenth // 10, place(1000))
+    buffer.insert('b', 'a', 4 * SECOND, place(-40))
+    for frames, pose in ((('a', 'b'), place(5)), (('b', 'a'), place(-5)),
+                         (('a', 'c'), place(1005)), (('c', 'a'), place(-1005))):
+        assert buffer.lookup(*frames, SECOND // 2) == pytest.approx(pose)
+        poses, valid = buffer.lookup_many(
+            *frames, [SECOND // 2, 2 * SECOND, 4 * SECOND], outside='mask')
+        assert poses[0] == pytest.approx(pose)
+        assert valid.tolist() == [True, False, 'c' not in frames]
+        assert buffer.lookup_tree(frames[0], SECOND // 2)[frames[1]] == pytest.approx(pose)
+    assert buffer.lookup('b', 'a', 4 * SECOND) == place(-40)
+    assert buffer.lookup_tree('b', 4 * SECOND)['a'] == place(-40)
+    with pytest.raises(ExtrapolationException):
+        buffer.lookup('a', 'b', 2 * SECOND)
+
+
+def test_publishers_that_disagree_are_refused_however_long_they_do():
+    buffer = BufferCore(10 * SECOND)
+    kinds = []
+    for tenth in range(100):
+        for edge in (('a', 'b'), ('b', 'a')):
+            kinds += [incident.kind for incident in buffer.insert(
+                *edge, SECOND * tenth // 10, place(tenth))]
+    assert kinds == [Kind.LOOP] * 100
+    assert buffer.lookup('a', 'b') == place(99)
 
 
 def test_static_edge_is_never_stale():
@@ -161,7 +195,7 @@ def test_static_edge_does_not_drop_a_stale_one():
     assert buffer.lookup('a', 'b') == place(1)
 
 
-def test_stale_edge_stays_when_the_one_that_turns_it_round_is_too_old_itself():
+def test_silent_edge_stays_when_the_one_that_turns_it_round_is_too_old_itself():
     buffer = BufferCore(10)
     buffer.insert('a', 'b', 1, place(1), authority='first')
     buffer.insert('r', 'a', 100, place(1), authority='root')

@@ -317,7 +317,7 @@ def test_one_sample_tells_no_velocity_yet():
     buffer.insert('world', 'body', START, Pose(x=1.0))
     with pytest.raises(ExtrapolationException, match='takes two samples.*world -> body') as caught:
         lookup_twist(buffer, 'body', 'world', LATEST, INTERVAL)
-    assert caught.value.blocked_on == ('body', START + 1)
+    assert caught.value.blocked_on == (('body', START + 1),)
 
 
 @pytest.mark.parametrize('interval', [0, -1, 0.1, None, '1'])

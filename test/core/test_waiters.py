@@ -31,7 +31,7 @@ LONG_S = 15.0  # only a broken wait lasts as long as that
 
 
 class WaitersMachine(RuleBasedStateMachine):
-    """The sorted lines against a plain dict of who waits for what."""
+    """The sorted lines against a plain dict of who waits for what, each for several things."""
 
     def __init__(self):
         super().__init__()
@@ -42,10 +42,11 @@ class WaitersMachine(RuleBasedStateMachine):
     children = st.sampled_from(['a', 'b', None])
     numbers = st.integers(0, 7)
 
-    @rule(number=numbers, child=children, stamp=st.integers(0, 9))
-    def add(self, number, child, stamp):
-        self.waiters.add(self.everybody[number], (child, stamp))
-        self.model[number] = (child, stamp)
+    @rule(number=numbers, blockers=st.lists(
+        st.tuples(children, st.integers(0, 9)), min_size=1, max_size=4))
+    def add(self, number, blockers):
+        self.waiters.add(self.everybody[number], blockers)
+        self.model[number] = set(blockers)
 
     @rule(number=numbers)
     def discard(self, number):
@@ -54,8 +55,8 @@ class WaitersMachine(RuleBasedStateMachine):
 
     @rule(child=st.sampled_from('abc'), latest=st.integers(-1, 10))
     def reach(self, child, latest):
-        ready = {number for number, (blocked_on, stamp) in self.model.items()
-                 if blocked_on == child and stamp <= latest}
+        ready = {number for number, blockers in self.model.items()
+                 if any(edge == child and stamp <= latest for edge, stamp in blockers)}
         self.take(self.waiters.take_reached(child, latest), ready)
 
     @rule()
@@ -66,7 +67,7 @@ class WaitersMachine(RuleBasedStateMachine):
         numbers = [self.everybody.index(waiter) for waiter in taken]
         assert sorted(numbers) == sorted(expected)
         for number in expected:
-            assert self.everybody[number].place is None
+            assert not self.everybody[number].places
             del self.model[number]
 
     @invariant()
@@ -74,8 +75,7 @@ class WaitersMachine(RuleBasedStateMachine):
         assert len(self.waiters) == len(self.model)
         assert bool(self.waiters) == bool(self.model)
         for number, waiter in enumerate(self.everybody):
-            place = self.model.get(number)
-            assert (waiter.place and waiter.place[:2]) == place
+            assert set(waiter.places) == self.model.get(number, set())
         assert all(line == sorted(line) for line in self.waiters._lines.values())
         assert all(self.waiters._lines.values())
 
@@ -196,7 +196,8 @@ def test_latest_waits_for_the_slowest_edge_to_catch_up(buffer):
 
 
 def test_query_is_tried_once_more_when_time_is_up(buffer):
-    answers = iter([FutureExtrapolationException('not yet', blocked_on=('base', LATEST)), 'now'])
+    not_yet = FutureExtrapolationException('not yet', blocked_on=(('base', LATEST),))
+    answers = iter([not_yet, 'now'])
 
     def query():
         answer = next(answers)
@@ -447,13 +448,13 @@ def test_wake_is_called_without_the_lock(buffer):
         thread.start()
         thread.join(LONG_S)
 
-    buffer._waiters.add(Waiter(wake), ('base', 11 * SECOND))
+    buffer._waiters.add(Waiter(wake), [('base', 11 * SECOND)])
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
     assert answers.get_nowait() == Pose(1.0)
 
 
 def test_structure_blocks_under_a_name_of_its_own():
-    assert ANY_STRUCTURE == (None, LATEST)
+    assert ANY_STRUCTURE == ((None, LATEST),)
     with pytest.raises(LookupException) as raised:
         BufferCore().lookup('a', 'b')
     assert raised.value.blocked_on == ANY_STRUCTURE

@@ -25,8 +25,8 @@ LAYERS = {
 # Inside the core a file imports only files above it.
 CORE = [
     'stamp', 'suggest', 'errors', 'times', 'so3', 'se3', 'pose', 'poses', 'se2', 'many', 'history',
-    'path', 'incidents', 'sample', 'track', 'tree', 'waiters', 'deadline', 'frame_names', 'wire',
-    'outline', 'queries', 'future_guard', 'jump_back', 'arrivals', 'buffer_core', 'deskew',
+    'climb', 'path', 'incidents', 'sample', 'track', 'tree', 'waiters', 'deadline', 'frame_names',
+    'wire', 'outline', 'queries', 'future_guard', 'jump_back', 'arrivals', 'buffer_core', 'deskew',
     'twist', 'audit', 'report',
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}

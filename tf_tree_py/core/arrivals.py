@@ -70,7 +70,7 @@ class Meter:
         now = self._now()
         with self._lock:
             for (parent, child), stamp in zip(edges, stamps, strict=True):
-                arrivals = self._of(parent.removeprefix('/'), child.removeprefix('/'))
+                arrivals = self._of(parent, child)
                 arrivals.count += 1
                 if now > 0:
                     arrivals.add_delay(now - stamp)

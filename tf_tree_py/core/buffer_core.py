@@ -24,7 +24,7 @@ from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
 from .poses import checked_pose
 from .queries import Queries
-from .sample import Batch, checked, Sample, sound_poses
+from .sample import admitted, Batch, checked, Sample, sound_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .times import checked_cache_time
@@ -97,16 +97,21 @@ class BufferCore(Queries):
         :param strict: True raises what is refused; None warns of it, once for each kind;
             False does neither, for programs that look at what is returned.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: what is no stamp, or no pose.
+        :raises InvalidArgumentException: what is no stamp, no pose, or a name that is no
+            string.
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
-        sample = Sample(parent, child, self._stamp_of(stamp), checked_pose(pose))
+        sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
         return self._told(self._insert([sample], [sample.stamp], authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False, *, strict: bool | None = None) -> list[Incident]:
-        """Take transforms under one lock; see ``insert``."""
-        samples = list(samples)
+        """
+        Take transforms under one lock; see ``insert``.
+
+        Where a name or a stamp is none, nothing is taken.
+        """
+        samples = [admitted(sample) for sample in samples]
         return self._told(self._insert(
             samples, [sample.stamp for sample in samples], authority, static), strict)
 
@@ -139,30 +144,34 @@ class BufferCore(Queries):
             return [incident for sample in track.samples()
                     for incident in self._insert([sample], [sample.stamp], authority, False)]
         judged = track.judged(authority)
-        with self._lock:
-            version = self._tree.version
-            incidents = self._insert_track(track, judged, authority)
-            ready = self._take_ready((track.child,), version)
-        wake_all(ready)
+        ready: list[Waiter] = []
+        try:
+            with self._lock:
+                version = self._tree.version
+                try:
+                    incidents = self._insert_track(track, judged, authority)
+                finally:
+                    ready = self._take_ready((track.child,), version)
+        finally:
+            wake_all(ready)
         return self._explained(incidents)
 
     def _insert_track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
         incidents: list[Incident] = []
-        number, history = 0, None
+        tree, earliest, history = self._tree, track.earliest_after(), None
         # One by one until there is an edge that only needs more samples: one, nearly always.
-        while number < len(track.stamps) and history is None:
-            history = track.history_to_extend(self._tree.histories)
-            if history is None:
-                incidents += self._insert_each([track.sample(number)], authority, False)
-                number += 1
+        for number in range(len(track.stamps)):
+            history = tree.history_to_extend(track.parent, track.child, earliest[number])
+            if history is not None:
+                break
+            incidents += self._insert_each([track.sample(number)], authority, False)
         if history is None:
             return incidents
         rest, refused = judged.after(number)
         if not rest.is_within(history):
             return incidents + self._insert_each(track.samples(number), authority, False)
         if len(rest.stamps):
-            history.extend(rest.stamps, rest.poses)
-            history.authority = authority
+            tree.extend(history, rest.stamps, rest.poses, authority)
         self._count(len(rest.stamps), refused)
         return incidents + refused
 
@@ -201,14 +210,19 @@ class BufferCore(Queries):
         if self._attentive:
             self._measure(batch.edges, batch.stamps)
             told = self._follow(batch.edges, batch.stamps, authority)
-        with self._lock:
-            version = self._tree.version
-            taken = self._tree.append_batch(batch, authority)
-            self._statistics.accepted += taken
-            if taken < len(batch.edges):
-                incidents = self._insert_each(batch.samples()[taken:], authority, static)
-            ready = self._take_ready((child for _, child in batch.edges), version)
-        wake_all(ready)
+        ready: list[Waiter] = []
+        try:
+            with self._lock:
+                version = self._tree.version
+                try:
+                    taken = self._tree.append_batch(batch, authority)
+                    self._statistics.accepted += taken
+                    if taken < len(batch.edges):
+                        incidents = self._insert_each(batch.samples()[taken:], authority, static)
+                finally:
+                    ready = self._take_ready((child for _, child in batch.edges), version)
+        finally:
+            wake_all(ready)
         return told + self._explained(incidents) if told or incidents else incidents
 
     def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
@@ -216,29 +230,36 @@ class BufferCore(Queries):
         told: list[Incident] = []
         if stamps and not static and (self._attentive or max(stamps) > self._guard.limit):
             samples, told = self._in_time(samples, authority)
-        with self._lock:
-            version = self._tree.version
-            incidents = self._insert_each(samples, authority, static)
-            ready = self._take_ready((sample.child for sample in samples), version)
-        wake_all(ready)
+        ready: list[Waiter] = []
+        try:
+            with self._lock:
+                version = self._tree.version
+                try:
+                    incidents = self._insert_each(samples, authority, static)
+                finally:
+                    ready = self._take_ready((sample.child for sample in samples), version)
+        finally:
+            wake_all(ready)
         return told + self._explained(incidents) if told or incidents else incidents
 
     def _insert_each(self, samples: Iterable[Sample], authority: str,
                      static: bool) -> list[Incident]:
         incidents: list[Incident] = []
         tree, accepted = self._tree, 0
-        for sample in samples:
-            if not static and tree.append(sample, authority):
-                accepted += 1
-                continue
-            sound = checked(sample, authority)
-            if isinstance(sound, Incident):
-                incidents.append(sound)
-                continue
-            told = tree.insert(*sound, authority, static)
-            incidents += told
-            accepted += not (told and told[-1].refused)
-        self._count(accepted, incidents)
+        try:
+            for sample in samples:
+                if not static and tree.append(sample, authority):
+                    accepted += 1
+                    continue
+                sound = checked(sample, authority)
+                if isinstance(sound, Incident):
+                    incidents.append(sound)
+                    continue
+                told = tree.insert(*sound, authority, static)
+                incidents += told
+                accepted += not (told and told[-1].refused)
+        finally:
+            self._count(accepted, incidents)
         return incidents
 
     def _in_time(self, samples: list[Sample],
@@ -317,16 +338,16 @@ class BufferCore(Queries):
 
     def _take_ready(self, touched: Iterable[str], version: int) -> list[Waiter]:
         """Take out the waiters for whom these insertions may have changed something."""
-        if not self._waiters:
+        tree, waiters = self._tree, self._waiters
+        if not waiters:
             return []
-        if self._tree.version != version:
-            return self._waiters.take_all()
+        if tree.version != version:
+            return waiters.take_all()
         ready: list[Waiter] = []
         for child in touched:
-            history = self._tree.histories.get(child.removeprefix('/'))
-            if history is not None:
-                latest = max(history.latest_stamp or LATEST, LATEST)
-                ready += self._waiters.take_reached(history.child, latest)
+            history = tree.histories.get(child)
+            if history is not None and history.latest_stamp is not None:
+                ready += waiters.take_reached(child, history.latest_stamp)
         return ready
 
     # --- waiting
@@ -401,6 +422,8 @@ class BufferCore(Queries):
             self._forget()
             if self._jump_back:
                 self._jump_back.begin()
+            ready = self._waiters.take_all()
+        wake_all(ready)
 
     def start_anew(self, why: str) -> None:
         """
@@ -431,7 +454,10 @@ class BufferCore(Queries):
         :return: whether it was known.
         """
         with self._lock:
-            return self._tree.remove(frame)
+            known = self._tree.remove(frame)
+            ready = self._waiters.take_all() if known else []
+        wake_all(ready)
+        return known
 
 
 def _edges_of(samples: Iterable[Sample]) -> list[tuple[str, str]]:

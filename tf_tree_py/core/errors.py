@@ -11,11 +11,11 @@ from collections.abc import Callable
 
 from .stamp import format_span, format_stamp, LATEST
 
-# What has to change before a failed lookup can succeed: a sample of this child
-# frame that is at least this new (LATEST: any), or with no child, the structure
-# of the tree.
+# What may change the fate of a failed lookup: the newest sample of this child frame
+# becomes at least this new. A change of the tree's structure always may; with no child,
+# nothing else.
 Blocker = tuple[str | None, int]
-ANY_STRUCTURE: Blocker = (None, LATEST)
+ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 
 
 # What to do about an error, or how to find out what: that takes time, and a lookup that
@@ -30,12 +30,13 @@ class TransformException(Exception):
     :ivar target_frame: what was asked for, if it was a lookup.
     :ivar source_frame: likewise.
     :ivar waited_s: how long was waited, seconds, before giving up; None without a wait.
-    :ivar blocked_on: what has to arrive before it can succeed; None: waiting is useless.
+    :ivar blocked_on: (child frame, stamp) of all edges that may have to go on, up to that
+        stamp, before it can succeed; None: waiting is useless.
     """
 
     def __init__(self, message: str = '', *, target_frame: str | None = None,
                  source_frame: str | None = None, hint: Hint = '',
-                 blocked_on: Blocker | None = None) -> None:
+                 blocked_on: tuple[Blocker, ...] | None = None) -> None:
         super().__init__(message)
         self.target_frame = target_frame
         self.source_frame = source_frame
@@ -97,8 +98,8 @@ class ExtrapolationException(TransformException):
 
     def __init__(self, message: str = '', *, parent: str | None = None,
                  child: str | None = None, requested: int | None = None,
-                 oldest: int | None = None, latest: int | None = None, hint: str = '',
-                 blocked_on: Blocker | None = None) -> None:
+                 oldest: int | None = None, latest: int | None = None, hint: Hint = '',
+                 blocked_on: tuple[Blocker, ...] | None = None) -> None:
         super().__init__(message, hint=hint, blocked_on=blocked_on)
         self.parent = parent
         self.child = child

@@ -15,8 +15,8 @@ FrameFilter = Callable[[str, str], bool] | Collection[str]
 
 
 def as_published(parent: str, child: str) -> tuple[str, str] | None:
-    """Return the names of an edge as they are."""
-    return parent, child
+    """Return the names of an edge as they are, without leading slashes."""
+    return _without_slash(parent), _without_slash(child)
 
 
 class FrameNames(NamedTuple):
@@ -36,7 +36,7 @@ class FrameNames(NamedTuple):
 
     def edge(self, parent: str, child: str) -> tuple[str, str] | None:
         """Return an edge's new names, or None when it is left out."""
-        parent, child = parent.removeprefix('/'), child.removeprefix('/')
+        parent, child = _without_slash(parent), _without_slash(child)
         if self.wanted is not None and not self.wanted(parent, child):
             return None
         new_parent, new_child = self.frame(parent), self.frame(child)

@@ -87,12 +87,12 @@ class FutureGuard:
         return taken, told
 
     def _was_told(self, sample: Sample, histories: Mapping[str, History]) -> bool:
-        history = histories.get(sample.child.removeprefix('/'))
+        history = histories.get(sample.child)
         return history is not None and (history.latest_stamp or LATEST) > self.limit
 
     def _incident(self, sample: Sample, authority: str) -> Incident:
         stamp = sample.stamp
-        edge = sample.parent.removeprefix('/'), sample.child.removeprefix('/')
+        edge = sample.parent, sample.child
         ahead = f'its stamp {format_stamp(stamp)} is {self._ahead(stamp)} ahead of the clock'
         if self._max_future is not None:
             return Incident(

@@ -7,11 +7,13 @@ is called, who hangs on whom and who may insert is the business of ``tree``.
 
 from array import array
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
 import struct
 
 import numpy as np
 
 from .errors import (
+    ExtrapolationException,
     FutureExtrapolationException,
     NoDataException,
     PastExtrapolationException,
@@ -19,7 +21,7 @@ from .errors import (
 from .many import Stamps
 from .se3 import interpolate_pair, PoseTuple
 from .so3 import Array
-from .stamp import format_span, LATEST
+from .stamp import format_span, from_seconds, LATEST
 
 _POSE_FLOATS = 7
 POSE_BYTES = 56
@@ -27,10 +29,17 @@ pack_pose = struct.Struct('=7d').pack
 unpack_pose = struct.Struct('=7d').unpack_from
 _unpack_pair = struct.Struct('=14d').unpack_from
 
-_BEGINNING = -2**63
+_BEGINNING, _NEVER = -2**63, 2**63
 
 # Fewer expired samples than this are not worth moving the rest for.
 _MIN_BLOCK = 64
+
+# An edge is silent when nothing of it came for that long, and for so many of its periods.
+_SILENCE = from_seconds(1.0)
+_SILENT_PERIODS = 3
+
+# A parent, and the stretch of time it is one: from a stamp to one that is no longer part.
+_Stretch = tuple[str, int, int]
 
 
 class StaticHistory:
@@ -64,7 +73,17 @@ class StaticHistory:
         """Return the parent, the same at every stamp."""
         return self.parent
 
-    nearest_parent = parent_at
+    def possible_parents(self, stamp: int) -> set[str]:
+        """Return the only parent."""
+        return {self.parent}
+
+    def parents_between(self, begin: int, end: int) -> Iterator[_Stretch]:
+        """Yield the only parent, for all time."""
+        yield self.parent, _BEGINNING, _NEVER
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether this is the parent."""
+        return parent == self.parent
 
     def append(self, stamp: int, pose: bytes) -> bool:
         """Return False: a static edge has no next sample."""
@@ -85,14 +104,15 @@ class DynamicHistory:
     Appending is amortised O(1), inserting in the middle O(n) (a memmove), a
     lookup O(log n). Not safe for several threads: the buffer's lock is.
 
-    :ivar parent: the newest sample's parent; None while there is no sample.
+    :ivar parent: the newest sample's parent; None while there is no sample, and after
+        ``end``.
     :ivar latest_stamp: the newest stamp, nanoseconds; None while there is no sample.
     :ivar authority: who sent the last sample that was taken.
     """
 
     __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
-                 '_latest_pose', '_stamps', '_poses', '_parents', '_start', '_horizon',
-                 '_tidy_after')
+                 '_latest_pose', '_stamps', '_poses', '_parents', '_ends', '_start',
+                 '_horizon', '_tidy_after')
 
     is_static = False
 
@@ -111,6 +131,9 @@ class DynamicHistory:
         self._stamps = array('q')
         self._poses = array('d')
         self._parents: list[str] | None = None
+        # Behind samples with these stamps there is nothing, until the next sample. Where
+        # there are any, there are parents too.
+        self._ends: set[int] = set()
         # What is older than the horizon has expired. The start is moved past it when
         # somebody looks, and memory is tidied up once in a while.
         self._start = 0
@@ -122,7 +145,7 @@ class DynamicHistory:
 
     @property
     def fixed_parent(self) -> bool:
-        """Return whether all samples name one parent, so that a path through it can be kept."""
+        """Return whether one parent holds from end to end: a path through it can be kept."""
         return self._parents is None
 
     @property
@@ -149,6 +172,11 @@ class DynamicHistory:
         self._latest_pose = None
         return True
 
+    def goes_on(self, parent: str, stamp: int) -> bool:
+        """Return whether with a sample the child has the parents that it had, when it had them."""
+        return (parent == self.parent and self._parents is None
+                and stamp >= self._stamps[self._first()])
+
     def is_too_old(self, stamp: int) -> bool:
         """Return whether ``insert`` would refuse a stamp."""
         return self.latest_stamp is not None and stamp < self.latest_stamp - self.cache_time
@@ -172,10 +200,11 @@ class DynamicHistory:
             self._tidy(latest)
         if stamp < self._horizon:
             return False
-        if parent != self.parent and self._parents is None:
-            assert self.parent is not None
-            self._parents = [self.parent] * len(self._stamps)
+        if parent != self.parent:
+            self._write_parents()
         if stamp >= latest:
+            if stamp == latest:
+                self._ends.discard(latest)
             self._append(stamp, parent, pose)
         else:
             self._insert_between(stamp, parent, pose)
@@ -211,6 +240,31 @@ class DynamicHistory:
         if latest > self._tidy_after:
             self._tidy(latest)
 
+    def end(self) -> None:
+        """
+        Let the edge end with its newest sample, until another comes.
+
+        What is stored answers as before; behind it the child has no parent.
+        """
+        if self.latest_stamp is not None:
+            self._write_parents()
+            self._ends.add(self.latest_stamp)
+            self.parent = None
+
+    def fell_silent(self, stamp: int) -> bool:
+        """
+        Return whether nothing came for so long before a stamp that the edge may have ended.
+
+        A second, three of its periods, or the window: the first two, or the last if that
+        is shorter.
+        """
+        if self.latest_stamp is None or self.parent is None:
+            return False
+        first = self._first()
+        period = (self.latest_stamp - self._stamps[first]) // max(len(self) - 1, 1)
+        silence = min(max(_SILENCE, _SILENT_PERIODS * period), self.cache_time)
+        return stamp - self.latest_stamp > silence
+
     def sample(self, stamp: int) -> PoseTuple:
         """
         Return the edge's pose at a stamp, interpolated between its two neighbours.
@@ -218,42 +272,128 @@ class DynamicHistory:
         Where the neighbours name different parents, the older one holds until the
         newer begins. O(log n) in the number of stored samples.
 
-        :param stamp: nanoseconds, or ``LATEST``.
+        :param stamp: nanoseconds; 0 is a time here.
         :return: ``parent_T_child``, metres and unit quaternion.
-        :raises ExtrapolationException: the stamp lies outside the stored span.
+        :raises ExtrapolationException: the stamp lies outside the stored span, or where the
+            edge had ended.
         """
         if stamp == self.latest_stamp:
             return self._latest_pose or self._unpack_latest()
-        stamps, start = self._stamps, self._start
-        after = bisect_right(stamps, stamp, start)
-        if (not start < after < len(stamps) or stamp == LATEST
+        stamps = self._stamps
+        after = bisect_right(stamps, stamp, self._start)
+        if (not self._start < after < len(stamps)
                 or (older_stamp := stamps[after - 1]) < self._horizon):
-            self._check_span(stamp)
-            return self._unpack_latest()
+            raise self.extrapolation(stamp)
         pair = _unpack_pair(self._poses, (after - 1) * POSE_BYTES)
-        parents = self._parents
-        if stamp == older_stamp or (parents and parents[after - 1] != parents[after]):
+        if stamp == older_stamp:
             return pair[:_POSE_FLOATS]
+        parents = self._parents
+        if parents is not None:
+            if older_stamp in self._ends:
+                raise self.extrapolation(stamp)
+            if parents[after - 1] != parents[after]:
+                return pair[:_POSE_FLOATS]
         ratio = (stamp - older_stamp) / (stamps[after] - older_stamp)
         return interpolate_pair(pair, ratio, True)
 
-    def parent_at(self, stamp: int) -> str:
+    def parent_at(self, stamp: int) -> str | None:
         """
         Return the parent at a stamp, that of the sample at or before it.
 
-        :raises ExtrapolationException: the stamp lies outside the stored span.
+        None where ``sample`` would raise.
         """
-        self._check_span(stamp)
-        parent = self.nearest_parent(stamp)
-        assert parent is not None
-        return parent
+        if self._parents is None:
+            within = (self.latest_stamp is not None
+                      and self._stamps[self._first()] <= stamp <= self.latest_stamp)
+            return self.parent if within else None
+        index = self._index_at(stamp)
+        return None if index is None else self._parents[index]
 
-    def nearest_parent(self, stamp: int) -> str | None:
-        """Return the parent at a stamp, or beyond the stored span that of its end."""
-        if self._parents is None or stamp == LATEST:
-            return self.parent
+    def possible_parents(self, stamp: int) -> set[str] | None:
+        """
+        Return the parents that the child may still turn out to have had at a stamp.
+
+        Those that it ever had, as long as a sample for the stamp may still come; none once
+        it would be too old.
+
+        :return: None while there is no sample: it may be any.
+        """
+        if self.latest_stamp is None:
+            return None
+        parent = self.parent_at(stamp)
+        if parent is not None:
+            return {parent}
+        if self.is_too_old(stamp):
+            return set()
+        return set(self._named())
+
+    def next_turn(self, stamp: int) -> int:
+        """
+        Return how new the newest sample has to be, to change what is known of a stamp.
+
+        Either because it reaches the stamp, or because what is known of it leaves the
+        window. So may a sample that is older than all that are stored, at any time.
+        """
+        latest, index = self.latest_stamp, self._index_at(stamp)
+        if latest is None:
+            return _NEVER
+        if index is not None:
+            # What has expired by the newest stamp goes when the next sample comes.
+            return max(self._stamps[index] + self.cache_time + 1, latest)
+        if self.is_too_old(stamp):
+            return _NEVER
+        return stamp if stamp > latest else stamp + self.cache_time + 1
+
+    def parents_between(self, begin: int, end: int) -> Iterator[_Stretch]:
+        """
+        Yield who is the parent in a stretch of time, and from when to when.
+
+        The first may begin before it, and the last end after it: the newest sample's parent
+        goes on being it, unless the edge has ended.
+        """
+        if self.latest_stamp is None:
+            return
         first = self._first()
-        return self._parents[max(first, bisect_right(self._stamps, stamp, first) - 1)]
+        if self._parents is None:
+            assert self.parent is not None
+            yield self.parent, self._stamps[first], _NEVER
+            return
+        begun: _Stretch | None = None
+        for index in range(max(first, bisect_right(self._stamps, begin, first) - 1),
+                           len(self._stamps)):
+            parent, since, until = self._parents[index], self._stamps[index], self._until(index)
+            if since >= end:
+                break
+            if begun is not None and begun[0] == parent and begun[2] == since:
+                since = begun[1]
+            elif begun is not None:
+                yield begun
+            begun = parent, since, until
+        if begun is not None:
+            yield begun
+
+    def _until(self, index: int) -> int:
+        """Return from when on the parent that a sample names is no longer known to be it."""
+        stamp = self._stamps[index]
+        if stamp in self._ends:
+            return stamp + 1
+        return self._stamps[index + 1] if index + 1 < len(self._stamps) else _NEVER
+
+    def _index_at(self, stamp: int) -> int | None:
+        """Return the index of the sample that counts at a stamp; None where none does."""
+        if self.latest_stamp is None or stamp > self.latest_stamp:
+            return None
+        first = self._first()
+        index = bisect_right(self._stamps, stamp, first) - 1
+        if index < first:
+            return None
+        older_stamp = self._stamps[index]
+        return None if stamp > older_stamp in self._ends else index
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return the stamp of the first sample that is newer; 2**63 if there is none."""
+        after = bisect_right(self._stamps, stamp, self._first())
+        return self._stamps[after] if after < len(self._stamps) else _NEVER
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """
@@ -275,18 +415,24 @@ class DynamicHistory:
         twin._latest_pose, twin._start = self._latest_pose, self._start
         twin._stamps, twin._poses = self._stamps[:], self._poses[:]
         twin._parents = None if self._parents is None else self._parents[:]
+        twin._ends = set(self._ends)
         twin._horizon, twin._tidy_after = self._horizon, self._tidy_after
         return twin
 
     def has_named(self, parent: str) -> bool:
         """Return whether a stored sample names a parent."""
-        return parent == self.parent or parent in (self._parents or ())
+        return parent in self._named()
 
-    def _check_span(self, stamp: int) -> None:
-        """Raise unless the stored span holds a stamp."""
-        stamps = self._stamps
-        if not stamps or (stamp != LATEST and not stamps[self._first()] <= stamp <= stamps[-1]):
-            raise self._extrapolation(stamp)
+    def _named(self) -> list[str]:
+        """Return the parents that stored samples name."""
+        if self._parents is not None:
+            return self._parents
+        return [] if self.parent is None else [self.parent]
+
+    def _write_parents(self) -> None:
+        """Keep a parent for every sample from now on."""
+        if self._parents is None:
+            self._parents = self._named() * len(self._stamps)
 
     def _unpack_latest(self) -> PoseTuple:
         self._latest_pose = pose = unpack_pose(self._poses, (len(self._stamps) - 1) * POSE_BYTES)
@@ -323,31 +469,34 @@ class DynamicHistory:
             del self._poses[:start * _POSE_FLOATS]
             if self._parents is not None:
                 del self._parents[:start]
-                if len(set(self._parents)) == 1:
+                self._ends = {end for end in self._ends if end >= self._stamps[0]}
+                if len(set(self._parents)) == 1 and not self._ends:
                     self._parents = None
             self._start = 0
         self._tidy_after = latest + self.cache_time // 8
 
-    def _extrapolation(self, stamp: int) -> Exception:
+    def extrapolation(self, stamp: int) -> ExtrapolationException:
+        """Return what to raise for a stamp that there is no data for."""
         latest, oldest, child = self.latest_stamp, self.oldest_stamp, self.child
         if latest is None or oldest is None:
-            return NoDataException(child=child, requested=stamp, blocked_on=(child, LATEST))
+            return NoDataException(child=child, requested=stamp)
+        kind: type[ExtrapolationException] = PastExtrapolationException
         if stamp > latest:
-            return FutureExtrapolationException(
-                parent=self.parent, child=child, requested=stamp, oldest=oldest, latest=latest,
-                hint="Pass the stamp of the sensor's own message, not the present time, "
-                     'or a timeout that lasts until the data comes',
-                blocked_on=(child, stamp))
-        expired = stamp < latest - self.cache_time
-        if expired:
-            hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, '
-                    'or give it a longer cache_time (UNLIMITED keeps everything)')
+            kind = FutureExtrapolationException
+            hint = ("Pass the stamp of the sensor's own message, not the present time, or a "
+                    'timeout that lasts until the data comes')
+        elif stamp < latest - self.cache_time:
+            hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, or give it a '
+                    'longer cache_time (UNLIMITED keeps everything)')
+        elif stamp < oldest:
+            hint = ('Nothing older of this edge has arrived: its publisher, or who listens, began '
+                    'later')
         else:
-            hint = ('Nothing older of this edge has arrived: its publisher, or who listens, '
-                    'began later')
-        return PastExtrapolationException(
-            parent=self.parent, child=child, requested=stamp, oldest=oldest, latest=latest,
-            hint=hint, blocked_on=None if expired else (child, LATEST))
+            kind = ExtrapolationException
+            hint = 'The edge had ended then: it was silent, and another one turned it round'
+        # An edge that has ended has no parent, but its samples name one.
+        return kind(parent=self._named()[-1], child=child, requested=stamp, oldest=oldest,
+                    latest=latest, hint=hint)
 
 
 def _in_order(stamps: Stamps, poses: Array) -> tuple[Stamps, Array]:

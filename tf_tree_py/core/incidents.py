@@ -28,12 +28,12 @@ class Kind(Enum):
     TOO_MANY_FRAMES = 'too many frames'
     SECOND_PARENT = 'two publishers, two parents'
     KIND_CHANGE = 'static and dynamic'
-    STALE_EDGE_DROPPED = 'stale edge dropped'
+    SILENT_EDGE_ENDED = 'silent edge ended'
     AHEAD_OF_CLOCK = 'ahead of the clock'
     JUMP_BACK = 'stamps jumped back'
 
 
-REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.STALE_EDGE_DROPPED,
+REMARKS = frozenset({Kind.SECOND_PARENT, Kind.KIND_CHANGE, Kind.SILENT_EDGE_ENDED,
                      Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
 
 

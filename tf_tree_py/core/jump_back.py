@@ -69,8 +69,7 @@ class JumpBack:
         if self._newest is None or newest >= self._newest - self._limit:
             self._go_on(newest)
             return None
-        for (_, name), stamp in zip(edges, stamps, strict=True):
-            child = name.removeprefix('/')
+        for (_, child), stamp in zip(edges, stamps, strict=True):
             if child in histories and self._has_gone_on(child, stamp):
                 self._gone_back.add(child)
         if not self._most_went_back(histories):
@@ -79,7 +78,7 @@ class JumpBack:
         self._given_up = self._newest
         self.begin()
         self._newest = newest
-        parent, child = (name.removeprefix('/') for name in edges[0])
+        parent, child = edges[0]
         return Incident(
             Kind.JUMP_BACK, parent, child, newest, authority,
             f'stamps went back by {format_span(back)} and go on from there: a bag that loops, or '

@@ -41,18 +41,13 @@ class Path:
 
         :return: nanoseconds; ``LATEST`` when nothing on the path moves.
         """
-        common = LATEST
-        for edge in self._dynamic:
-            stamp = edge.latest_stamp
-            # As in tf2, an edge whose newest stamp is zero has no say.
-            if stamp and (stamp < common or common == LATEST):
-                common = stamp
-        return common
+        stamps = [edge.latest_stamp for edge in self._dynamic if edge.latest_stamp is not None]
+        return min(stamps, default=LATEST)
 
-    def slowest_edge(self) -> DynamicHistory | None:
-        """Return the edge that the latest common time hangs on; None if nothing moves."""
-        return min((edge for edge in self._dynamic if edge.latest_stamp),
-                   key=lambda edge: edge.latest_stamp or LATEST, default=None)
+    def slowest_edges(self) -> list[DynamicHistory]:
+        """Return the edges that have to go on before the latest common time does."""
+        common = self.latest_common_time()
+        return [edge for edge in self._dynamic if edge.latest_stamp == common]
 
     def span(self) -> tuple[int, int]:
         """Return the oldest and the newest stamp that every moving edge has data for."""

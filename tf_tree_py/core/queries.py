@@ -13,8 +13,10 @@ import numpy.typing as npt
 
 from . import se3
 from .errors import (
+    Blocker,
+    ConnectivityException,
+    ExtrapolationException,
     InvalidArgumentException,
-    PastExtrapolationException,
     TransformException,
 )
 from .many import Stamps
@@ -24,7 +26,7 @@ from .pose import Pose
 from .se3 import PoseTuple
 from .so3 import Array
 from .stamp import format_stamp, LATEST
-from .times import checked_stamp, checked_stamps
+from .times import checked_stamp, checked_stamps, without_mask
 from .tree import Tree
 
 
@@ -34,8 +36,10 @@ class Queries:
 
     ``lookup('map', 'camera', stamp)`` gives ``map_T_camera``: it takes coordinates
     in camera to coordinates in map, as everything was at the stamp. Stamps are
-    integer nanoseconds; ``LATEST`` (0) is the newest time that every edge between
-    the two frames has data for.
+    integer nanoseconds. Where one pose is asked for, the stamp 0 is ``LATEST``, as in
+    tf2: the newest time that every edge between the two frames has data for.
+    ``lookup_at`` and everything that takes many stamps know no ``LATEST``: there 0 is a
+    time like any other, for data whose time begins at 0.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -78,28 +82,24 @@ class Queries:
             with self._lock:
                 if target_frame == source_frame:
                     return self._own_stamp(target_frame, stamp), se3.IDENTITY
-                path = self._tree.path(target_frame, source_frame, stamp)
                 if stamp == LATEST:
-                    return self._latest(path, target_frame, source_frame)
-                return stamp, path.pose_at(stamp)
+                    return self._tree.newest_pose(target_frame, source_frame)
+                return stamp, self._tree.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
             error.target_frame, error.source_frame = target_frame, source_frame
             raise
 
-    def _latest(self, path: Path, target_frame: str,
-                source_frame: str) -> tuple[int, PoseTuple]:
-        """Return the pose at the latest common time, and that time."""
-        stamp = path.latest_common_time()
-        try:
-            if path.fixed:
-                return stamp, path.pose_at(stamp)
-            return stamp, self._tree.path(target_frame, source_frame, stamp).pose_at(stamp)
-        except PastExtrapolationException as error:
-            # The slowest edge has to catch up with the one that had no data at its stamp.
-            slowest = path.slowest_edge()
-            if slowest is not None:
-                error.blocked_on = (slowest.child, LATEST)
-            raise
+    def lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> Pose:
+        """
+        Return ``target_T_source`` at a stamp, where 0 is a time and not ``LATEST``.
+
+        Otherwise as ``lookup``.
+        """
+        stamp = self._stamp_of(stamp)
+        with self._lock, _Naming(target_frame, source_frame):
+            if target_frame == source_frame:
+                return Pose._make(se3.IDENTITY)
+            return Pose._make(self._tree.pose_at(target_frame, source_frame, stamp))
 
     def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
                     source_stamp: int, fixed_frame: str) -> Pose:
@@ -116,18 +116,37 @@ class Queries:
     def lookup_full_stamped(self, target_frame: str, target_stamp: int, source_frame: str,
                             source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
         """Return what ``target_stamp`` came to, and the pose; see ``lookup_full``."""
-        try:
-            with self._lock:
-                self._tree.check_frame('target_frame', target_frame)
-                self._tree.check_frame('source_frame', source_frame)
-                self._tree.check_frame('fixed_frame', fixed_frame)
-                _, fixed_T_source = self.lookup_stamped(fixed_frame, source_frame, source_stamp)
-                stamp, target_T_fixed = self.lookup_stamped(
-                    target_frame, fixed_frame, target_stamp)
-        except TransformException as error:
-            error.target_frame, error.source_frame = target_frame, source_frame
-            raise
+        with self._lock, _Naming(target_frame, source_frame):
+            self._tree.check_frame('target_frame', target_frame)
+            self._tree.check_frame('source_frame', source_frame)
+            self._tree.check_frame('fixed_frame', fixed_frame)
+            halves = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
+                      (target_frame, fixed_frame, self._stamp_of(target_stamp))]
+            (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(halves)
         return stamp, se3.compose(target_T_fixed, fixed_T_source)
+
+    def _lookup_both(self, halves: list[tuple[str, str, int]]) -> list[tuple[int, PoseTuple]]:
+        """Return the answers of two lookups, or raise what one of them lacks."""
+        answers: list[tuple[int, PoseTuple]] = []
+        errors: list[TransformException] = []
+        watched: list[Blocker] = []
+        for target_frame, source_frame, stamp in halves:
+            try:
+                answers.append(self.lookup_stamped(target_frame, source_frame, stamp))
+            except TransformException as error:
+                errors.append(error)
+                watched += error.blocked_on or ()
+            else:
+                # It may lose its data while the other is waited for.
+                watched += () if stamp == LATEST else self._tree.blockers(
+                    target_frame, source_frame, stamp)
+        if not errors:
+            return answers
+        for hopeless in errors:
+            if hopeless.blocked_on is None:
+                raise hopeless
+        errors[0].blocked_on = tuple(watched)
+        raise errors[0]
 
     def latest_common_time(self, target_frame: str, source_frame: str) -> int:
         """
@@ -136,12 +155,12 @@ class Queries:
         ``LATEST`` itself when nothing between them moves. Raises as ``lookup`` does,
         but for extrapolation.
         """
-        with self._lock:
+        with self._lock, _Naming(target_frame, source_frame):
             self._tree.check_frame('target_frame', target_frame)
             self._tree.check_frame('source_frame', source_frame)
             if target_frame == source_frame:
                 return self._own_stamp(target_frame, LATEST)
-            return self._tree.path(target_frame, source_frame, LATEST).latest_common_time()
+            return self._tree.newest_path(target_frame, source_frame).latest_common_time()
 
     def _own_stamp(self, frame: str, stamp: int) -> int:
         """Return the stamp of a frame's transform to itself: as asked, or its own newest."""
@@ -157,10 +176,11 @@ class Queries:
         Both ends are among them. Raises as ``lookup`` does.
         """
         stamp = self._stamp_of(stamp)
-        with self._lock:
+        moment = None if stamp == LATEST else stamp
+        with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return [source_frame]
-            return self._tree.frames_between(target_frame, source_frame, stamp)
+            return self._tree.frames_between(target_frame, source_frame, moment)
 
     # --- many poses
 
@@ -177,22 +197,32 @@ class Queries:
         """
         Return ``target_T_source`` at many stamps, as ``lookup`` would one by one.
 
-        :param stamps: (N,) integer nanoseconds, in any order. 0 is a time here.
-        :param outside: what to do with stamps that some edge has no data for:
-            'raise', or 'mask' to return NaN for them and which are valid.
+        :param stamps: (N,) integer nanoseconds, in any order. 0 is a time here. Masked ones
+            have no answer.
+        :param outside: what to do with stamps that have no answer: 'raise', or 'mask' to
+            return NaN for them and which are valid.
         :return: (N, 7) poses x y z qx qy qz qw (``se3.as_matrix_many`` makes (N, 4, 4)
             of them); with 'mask' also (N,) booleans.
         :raises InvalidArgumentException: stamps that are no integers or not in one row.
-        :raises TransformException: as ``lookup`` does.
+        :raises TransformException: as ``lookup`` does; with 'mask' where a frame is not
+            known, or nothing joined the two at any time.
+
+        The numbers are those of ``lookup`` to 1e-12 metres and quaternion units, or, where
+        an edge is longer than a kilometre, to 1e-15 of its length.
         """
+        stamps, given = without_mask(stamps)
         array = self._stamps_of(stamps)
         if outside not in ('raise', 'mask'):
             raise InvalidArgumentException(f"outside is 'raise' or 'mask', not {outside!r}")
-        poses, valid = self._poses_at(target_frame, source_frame, array)
+        with _Naming(target_frame, source_frame):
+            poses, valid = self._poses_at(target_frame, source_frame, array)
+        if given is not None:
+            valid &= given
+            poses[~given] = np.nan
         if outside == 'mask':
             return poses, valid
         if not valid.all():
-            self._raise_first(target_frame, source_frame, array, valid)
+            self._raise_first(target_frame, source_frame, array, given, valid)
         return poses
 
     def _poses_at(self, target_frame: str, source_frame: str,
@@ -200,63 +230,64 @@ class Queries:
         if target_frame == source_frame:
             return np.tile(se3.IDENTITY, (len(stamps), 1)), np.ones(len(stamps), dtype=bool)
         with self._lock:
-            path = self._path_for_all(target_frame, source_frame)
+            path, was_rehung = self._path_for_all(target_frame, source_frame)
+            valid = np.zeros(len(stamps), dtype=bool)
             if path is not None:
                 oldest, latest = path.span()
                 valid = (stamps >= oldest) & (stamps <= latest)
                 inside = stamps if valid.all() else stamps[valid]
                 track = path.track(*_ends(inside))
-        if path is None:
-            return self._one_by_one(target_frame, source_frame, stamps)
-        if inside is stamps:
+            # There may have been another way when this one had no data.
+            frozen = self.snapshot() if was_rehung and not valid.all() else None
+        if path is not None and inside is stamps:
             return track.poses_at(stamps), valid
         poses = np.full((len(stamps), 7), np.nan)
-        poses[valid] = track.poses_at(inside)
+        if path is not None:
+            poses[valid] = track.poses_at(inside)
+        if frozen is not None:
+            frozen._add_one_by_one(target_frame, source_frame, stamps, poses, valid)
         return poses, valid
 
-    def _path_for_all(self, target_frame: str, source_frame: str) -> Path | None:
-        """Return the path that is good at every stamp; None if it depends on the stamp."""
+    def _path_for_all(self, target_frame: str, source_frame: str) -> tuple[Path | None, bool]:
+        """Return the path that never changes, if there is one, and whether there were others."""
+        was_rehung = self._tree.was_rehung
         try:
-            path = self._tree.path(target_frame, source_frame, LATEST)
-        except TransformException as error:
-            error.target_frame, error.source_frame = target_frame, source_frame
-            raise
-        return path if path.fixed else None
+            path = self._tree.newest_path(target_frame, source_frame)
+        except ConnectivityException:
+            if not was_rehung:
+                raise
+            return None, True
+        return (path if path.fixed else None), was_rehung
 
-    def _one_by_one(self, target_frame: str, source_frame: str,
-                    stamps: Stamps) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Look up where some edge changes its parent over time."""
-        poses = np.full((len(stamps), 7), np.nan)
-        frozen = self.snapshot()
-        for number, stamp in enumerate(stamps.tolist()):
+    def _add_one_by_one(self, target_frame: str, source_frame: str, stamps: Stamps,
+                        poses: Array, valid: npt.NDArray[np.bool_]) -> None:
+        """Look up what has no answer yet, where frames hung elsewhere at other times."""
+        for number in np.flatnonzero(~valid).tolist():
             try:
-                poses[number] = frozen.lookup_at(target_frame, source_frame, stamp)
-            except TransformException:
+                poses[number] = self._tree.pose_at(target_frame, source_frame, int(stamps[number]))
+            except (ConnectivityException, ExtrapolationException):
                 continue
-        return poses, ~np.isnan(poses[:, 0])
+            valid[number] = True
 
     def _raise_first(self, target_frame: str, source_frame: str, stamps: Stamps,
+                     given: npt.NDArray[np.bool_] | None,
                      valid: npt.NDArray[np.bool_]) -> None:
         """Raise what ``lookup`` says of the first stamp that has no answer."""
         first = int(np.argmin(valid))
-        stamp = int(stamps[first])
         count = len(stamps) - int(valid.sum())
+        many = (f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}]'
+                "{}; outside='mask' returns the others")
+        if given is not None and not given[first]:
+            raise InvalidArgumentException(many.format(', which is masked'))
+        stamp = int(stamps[first])
         try:
             self.lookup_at(target_frame, source_frame, stamp)
         except TransformException as error:
-            error.hint = (
-                f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}] = '
-                f"{format_stamp(stamp)} s; outside='mask' returns the others")
+            of_all = many.format(f' = {format_stamp(stamp)} s')
+            error.hint = f'{error.hint}. {of_all}' if error.hint else of_all
             raise
         raise InvalidArgumentException(
             f'{count} of {len(stamps)} stamps had no answer while this was asked')
-
-    def lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> PoseTuple:
-        """Return ``target_T_source`` at a stamp where 0 is a time, not ``LATEST``."""
-        with self._lock:
-            if target_frame == source_frame:
-                return se3.IDENTITY
-            return self._tree.path(target_frame, source_frame, stamp).pose_at(stamp)
 
     def lookup_tree(self, target_frame: str, stamp: int = LATEST) -> dict[str, Pose]:
         """
@@ -272,7 +303,9 @@ class Queries:
             no integer.
         """
         stamp = self._stamp_of(stamp)
-        with self._lock:
+        with self._lock, _Naming(target_frame, None):
+            if stamp == LATEST:
+                stamp = self._tree.newest_of_all(target_frame)
             poses = self._tree.poses_from(target_frame, stamp)
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
 
@@ -333,5 +366,21 @@ class Snapshot(Queries):
         self._lock = threading.RLock()
 
 
+class _Naming:
+    """Says in an error which frames were asked for."""
+
+    __slots__ = ('frames',)
+
+    def __init__(self, target_frame: str, source_frame: str | None) -> None:
+        self.frames = target_frame, source_frame
+
+    def __enter__(self) -> None:
+        """Nothing is to be done before."""
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, TransformException):
+            error.target_frame, error.source_frame = self.frames
+
+
 def _ends(stamps: Stamps) -> tuple[int, int]:
-    return (int(stamps.min()), int(stamps.max())) if len(stamps) else (LATEST, LATEST)
+    return (int(stamps.min()), int(stamps.max())) if len(stamps) else (0, 0)

@@ -13,10 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import so3
+from .errors import InvalidArgumentException
 from .history import POSE_BYTES, unpack_pose
 from .incidents import Incident, Kind
 from .se3 import PoseTuple
 from .so3 import Array
+from .times import checked_stamp, STAMP_LIMIT
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
@@ -29,7 +31,7 @@ _LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
 
 
 class Sample(NamedTuple):
-    """``parent_T_child`` at a stamp in nanoseconds; nothing is checked yet."""
+    """``parent_T_child`` at a stamp in nanoseconds; its numbers are not checked yet."""
 
     parent: str
     child: str
@@ -39,9 +41,10 @@ class Sample(NamedTuple):
 
 class Batch(NamedTuple):
     """
-    The transforms of one message, packed; nothing is checked yet.
+    The transforms of one message, packed; its numbers are not checked yet.
 
-    :ivar edges: (parent, child) of each; one object for all messages of one layout.
+    :ivar edges: (parent, child) of each, without leading slashes; one object for all
+        messages of one layout.
     :ivar stamps: of each, nanoseconds.
     :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
         byte order, as ``history.pack_pose`` makes them.
@@ -55,6 +58,25 @@ class Batch(NamedTuple):
         """Return them one by one."""
         return [Sample(parent, child, stamp, unpack_pose(pose)) for (parent, child), stamp, pose
                 in zip(self.edges, self.stamps, self.poses, strict=True)]
+
+
+def admitted(sample: Sample) -> Sample:
+    """
+    Return a sample with plain names and stamp, as everything behind this door expects it.
+
+    Takes one leading slash off each name, as tf2 does.
+
+    :raises InvalidArgumentException: a name or a stamp that is none.
+    """
+    parent, child, stamp, pose = sample
+    if not isinstance(parent, str) or not isinstance(child, str):
+        raise InvalidArgumentException(
+            f'Invalid argument: the frames {parent!r} and {child!r} have to be strings')
+    if type(stamp) is int and -STAMP_LIMIT <= stamp < STAMP_LIMIT and (
+            parent[:1] != '/' != child[:1]):
+        return sample
+    return Sample(
+        parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
 
 
 def is_sound(pose: PoseTuple) -> bool:
@@ -114,13 +136,12 @@ def checked(sample: Sample, authority: str) -> Sample | Incident:
     """
     Return a sample fit for the tree, or why there is none.
 
-    Strips one leading slash of each name and normalises the quaternion, as tf2
-    does; refuses what tf2 refuses, and infinities, which would become NaN on the
-    first composition.
+    Normalises the quaternion, as tf2 does; refuses what tf2 refuses, and infinities,
+    which would become NaN on the first composition.
+
+    :param sample: see ``admitted``.
     """
-    parent = sample.parent.removeprefix('/')
-    child = sample.child.removeprefix('/')
-    stamp, pose = sample.stamp, sample.pose
+    parent, child, stamp, pose = sample
 
     def refused(kind: Kind, detail: str) -> Incident:
         return Incident(kind, parent, child, stamp, authority, detail)

@@ -24,7 +24,9 @@ _UNITS = {'ns': 1, 'us': 10**3, 'ms': 10**6, 's': 10**9, 'm': 60 * 10**9, 'h': 3
           'D': 86_400 * 10**9, 'W': 7 * 86_400 * 10**9}
 _FINER = {'ps': 10**3, 'fs': 10**6, 'as': 10**9}
 
-_LARGEST = 2**63 - 1
+STAMP_LIMIT = 2**63
+"""Stamps are less than this, and not less than its negative."""
+
 # A window shorter than this was meant in other units.
 _SHORT_WINDOW = 1_000_000
 
@@ -37,13 +39,20 @@ def checked_stamp(stamp: Any) -> int:
     Return a caller's stamp as a plain int.
 
     :param stamp: an integer, a ``datetime64``, or a Timestamp of pandas.
-    :raises InvalidArgumentException: none of these (float seconds, most likely), or no
-        time at all (NaT).
+    :raises InvalidArgumentException: none of these (float seconds, most likely), no time
+        at all (NaT), or one that does not fit into 64 bits, as those of messages do.
     """
     try:
-        return operator.index(stamp)
+        checked = operator.index(stamp)
     except TypeError:
-        pass
+        return _from_datetime(stamp)
+    if -STAMP_LIMIT <= checked < STAMP_LIMIT:
+        return checked
+    raise InvalidArgumentException(
+        f'Invalid argument stamp {stamp}: nanoseconds have to fit into 64 bits, with a sign')
+
+
+def _from_datetime(stamp: Any) -> int:
     if hasattr(stamp, 'to_datetime64'):
         stamp = stamp.to_datetime64()
     if isinstance(stamp, np.datetime64):
@@ -78,11 +87,17 @@ def checked_stamps(stamps: npt.ArrayLike,
         raise InvalidArgumentException(
             f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would be '
             f'off by 200 ns. {_HOW}')
-    if array.dtype.kind in 'uO' and len(array) and not (
-            array.min() >= -_LARGEST - 1 and array.max() <= _LARGEST):
-        raise InvalidArgumentException(
-            f'stamps are integer nanoseconds of 64 bits, up to {_LARGEST}; some are beyond')
+    if array.dtype.kind == 'u' and len(array):
+        checked_stamp(array.max())
     return array.astype(np.int64)
+
+
+def without_mask(stamps: npt.ArrayLike) -> tuple[npt.ArrayLike, npt.NDArray[np.bool_] | None]:
+    """Return stamps with zeros where they were masked, and which were not; None: nobody masks."""
+    if not isinstance(stamps, np.ma.MaskedArray):
+        return stamps, None
+    masked, data = np.ma.getmaskarray(stamps), np.ma.getdata(stamps)
+    return np.where(masked, np.zeros_like(data), data), ~masked
 
 
 def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
@@ -109,7 +124,7 @@ def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
                 "them, for instance with .astype('datetime64[ns]')")
         return np.array([stamp for stamp, _ in exact], dtype=np.int64)
     factor = _UNITS.get(unit, 1) * count  # an empty array may have no unit
-    largest = _LARGEST // factor
+    largest = (STAMP_LIMIT - 1) // factor
     if len(numbers) and not -largest <= numbers.min() <= numbers.max() <= largest:
         raise InvalidArgumentException(
             f'stamps are nanoseconds since 1970 in 64 bits, which end in 2262: some {array.dtype} '

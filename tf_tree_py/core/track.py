@@ -5,14 +5,13 @@ What is refused, and how it is told, is what inserting them one by one would do;
 where that is not plain to see, they are.
 """
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InvalidArgumentException
-from .history import DynamicHistory, History
+from .history import DynamicHistory
 from .incidents import Incident
 from .poses import checked_poses
 from .sample import checked, judged_poses, Sample
@@ -57,14 +56,10 @@ class Track(NamedTuple):
         """Return them one by one, from a number on."""
         return [self.sample(number) for number in range(begin, len(self.stamps))]
 
-    def history_to_extend(self, histories: Mapping[str, History]) -> DynamicHistory | None:
-        """Return the history of this edge; None where more has to change than to add samples."""
-        history = histories.get(self.child.removeprefix('/'))
-        if (isinstance(history, DynamicHistory) and history.fixed_parent
-                and history.parent == self.parent.removeprefix('/')
-                and history.latest_stamp is not None):
-            return history
-        return None
+    def earliest_after(self) -> list[int]:
+        """Return for each sample the earliest stamp of it and those behind it."""
+        earliest: list[int] = np.minimum.accumulate(self.stamps[::-1])[::-1].tolist()
+        return earliest
 
     def judged(self, authority: str) -> 'Judged':
         """Return which are fit for the tree, with unit quaternions, and why the others are not."""
@@ -128,4 +123,4 @@ def checked_track(parent: str, child: str, stamps: Stamps, poses: Any) -> Track:
     if len(array) != len(stamps):
         raise InvalidArgumentException(
             f'stamps (N,) and poses (N, 7) are one for each, not {len(stamps)} and {len(array)}')
-    return Track(parent, child, stamps, array)
+    return Track(parent.removeprefix('/'), child.removeprefix('/'), stamps, array)

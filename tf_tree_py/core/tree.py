@@ -7,23 +7,28 @@ Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
 ``buffer_core``'s.
 """
 
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from . import se3
+from .climb import blockers, Branches, climb_both, find_loop, FOREVER, Loop
 from .errors import (
     ANY_STRUCTURE,
+    Blocker,
     ConnectivityException,
     ExtrapolationException,
     Hint,
     InvalidArgumentException,
     LookupException,
+    TransformException,
 )
 from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
+from .many import Stamps
 from .path import Path
 from .sample import Batch, is_sound, Sample
 from .se3 import PoseTuple
+from .so3 import Array
 from .stamp import format_span, format_stamp, LATEST
 from .suggest import known_names
 
@@ -41,7 +46,7 @@ class Tree:
 
     The parent belongs to the sample, so the tree may change over time. A path on
     which no edge ever changed its parent is kept until the structure changes;
-    ``version`` counts those changes.
+    ``version`` counts those changes. An edge that began earlier than was known is one.
 
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
@@ -116,12 +121,41 @@ class Tree:
         """
         history = self.histories.get(child)
         if isinstance(history, DynamicHistory) and not static and (
-                history.parent == parent and history.fixed_parent or history.is_too_old(stamp)):
+                history.goes_on(parent, stamp) or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
                 history.authority = authority
                 return []
             return [self._too_old(history, parent, stamp, authority)]
+        if static and isinstance(history, StaticHistory) and (
+                history.parent == parent and history.pose == pose):
+            # Sent again, as a static broadcaster does with all it has when one is new.
+            history.authority = authority
+            return []
         return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
+
+    def history_to_extend(self, parent: str, child: str, stamp: int) -> DynamicHistory | None:
+        """
+        Return the history of an edge to which samples from a stamp on can just be added.
+
+        None where one of them might change who is whose parent, or be refused for that.
+        """
+        history = self.histories.get(child)
+        if (not isinstance(history, DynamicHistory) or history.latest_stamp is None
+                or not history.fixed_parent or history.parent != parent):
+            return None
+        if history.goes_on(parent, stamp) or find_loop(
+                self.histories, parent, child, stamp, FOREVER, []) is None:
+            return history
+        return None
+
+    def extend(self, history: DynamicHistory, stamps: Stamps, poses: Array,
+               authority: str) -> None:
+        """Take samples of an edge; see ``history_to_extend`` and ``DynamicHistory.extend``."""
+        began = history.oldest_stamp
+        history.extend(stamps, poses)
+        history.authority = authority
+        if began is not None and stamps.min() < began:
+            self._structure_changed()
 
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
@@ -131,14 +165,12 @@ class Tree:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
-        newest = (static or not isinstance(history, DynamicHistory)
-                  or history.latest_stamp is None or stamp >= history.latest_stamp)
-        # A late sample must not close a loop then; the newest, neither then nor now.
-        times = (stamp, LATEST) if newest else (stamp,)
-        incidents = self._drop_stale_loop(parent, child, times, authority, static)
-        loop = self._loop(parent, child, times)
-        if loop:
-            return [*incidents, self._loop_closed(loop, child, stamp, authority)]
+        silent: list[DynamicHistory] = []
+        if child in self.frames:  # else nothing hangs on it
+            loop = self._close_loop(parent, child, _time_of(history, stamp, static), silent)
+            if loop is not None:
+                return [self._loop_closed(loop, child, stamp, authority)]
+        incidents = [self._ended(edge, parent, child, stamp, authority) for edge in silent]
         incidents += self._remarks(history, parent, child, stamp, authority, static)
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
@@ -149,9 +181,8 @@ class Tree:
                          and history.latest_stamp is not None and stamp >= history.latest_stamp)
             history.insert(stamp, parent, pose)
             history.authority = authority
-            # Not before: a stamp of more than 64 bits does not get here.
             self.histories[child] = history
-            if unchanged:
+            if unchanged and not silent:
                 return incidents
         self.frames.setdefault(child)
         self.frames.setdefault(parent)
@@ -164,48 +195,49 @@ class Tree:
         self._known.clear()
         self._steps.clear()
 
-    def _loop(self, parent: str, child: str, times: Sequence[int]) -> list[History]:
-        """Return the edges from a parent up to its would-be child; none if it is not up there."""
-        if child not in self.frames:
-            return []  # nothing hangs on a new name: the climb would be in vain
-        for stamp in times:
-            edges: list[History] = []
-            frame: str | None = parent
-            while frame in self.histories and len(edges) <= len(self.histories):
-                history = self.histories[frame]
-                edges.append(history)
-                frame = history.nearest_parent(stamp)
-                if frame == child:
-                    return edges
-        return []
+    def _close_loop(self, parent: str, child: str, time: tuple[int, int],
+                    silent: list[DynamicHistory]) -> Loop | None:
+        """
+        Return the loop that an edge would close at some time, if any.
 
-    def _drop_stale_loop(self, parent: str, child: str, times: Sequence[int], authority: str,
-                         static: bool) -> list[Incident]:
-        """Forget an edge in the way that nobody has published for longer than the window."""
-        if static:
-            return []
-        stamp = times[0]
-        for edge in self._loop(parent, child, times):
-            if isinstance(edge, DynamicHistory) and edge.latest_stamp is not None:
-                age = stamp - edge.latest_stamp
-                if age > self.cache_time:
-                    incident = Incident(
-                        Kind.STALE_EDGE_DROPPED, parent, child, stamp, authority,
-                        f'it turns round the edge {edge.parent!r} -> {edge.child!r} from '
-                        f'{edge.authority!r}, whose newest sample is {format_span(age)} older; '
-                        'that edge was dropped')
-                    edge.clear()
-                    return [incident]
-        return []
+        Where it is the newest and goes past edges that fell silent before it, these may
+        give way.
 
-    def _loop_closed(self, loop: list[History], child: str, stamp: int,
-                     authority: str) -> Incident:
-        frames = [*(edge.child for edge in loop), child]
-        way = ' -> '.join([child, *frames])
+        :param time: when the parent is to be the parent: from a stamp to one that is no
+            longer part.
+        :param silent: those are added here.
+        """
+        begin, end = time
+        while True:
+            loop = find_loop(self.histories, parent, child, begin, end, silent)
+            if loop is None or end != FOREVER:
+                return loop
+            gives_way = [edge for edge in loop.edges
+                         if isinstance(edge, DynamicHistory) and edge.fell_silent(begin)]
+            if not gives_way:
+                return loop
+            silent += gives_way[:1]
+
+    def _ended(self, edge: DynamicHistory, parent: str, child: str, stamp: int,
+               authority: str) -> Incident:
+        """End an edge that fell silent, for another turns it round."""
+        assert edge.latest_stamp is not None
+        incident = Incident(
+            Kind.SILENT_EDGE_ENDED, parent, child, stamp, authority,
+            f'it turns round the edge {edge.parent!r} -> {edge.child!r} from '
+            f'{edge.authority!r}, whose newest sample is '
+            f'{format_span(stamp - edge.latest_stamp)} older; that edge ended with it, and its '
+            'past can still be asked for')
+        edge.end()
+        return incident
+
+    def _loop_closed(self, loop: Loop, child: str, stamp: int, authority: str) -> Incident:
+        parent = loop.edges[0].child
+        way = ' -> '.join([child, parent, *loop.frames])
         kept = ', '.join(f'{above!r} -> {edge.child!r} from {edge.authority!r}'
-                         for edge, above in zip(loop, frames[1:], strict=True))
+                         for edge, above in zip(*loop, strict=True))
         return Incident(
-            Kind.LOOP, frames[0], child, stamp, authority,
+            Kind.LOOP, parent, child, stamp, authority,
             f'each frame the child of the next, {way} is a loop; kept: {kept}. '
             'Two nodes disagree about who is whose parent: stop the sender of this, or the other')
 
@@ -242,30 +274,78 @@ class Tree:
 
     # --- finding the way
 
-    def path(self, target: str, source: str, stamp: int) -> Path:
+    def newest_path(self, target: str, source: str) -> Path:
         """
-        Return the way between two frames, for a stamp if it depends on that.
+        Return the way between two frames by every edge's newest sample.
 
         The textbook's walk: climb from the source, climb from the target, meet at
         the lowest common ancestor.
 
-        :param stamp: nanoseconds; ``LATEST`` goes by every edge's newest sample.
         :raises InvalidArgumentException: a name that cannot be a frame.
         :raises LookupException: a frame that nobody published.
         :raises ConnectivityException: nothing joins the two.
-        :raises ExtrapolationException: nothing joins them, and an edge has no data then.
         """
+        return self._kept_path(target, source) or self._find_path(target, source, None)
+
+    def pose_at(self, target: str, source: str, stamp: int) -> PoseTuple:
+        """
+        Return ``target_T_source`` at a stamp, by the way that there was then.
+
+        :param stamp: nanoseconds; 0 is a time here.
+        :raises ExtrapolationException: nothing joins them, and an edge has no data then.
+
+        The other errors are those of ``newest_path``.
+        """
+        path = self._kept_path(target, source)
+        if path is not None:
+            try:
+                return path.pose_at(stamp)
+            except ExtrapolationException:
+                pass  # There may have been another way, and if not, that says why.
+        return self._find_path(target, source, stamp).pose_at(stamp)
+
+    def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
+        """
+        Return the newest time that every edge between two frames has data for, and the pose.
+
+        Errors are those of ``newest_path`` and ``pose_at``.
+        """
+        path = self.newest_path(target, source)
+        stamp = path.latest_common_time()
+        if path.fixed:
+            try:
+                return stamp, path.pose_at(stamp)
+            except ExtrapolationException:
+                pass  # As in ``pose_at``.
         try:
-            path = self._paths.get((target, source))
-        except TypeError:  # a list, say: the checks below name it
-            path = None
-        if path is None:
-            self.check_frame('target_frame', target)
-            self.check_frame('source_frame', source)
-            path = self._find_path(target, source, stamp)
-            if path.fixed:
-                self._paths[target, source] = path
+            return stamp, self._find_path(target, source, stamp).pose_at(stamp)
+        except TransformException as error:
+            # Late samples may cure it, and so does a newer time that they have in common.
+            error.blocked_on = (*(error.blocked_on or ()), *(
+                (edge.child, stamp + 1) for edge in path.slowest_edges()))
+            raise
+
+    def _kept_path(self, target: str, source: str) -> Path | None:
+        try:
+            return self._paths.get((target, source))
+        except TypeError:  # a list, say: check_frame names it
+            return None
+
+    def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
+        """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
+        path = Path(*self._climb_both(target, source, stamp).edges())
+        if path.fixed:
+            self._paths[target, source] = path
         return path
+
+    def blockers(self, target: str, source: str, stamp: int) -> tuple[Blocker, ...]:
+        """Return what may change the answer at a stamp; nothing where none will ever come."""
+        return blockers(self.histories, target, source, stamp) or ()
+
+    @property
+    def was_rehung(self) -> bool:
+        """Return whether a frame hangs elsewhere than before, at a time that can be asked for."""
+        return not all(history.fixed_parent for history in self.histories.values())
 
     def check_frame(self, argument: str, frame: str) -> None:
         """
@@ -288,67 +368,55 @@ class Tree:
             return self.when_empty
         return partial(known_names, frame, tuple(self.frames))
 
-    def _find_path(self, target: str, source: str, stamp: int) -> Path:
-        source_edges, target_edges, _ = self._climb_both(target, source, stamp)
-        return Path(source_edges, target_edges)
-
-    def frames_between(self, target: str, source: str, stamp: int) -> list[str]:
+    def frames_between(self, target: str, source: str, stamp: int | None) -> list[str]:
         """
         Return the frames from the source up to the meeting point and down to the target.
 
-        Parameters and errors are those of ``path``.
+        :param stamp: nanoseconds; None goes by the newest samples.
+
+        Errors are those of ``newest_path`` and ``pose_at``.
         """
+        return self._climb_both(target, source, stamp).frames()
+
+    def _climb_both(self, target: str, source: str, stamp: int | None) -> Branches:
         self.check_frame('target_frame', target)
         self.check_frame('source_frame', source)
-        return self._climb_both(target, source, stamp)[2]
+        branches = climb_both(self.histories, target, source, stamp)
+        if not branches.meet:
+            raise self._not_joined(branches, target, source, stamp)
+        return branches
 
-    def _climb_both(self, target: str, source: str, stamp: int
-                    ) -> tuple[list[History], list[History], list[str]]:
-        """Return the edges of both branches below their meeting point, and all frames."""
-        source_edges, source_frames = self._climb(source, stamp, (target,))
-        target_edges, target_frames = self._climb(target, stamp, set(source_frames))
-        if target_frames[-1] not in source_frames:
-            raise self._not_joined(target_frames, source_frames, stamp)
-        meeting = source_frames.index(target_frames[-1])
-        frames = [*source_frames[:meeting], *reversed(target_frames)]
-        return source_edges[:meeting], target_edges, frames
-
-    def _climb(self, frame: str, stamp: int, stop: Container[str]
-               ) -> tuple[list[History], list[str]]:
-        """Return the edges from a frame up to one to stop at or to the top, and the frames."""
-        edges: list[History] = []
-        frames = [frame]
-        while frame not in stop:
-            history = self.histories.get(frame)
-            parent = _parent_of(history, stamp)
-            if history is None or parent is None:
-                break
-            if len(frames) > len(self.frames):
-                raise LookupException('The tf tree is invalid because it contains a loop: '
-                                      + ' -> '.join(frames[-8:]))
-            edges.append(history)
-            frames.append(parent)
-            frame = parent
-        return edges, frames
-
-    def _not_joined(self, target_frames: list[str], source_frames: list[str],
-                    stamp: int) -> Exception:
+    def _not_joined(self, branches: Branches, target: str, source: str,
+                    stamp: int | None) -> TransformException:
         """Return what tf2 says of two climbs that do not meet."""
-        target, source = target_frames[0], source_frames[0]
-        if stamp != LATEST:
-            for frame in (*source_frames, *target_frames):
-                history = self.histories.get(frame)
-                try:
-                    if history is not None:
-                        history.sample(stamp)
-                except ExtrapolationException as error:
-                    return error
-        return ConnectivityException(
-            f'Could not find a connection between {target!r} and {source!r} because they are '
-            f'not part of the same tree: {target!r} hangs on {target_frames[-1]!r}, '
-            f'{source!r} on {source_frames[-1]!r}',
-            hint='Tf has two or more unconnected trees: who should publish the edge between them?',
-            blocked_on=ANY_STRUCTURE)
+        error: TransformException | None = None
+        if stamp is not None:
+            error = self._why_stuck(branches, target, source, stamp)
+        if error is None:
+            error = ConnectivityException(
+                f'Could not find a connection between {target!r} and {source!r} because they '
+                f'are not part of the same tree: {target!r} hangs on {branches.target.top!r}, '
+                f'{source!r} on {branches.source.top!r}',
+                hint='Tf has two or more unconnected trees: who should publish the edge between '
+                'them?')
+        error.blocked_on = ANY_STRUCTURE if stamp is None else blockers(
+            self.histories, target, source, stamp)
+        return error
+
+    def _why_stuck(self, branches: Branches, target: str, source: str,
+                   stamp: int) -> ExtrapolationException | None:
+        """Return which edge has no data for a stamp; None if both climbs got to a root."""
+        stuck = [history for climb in branches
+                 if isinstance(history := self.histories.get(climb.top), DynamicHistory)]
+        if not stuck:
+            return None
+        # If the frames are joined now, it is an edge between them, not one above.
+        now = climb_both(self.histories, target, source, None)
+        if now.meet:
+            between = [edge for edges in now.edges() for edge in reversed(edges)]
+            stuck = [edge for edge in between if isinstance(edge, DynamicHistory)
+                     and edge.parent_at(stamp) is None] or stuck
+        return min(stuck, key=lambda edge: _hope(edge, stamp)).extrapolation(stamp)
 
     # --- everything at once
 
@@ -356,14 +424,11 @@ class Tree:
         """
         Return ``target_T_frame`` for every frame that has one at a stamp.
 
-        :param stamp: nanoseconds; ``LATEST`` is the newest time that all moving edges
-            of the target's tree have data for.
+        :param stamp: nanoseconds; 0 is a time here.
         :raises LookupException: nobody published the target.
         :raises InvalidArgumentException: a name that cannot be a frame.
         """
         self.check_frame('target_frame', target)
-        if stamp == LATEST:
-            stamp = self._latest_of_all(target)
         poses = {target: se3.IDENTITY}
         for history, known, frame, upwards in self._steps_from(target, stamp):
             if known not in poses:
@@ -376,18 +441,21 @@ class Tree:
                 (poses[known], se3.inverse(pose) if upwards else pose))
         return poses
 
-    def _latest_of_all(self, target: str) -> int:
-        stamps = [history.latest_stamp for history, *_ in self._steps_from(target, LATEST)
-                  if history.latest_stamp]
+    def newest_of_all(self, target: str) -> int:
+        """Return the newest time that all moving edges of a frame's tree have data for, or 0."""
+        self.check_frame('target_frame', target)
+        stamps = [history.latest_stamp for history, *_ in self._steps_from(target, None)
+                  if not history.is_static and history.latest_stamp is not None]
         return min(stamps, default=LATEST)
 
-    def _steps_from(self, target: str, stamp: int) -> list[Step]:
+    def _steps_from(self, target: str, stamp: int | None) -> list[Step]:
         """Return the edges in an order in which one end is always reached already."""
         if target in self._steps:
             return self._steps[target]
+        fixed = not self.was_rehung
         neighbours: dict[str, list[Step]] = {}
         for child, history in self.histories.items():
-            parent = _parent_of(history, stamp)
+            parent = history.parent if fixed or stamp is None else history.parent_at(stamp)
             if parent is not None:
                 neighbours.setdefault(parent, []).append((history, parent, child, False))
                 neighbours.setdefault(child, []).append((history, child, parent, True))
@@ -400,7 +468,7 @@ class Tree:
                     reached.add(step[2])
                     frames.append(step[2])
                     steps.append(step)
-        if all(history.fixed_parent for history in self.histories.values()):
+        if fixed:
             self._steps[target] = steps
         return steps
 
@@ -430,7 +498,7 @@ class Tree:
         if frame not in self.frames:
             return False
         self.histories.pop(frame, None)
-        if not any(history.parent == frame for history in self.histories.values()):
+        if not any(history.has_named(frame) for history in self.histories.values()):
             del self.frames[frame]
         self._structure_changed()
         return True
@@ -442,11 +510,20 @@ def _goes_back(history: History, parent: str, authority: str) -> bool:
             and history.has_named(parent))
 
 
-def _parent_of(history: History | None, stamp: int) -> str | None:
-    """Return the parent to climb to; None at the top, and where the data ends."""
-    if history is None or history.fixed_parent:
-        return history.parent if history else None
-    try:
-        return history.parent_at(stamp)
-    except ExtrapolationException:
-        return None
+def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
+    """Return for which time a sample would say who the parent is."""
+    if static:
+        return -FOREVER, FOREVER
+    if not isinstance(history, DynamicHistory):
+        return stamp, FOREVER
+    return stamp, history.next_stamp(stamp)
+
+
+def _hope(edge: DynamicHistory, stamp: int) -> tuple[int, int]:
+    """Order edges that have no data at a stamp by how far that is from a cure."""
+    oldest, latest = edge.oldest_stamp, edge.latest_stamp
+    if oldest is None or latest is None:
+        return 2, -FOREVER
+    if stamp < oldest:
+        return (0 if edge.is_too_old(stamp) else 1), -oldest
+    return 2, latest

@@ -19,7 +19,7 @@ from .outline import EdgeInfo
 from .queries import Queries
 from .se3 import PoseTuple
 from .so3 import Array, Quaternion, Vector3
-from .stamp import format_stamp, NANOSECONDS_PER_SECOND
+from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from .times import checked_stamp
 
 Screw = tuple[float, float, float, float, float, float]
@@ -113,10 +113,12 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
             own = se3.log(se3.compose(se3.inverse(before), after))
             twist = _plus(carry(se3.inverse(now), twist), own, NANOSECONDS_PER_SECOND / length)
 
+    # The stamp may have come to 0, a time here; or to none, where nothing moves.
+    look = tree.lookup_at if moving or stamp != LATEST else tree.lookup
     axes = reference_frame or observation_frame
-    x, y, z, qx, qy, qz, qw = tree.lookup(axes, tracking_frame, stamp)
+    x, y, z, qx, qy, qz, qw = look(axes, tracking_frame, stamp)
     px, py, pz = se3.apply(
-        tree.lookup(axes, reference_point_frame or tracking_frame, stamp), reference_point)
+        look(axes, reference_point_frame or tracking_frame, stamp), reference_point)
     twist = carry((x - px, y - py, z - pz, qx, qy, qz, qw), twist)
     return Velocity(stamp, twist[:3], twist[3:])
 
@@ -202,7 +204,9 @@ def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
     if last.latest <= oldest:
         raise ExtrapolationException(
             f'A velocity takes two samples, and the edge {last.parent} -> {last.child} has none '
-            f'after {format_stamp(oldest)}', blocked_on=(last.child, oldest + 1))
+            f'after {format_stamp(oldest)}',
+            blocked_on=tuple((edge.child, oldest + 1) for edge in moving
+                             if edge.latest <= oldest))
     length = min(interval, last.latest - oldest)
     return oldest, last.latest - length, length
 

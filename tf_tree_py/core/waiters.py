@@ -1,9 +1,9 @@
 """
 Who waits for what, and what wakes them.
 
-Nothing polls: a waiter stands under what blocks it (``errors.Blocker``), and is
-handed out when that changed, to try again. No waiting, no threads and no clocks
-here; the buffer's lock guards it all.
+Nothing polls: a waiter stands under all that may change its fate (``errors.Blocker``),
+and is handed out when something of that did, to try again. No waiting, no threads and
+no clocks here; the buffer's lock guards it all.
 """
 
 from bisect import bisect_left, insort
@@ -23,19 +23,21 @@ class Waiter:
     :ivar wake: called, without the lock, when it is time to try again.
     """
 
-    __slots__ = ('wake', 'place')
+    __slots__ = ('wake', 'number', 'places')
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self.wake = wake
-        self.place: tuple[str | None, int, int] | None = None
+        self.number = 0
+        self.places: tuple[Blocker, ...] = ()
 
 
 class Waiters:
     """
-    All who wait, sorted under each blocking edge by the stamp they wait for.
+    All who wait, sorted under each edge by the stamp that it must reach for them.
 
-    A waiter stands in one place at a time. Adding, removing and finding the ready
-    ones cost O(log n) and a memmove, however many wait.
+    A waiter may stand under several edges; when one of them is ready, it leaves all.
+    Adding, removing and finding the ready ones cost O(log n) and a memmove for each
+    edge, however many wait.
 
     :ivar somebody: set while anybody waits.
     """
@@ -44,59 +46,52 @@ class Waiters:
         self.somebody = threading.Event()
         self._lines: dict[str | None, list[_Entry]] = {}
         self._numbers = itertools.count()
+        self._count = 0
 
     def __bool__(self) -> bool:
-        return bool(self._lines)
+        return self._count > 0
 
     def __len__(self) -> int:
-        return sum(map(len, self._lines.values()))
+        return self._count
 
-    def add(self, waiter: Waiter, blocker: Blocker) -> None:
-        """Put a waiter under what blocks it, out of where it stood before."""
+    def add(self, waiter: Waiter, blockers: Iterable[Blocker]) -> None:
+        """Put a waiter under all that may change its fate, out of where it stood before."""
         self.discard(waiter)
-        child, stamp = blocker
-        number = next(self._numbers)
-        insort(self._lines.setdefault(child, []), (stamp, number, waiter))
+        waiter.places = tuple(set(blockers))
+        waiter.number = next(self._numbers)
+        for child, stamp in waiter.places:
+            insort(self._lines.setdefault(child, []), (stamp, waiter.number, waiter))
+        self._count += 1
         self.somebody.set()
-        waiter.place = (child, stamp, number)
 
     def discard(self, waiter: Waiter) -> None:
         """Take a waiter out, if it stands anywhere."""
-        if waiter.place is None:
+        if not waiter.places:
             return
-        child, stamp, number = waiter.place
-        line = self._lines[child]
-        del line[bisect_left(line, (stamp, number))]
-        self._drop_if_empty(child)
-        waiter.place = None
+        for child, stamp in waiter.places:
+            line = self._lines[child]
+            del line[bisect_left(line, (stamp, waiter.number))]
+            if not line:
+                del self._lines[child]
+        waiter.places = ()
+        self._count -= 1
+        if not self._count:
+            self.somebody.clear()
 
     def take_reached(self, child: str, latest: int) -> list[Waiter]:
-        """Take out those who wait for samples of a child frame up to a stamp."""
+        """Take out those for whom an edge had to reach a stamp, and has."""
         line = self._lines.get(child)
-        if line is None:
-            return []
-        count = bisect_left(line, (latest + 1,))
-        return self._take(child, count)
+        return [] if line is None else self._take(line[:bisect_left(line, (latest + 1,))])
 
     def take_all(self) -> list[Waiter]:
         """Take out everybody: the structure changed, or all is lost."""
-        return [waiter for child in list(self._lines)
-                for waiter in self._take(child, len(self._lines[child]))]
+        return self._take([entry for line in self._lines.values() for entry in line])
 
-    def _take(self, child: str | None, count: int) -> list[Waiter]:
-        line = self._lines[child]
-        taken = [waiter for _, _, waiter in line[:count]]
-        del line[:count]
-        self._drop_if_empty(child)
+    def _take(self, entries: Iterable[_Entry]) -> list[Waiter]:
+        taken = list({number: waiter for _, number, waiter in entries}.values())
         for waiter in taken:
-            waiter.place = None
+            self.discard(waiter)
         return taken
-
-    def _drop_if_empty(self, child: str | None) -> None:
-        if not self._lines[child]:
-            del self._lines[child]
-        if not self._lines:
-            self.somebody.clear()
 
 
 def wake_all(waiters: Iterable[Waiter]) -> None:

@@ -95,13 +95,14 @@ def time_message(stamp: int) -> TimeMessage:
 
 
 def as_sample(message: TransformStamped) -> Sample:
-    """Return what a ``TransformStamped`` says."""
+    """Return what a ``TransformStamped`` says, its frames without leading slashes."""
     header = message.header
     try:
         stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
     except AttributeError:  # an rclpy Time has no business there, but tf2 lets it in
         stamp = as_nanoseconds(header.stamp)
-    return Sample(header.frame_id, message.child_frame_id, stamp, _pose_tuple(message.transform))
+    return Sample(header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/'),
+                  stamp, _pose_tuple(message.transform))
 
 
 def as_pose(transform: Transform | TransformStamped) -> Pose:
