@@ -49,12 +49,16 @@ def robot():
 
 
 def one_by_one(buffer, target, source, stamps):
-    return np.array([buffer.lookup(target, source, stamp) for stamp in stamps.tolist()])
+    return np.array([buffer.lookup_at(target, source, stamp) for stamp in stamps.tolist()])
 
 
 def assert_same_poses(actual, expected, tolerance=1e-12):
-    flips = np.sign(np.sum(actual[:, 3:] * expected[:, 3:], axis=1, keepdims=True))
     assert actual[:, :3] == pytest.approx(expected[:, :3], abs=tolerance)
+    assert_same_rotations(actual, expected, tolerance)
+
+
+def assert_same_rotations(actual, expected, tolerance=1e-12):
+    flips = np.sign(np.sum(actual[:, 3:] * expected[:, 3:], axis=1, keepdims=True))
     assert actual[:, 3:] * flips == pytest.approx(expected[:, 3:], abs=tolerance)
 
 
@@ -292,3 +296,80 @@ def test_lookups_of_one_snapshot_agree_under_a_storm_of_writers(robot):
         stop.set()
         for writer in writers:
             writer.join()
+
+
+# --- what is promised
+
+
+def test_last_stamp_that_was_sent_twice_has_the_last_pose():
+    """A correction of the newest sample counts, with few stamps and with many."""
+    buffer = BufferCore()
+    for stamp in range(11):
+        buffer.insert('a', 'b', 100 * stamp, Pose.from_xyz_rpy(x=float(stamp), yaw=0.1 * stamp))
+    buffer.insert('a', 'b', 1000, Pose.from_xyz_rpy(x=-5.0, yaw=1.5))
+    buffer.insert('b', 'c', 1000, Pose.from_xyz_rpy(y=1.0, roll=0.3))
+    buffer.insert('b', 'c', 0, Pose.from_xyz_rpy(y=1.0, roll=0.3))
+    for count in (1, 5000):
+        stamps = np.full(count, 1000)
+        stamps[:count // 2] = np.arange(count // 2) % 1001
+        poses = buffer.lookup_many('a', 'c', stamps)
+        assert poses[-1] == pytest.approx(buffer.lookup('a', 'c', 1000), abs=1e-12)
+        assert_same_poses(poses[::50], one_by_one(buffer, 'a', 'c', stamps[::50]))
+
+
+@pytest.mark.parametrize('rate_hz', [1, 20, 1000])
+@pytest.mark.parametrize('turn_per_s', [7.292e-5, 1e-7, 3e-8, 2e-8, 0.3])
+def test_slow_turn_and_long_arm_of_an_earth_frame_are_those_of_one_lookup(rate_hz, turn_per_s):
+    """What is promised: to 1e-14 of the longest edge, 64 nanometres of the earth's radius."""
+    buffer = BufferCore()
+    radius = 6.371e6
+    axis = np.array([0.3, -0.5, 0.81]) / np.linalg.norm([0.3, -0.5, 0.81])
+    for step in range(2 * rate_hz + 1):
+        buffer.insert('eci', 'earth', step * SECOND // rate_hz, Pose.from_rotation_vector(
+            axis * (1.0 + turn_per_s * step / rate_hz)))
+        buffer.insert('earth', 'robot', step * SECOND // rate_hz, Pose.from_xyz_rpy(
+            x=radius, y=1.0 * step / rate_hz, roll=0.7))
+    stamps = np.random.default_rng(5).integers(0, 2 * SECOND, 30_000)
+    for frames in (('eci', 'robot'), ('robot', 'eci')):
+        poses = buffer.lookup_many(*frames, stamps)
+        expected = one_by_one(buffer, *frames, stamps[::300])
+        assert poses[::300, :3] == pytest.approx(expected[:, :3], abs=1e-14 * radius)
+        assert_same_rotations(poses[::300], expected)
+
+
+def test_stamps_that_do_not_fit_or_are_masked_have_no_answer(robot):
+    with pytest.raises(InvalidArgumentException, match='64 bits'):
+        robot.lookup_many('map', 'tool', np.array([2**63 + 12 * SECOND], dtype=np.uint64))
+    stamps = np.ma.array([12, 12, 5], mask=[False, True, False]) * SECOND
+    poses, valid = robot.lookup_many('map', 'tool', stamps, outside='mask')
+    assert valid.tolist() == [True, False, False]
+    assert np.isnan(poses[1:]).all()
+    with pytest.raises(InvalidArgumentException, match=r'stamps\[1\], which is masked'):
+        robot.lookup_many('map', 'tool', stamps)
+
+
+def test_error_says_which_frames_why_and_how_many(robot):
+    with pytest.raises(PastExtrapolationException) as raised:
+        robot.lookup_many('map', 'tool', [12 * SECOND, 12, 13])
+    error = raised.value
+    assert (error.target_frame, error.source_frame) == ('map', 'tool')
+    assert 'The buffer keeps' in error.hint or 'began later' in error.hint
+    assert '2 of 3 stamps have no answer, the first is stamps[1]' in error.hint
+
+
+@pytest.mark.parametrize('ask', [
+    lambda buffer, *frames: buffer.lookup_many(*frames, [12]),
+    lambda buffer, *frames: buffer.lookup_at(*frames, 12),
+    lambda buffer, *frames: buffer.lookup_full(frames[0], 12, frames[1], 12, 'map'),
+    lambda buffer, *frames: buffer.frames_between(*frames),
+    lambda buffer, *frames: buffer.latest_common_time(*frames),
+])
+@pytest.mark.parametrize('frames', [('map', 'nowhere'), ('nowhere', 'map'), ('map', 'island')])
+def test_every_error_names_the_frames_that_were_asked_for(robot, ask, frames):
+    robot.insert('sea', 'island', 0, Pose(), static=True)
+    with pytest.raises(TransformException) as raised:
+        ask(robot, *frames)
+    assert (raised.value.target_frame, raised.value.source_frame) == frames
+    with pytest.raises(TransformException) as raised:
+        robot.lookup_tree('nowhere')
+    assert raised.value.target_frame == 'nowhere'

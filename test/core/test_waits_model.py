@@ -46,7 +46,7 @@ class Sleeper:
 
     @property
     def sleeps(self):
-        return bool(self.waiter.places)
+        return self.waiter.waits
 
     def should_sleep(self):
         """Return whether a lookup now fails with something that may yet be cured."""

@@ -9,8 +9,8 @@ same poses, to rounding:
 - through polynomials, when there are many more stamps than samples: between two
   neighbouring samples of all edges every edge moves at constant velocity, so the
   composed pose is a smooth function of time, and the polynomial through a few of
-  its values is that function to rounding. ``scipy`` evaluates it, at a cost that
-  does not depend on the depth of the path.
+  its values is that function to rounding. Its cost does not depend on the depth of
+  the path.
 """
 
 from collections.abc import Sequence
@@ -27,8 +27,9 @@ Stamps = npt.NDArray[np.int64]
 
 # Stamps handled at once by the direct way: its temporaries stay small and in the cache.
 _BLOCK = 8192
-# What a polynomial may deviate from the function, for lever arms of metres.
+# What a polynomial may deviate from the function, beyond what its numbers are rounded by.
 _TOLERANCE = 5e-13
+_ROUNDING = 2.0 ** -52
 # With more, the powers of a polynomial would lose more than it gains.
 _MAX_NODES = 7
 
@@ -60,6 +61,11 @@ class EdgeTrack:
         ratios = since * self._inverse_lengths[samples]
         return se3.interpolate_many(
             self._poses[samples], self._poses[samples + 1], ratios, as_tf2=True)
+
+    @property
+    def reach(self) -> float:
+        """Return how far the child is away at most, metres."""
+        return float(np.linalg.norm(self._poses[:, :3], axis=1).max())
 
     def speeds(self) -> tuple[Array, Array]:
         """Return how fast the edge turns and goes after each sample, radians and metres a ns."""
@@ -117,31 +123,38 @@ class PathTrack:
 
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
         """Return the poses by way of the interpolating polynomials between the knots."""
-        # Not before it is needed: half a second, and 45 MB.
-        from scipy.interpolate import PPoly
-
         # Chebyshev's second kind on 0 to 1: the ends are among them.
         places = 0.5 - 0.5 * np.cos(np.pi * np.arange(nodes) / (nodes - 1))
         lengths = np.diff(knots).astype(float)
         values = self._compose_after(knots[:-1, None], lengths[:, None] * places)
-        # Coefficients in t - knot, highest power first, as PPoly wants them. Only the
-        # change since the knot goes through the ill-conditioned inverse.
+        # Coefficients of the powers of 0 to 1, highest first. Only the change since the knot
+        # goes through the ill-conditioned inverse.
         to_powers = np.linalg.inv(np.vander(places))
-        powers = np.arange(nodes - 1, -1, -1)
         coefficients = np.einsum('pn,snc->psc', to_powers, values - values[:, :1])
-        coefficients /= lengths[None, :, None] ** powers[:, None, None]
         coefficients[-1] = values[:, 0]
-        origin = knots[0]
-        curve = PPoly(coefficients, (knots - origin).astype(float))
-        return np.asarray(curve((stamps - origin).astype(float)))
+        poses = np.empty((len(stamps), 7))
+        for begin in range(0, len(stamps), _BLOCK):
+            block = stamps[begin:begin + _BLOCK]
+            pieces = np.searchsorted(knots[1:-1], block, side='right')
+            places = ((block - knots[pieces]) / lengths[pieces])[:, None]
+            block_poses = coefficients[0].take(pieces, axis=0)
+            for coefficient in coefficients[1:]:
+                block_poses *= places
+                block_poses += coefficient.take(pieces, axis=0)
+            poses[begin:begin + _BLOCK] = block_poses
+        # The last piece leads to the first of several samples there; the last one counts.
+        at_end = stamps == knots[-1]
+        if at_end.any():
+            poses[at_end] = self._directly(knots[-1:])
+        return poses
 
     def _nodes_needed(self, knots: Stamps) -> int:
         """
         Return how many values fix the curve between two knots to rounding; 0 for too many.
 
         A function deviates from its interpolation at n Chebyshev nodes on an interval
-        of one by at most 2 |f^(n)| / (4^n n!). Where all edges together turn by an
-        angle a and go a distance d, a point a metre away has |f^(n)| <= a^n + n d a^(n-1).
+        of one by at most 2 |f^(n)| / (4^n n!). Where all edges together turn by an angle a,
+        go a distance d, and reach r metres, |f^(n)| <= max(1, r) a^n + n d a^(n-1).
         """
         if len(knots) < 2:
             return 0
@@ -152,9 +165,12 @@ class PathTrack:
             turning, going = edge.speeds()
             angle += float((turning[samples] * lengths).max())
             distance += float((going[samples] * lengths).max())
+        reach = sum(map(_reach, (*self._source_parts, *self._target_parts)))
+        tolerance = _TOLERANCE + _ROUNDING * reach
         for nodes in range(3, _MAX_NODES + 1):
-            derivative = angle ** nodes + nodes * distance * angle ** (nodes - 1)
-            if 2.0 * derivative / (4.0 ** nodes * math.factorial(nodes)) < _TOLERANCE:
+            derivative = (max(1.0, reach) * angle ** nodes
+                          + nodes * distance * angle ** (nodes - 1))
+            if 2.0 * derivative / (4.0 ** nodes * math.factorial(nodes)) < tolerance:
                 return nodes
         return 0
 
@@ -181,6 +197,11 @@ class PathTrack:
         if not self._target_parts:
             return top_T_source
         return se3.compose_many(se3.inverse_many(branch(self._target_parts)), top_T_source)
+
+
+def _reach(part: Part) -> float:
+    """Return how far an edge's child is away at most, metres."""
+    return part.reach if isinstance(part, EdgeTrack) else math.hypot(*part[:3])
 
 
 def _samples_before(edge: EdgeTrack, stamps: Stamps) -> npt.NDArray[np.intp]:

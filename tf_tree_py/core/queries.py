@@ -207,8 +207,8 @@ class Queries:
         :raises TransformException: as ``lookup`` does; with 'mask' where a frame is not
             known, or nothing joined the two at any time.
 
-        The numbers are those of ``lookup`` to 1e-12 metres and quaternion units, or, where
-        an edge is longer than a kilometre, to 1e-15 of its length.
+        The numbers are those of ``lookup`` to 1e-12 (metres, and parts of a quaternion);
+        where edges are longer than 100 metres, to 1e-14 of their length.
         """
         stamps, given = without_mask(stamps)
         array = self._stamps_of(stamps)

@@ -141,7 +141,9 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 def slerp_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:
     """Interpolate (..., 4) with (..., 4) at ratios (...); ``as_tf2`` as in ``slerp_weights``."""
-    first, second = slerp_weights_many(np.einsum('...i,...i->...', a, b), ratio, as_tf2)
+    # Summed as the scalar form does it, for the last bit decides what is "one" there.
+    x, y, z, w = (a[..., i] * b[..., i] for i in range(4))
+    first, second = slerp_weights_many(x + y + z + w, ratio, as_tf2)
     return np.asarray(first[..., None] * a + second[..., None] * b)
 
 

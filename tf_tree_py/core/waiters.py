@@ -30,6 +30,11 @@ class Waiter:
         self.number = 0
         self.places: tuple[Blocker, ...] = ()
 
+    @property
+    def waits(self) -> bool:
+        """Return whether it stands anywhere."""
+        return bool(self.places)
+
 
 class Waiters:
     """

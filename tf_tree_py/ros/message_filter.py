@@ -261,7 +261,7 @@ class _Held(Wait[_Answer]):
 
     def is_being_woken(self) -> bool:
         """Return whether what blocked it has changed and it has not asked again yet."""
-        return self._waiter.place is None
+        return not self._waiter.waits
 
     def end(self) -> None:
         """Wait no longer."""
