@@ -445,3 +445,9 @@ def test_sample_costs_72_bytes_and_the_slack_of_two_arrays():
     assert count <= len(history) <= count + 2
     # An array grows by a sixteenth beyond what it needs.
     assert (after - before) / len(history) < 72 * 17 / 16 + 1
+
+
+def test_last_of_several_samples_with_the_oldest_stamp_answers_too():
+    """tf2 has the first of them there, and the last everywhere else."""
+    history = history_of((10, 1), (10, 2), (20, 3))
+    assert history.sample(10) == pose_number(2)

@@ -3,6 +3,7 @@ import math
 from hypothesis import assume, given, strategies as st
 import numpy as np
 import pytest
+from recordings import is_next_to_a_tie
 from scipy.spatial.transform import Rotation, Slerp
 from strategies import (
     about,
@@ -254,3 +255,60 @@ def test_slerp_is_that_of_scipy(a, b, ratio):
     assume(angle_between(a, b) < math.pi - 1e-3)
     expected = Slerp([0.0, 1.0], Rotation.from_quat([a, b]))(ratio).as_quat()
     assert_same_rotation(so3.slerp(a, b, ratio), expected, 1e-14)
+
+
+# --- the sign that tf2 gives
+
+
+def rotation_of_tf2(matrix):
+    """Return the quaternion of a matrix as ``tf2::Matrix3x3::getRotation`` writes it."""
+    m = matrix
+    trace = m[0][0] + m[1][1] + m[2][2]
+    q = [0.0] * 4
+    if trace > 0.0:
+        s = math.sqrt(trace + 1.0)
+        q[3] = s * 0.5
+        s = 0.5 / s
+        q[0], q[1], q[2] = ((m[2][1] - m[1][2]) * s, (m[0][2] - m[2][0]) * s,
+                            (m[1][0] - m[0][1]) * s)
+        return q
+    i = ((2 if m[1][1] < m[2][2] else 1) if m[0][0] < m[1][1]
+         else (2 if m[0][0] < m[2][2] else 0))
+    j, k = (i + 1) % 3, (i + 2) % 3
+    s = math.sqrt(m[i][i] - m[j][j] - m[k][k] + 1.0)
+    q[i] = s * 0.5
+    s = 0.5 / s
+    q[3], q[j], q[k] = ((m[k][j] - m[j][k]) * s, (m[j][i] + m[i][j]) * s,
+                        (m[k][i] + m[i][k]) * s)
+    return q
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 4), signs)
+def test_sign_is_that_of_the_quaternion_that_tf2_makes_of_the_matrix(values, sign):
+    assume(math.hypot(*values) > 0.1)
+    q = tuple(sign * value for value in so3.normalize(values))
+    assume(not is_next_to_a_tie(q))
+    assert so3.with_tf2_sign(q) == pytest.approx(rotation_of_tf2(so3.as_matrix(q)), abs=1e-8)
+
+
+@given(quaternions)
+def test_sign_of_q_is_that_of_its_negative(q):
+    assume(not is_next_to_a_tie(q))
+    signed = so3.with_tf2_sign(q)
+    assert signed == so3.with_tf2_sign(tuple(-value for value in q))
+    assert so3.has_tf2_sign(*signed)
+    assert not so3.has_tf2_sign(*(-value for value in signed))
+    assert_same_rotation(signed, q, 1e-15)
+
+
+@pytest.mark.parametrize(('q', 'sign'), [
+    ((0.0, 0.0, 0.0, 1.0), 1.0),
+    ((0.0, 0.0, -0.6, 0.8), 1.0),
+    ((-0.1, 0.7, -0.7, 0.1), 1.0),   # next to a tie: the first of the two
+    ((0.0, 0.0, -0.99, 0.14106735979665894), -1.0),
+    ((0.0, -0.8, 0.44, 0.40792156108742274), -1.0),
+    ((-1.0, 0.0, 0.0, 0.0), -1.0),
+    ((0.9, -0.3, -0.3, -0.1), 1.0),
+])
+def test_sign_by_hand(q, sign):
+    assert so3.with_tf2_sign(q) == tuple(sign * value for value in q)

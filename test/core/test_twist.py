@@ -370,11 +370,17 @@ def test_buffer_is_asked_without_naming_its_publishers():
 def as_tf2_computes_it(buffer, tracking, observation, reference, point, point_frame, stamp,
                        interval):
     """Return lookupVelocity in matrices, step by step as the C++ does it."""
-    def matrix(target, source, seconds):
-        return buffer.lookup(target, source, int(seconds * 1e9)).as_matrix()
+    def as_seconds(nanoseconds):
+        return nanoseconds // SECOND + 1e-9 * (nanoseconds % SECOND)
 
-    time_s, interval_s = stamp / 1e9, interval / 1e9
-    latest_s = buffer.latest_common_time(observation, tracking) / 1e9
+    def as_nanoseconds(seconds):
+        return int(seconds) * SECOND + round((seconds - int(seconds)) * 1e9)
+
+    def matrix(target, source, seconds):
+        return buffer.lookup(target, source, as_nanoseconds(seconds)).as_matrix()
+
+    time_s, interval_s = as_seconds(stamp), interval / 1e9
+    latest_s = as_seconds(buffer.latest_common_time(observation, tracking))
     end_s = min(time_s + interval_s * 0.5, latest_s)
     start_s = max(1e-5 + interval_s, end_s) - interval_s
     start, end = matrix(observation, tracking, start_s), matrix(observation, tracking, end_s)
@@ -389,7 +395,7 @@ def as_tf2_computes_it(buffer, tracking, observation, reference, point, point_fr
     out_going = inverse[:3, :3] @ going + np.cross(inverse[:3, 3], out_rotating)
     desired = (matrix(reference, point_frame, time_s) @ [*point, 1.0])[:3]
     out_going = out_going + out_rotating * (desired - inverse[:3, 3])
-    return [*out_going, *out_rotating], int((start_s + interval_s * 0.5) * 1e9)
+    return [*out_going, *out_rotating], as_nanoseconds(start_s + interval_s * 0.5)
 
 
 @pytest.mark.parametrize('stamp', [MIDDLE, START + INTERVAL, END - PERIOD, END])
@@ -408,6 +414,26 @@ def test_velocity_is_as_tf2_computes_it(stamp, full):
         buffer, 'two', 'base', reference, point, point_frame, stamp, INTERVAL)
     assert flat(velocity) == pytest.approx(expected, abs=1e-9)
     assert velocity.stamp == expected_stamp
+
+
+@pytest.mark.parametrize(('after', 'interval', 'recorded'), [
+    (20_000_000, 20_000_000, (28.630782055861136, -18.844497202086238, 0, 0, 0,
+                              39.99982664680735)),
+    (17_654_321, 12_345_678, (27.94323163353905, -19.138162902565927, 0, 0, 0,
+                              36.20007620071224)),
+    (40_000_000, 5_000_000, (-38.051787539646575, -41.445449240591046, 0, 0, 0,
+                             69.99999382728971)),
+    (40_000_000, 30_000_001, (-21.467847885696656, -29.436974433879826, 0, 0, 0,
+                              49.9998160168737)),
+])
+def test_velocity_at_todays_stamps_is_what_jazzy_was_recorded_to_give(after, interval, recorded):
+    # Seconds since 1970 as floats are 200 ns apart, and which of them tf2 takes shows.
+    buffer, begin = BufferCore(), 1_700_000_000_123_456_789
+    for step in range(5):
+        buffer.insert('world', 'body', begin + step * PERIOD, Pose.from_xyz_rpy(
+            x=0.1 * step * step, y=-0.2 * step, yaw=0.1 * step * step))
+    velocity = lookup_velocity(buffer, 'body', 'world', begin + after, interval)
+    assert flat(velocity) == pytest.approx(recorded, abs=1e-10)
 
 
 def test_velocity_has_the_faults_of_tf2():

@@ -35,7 +35,7 @@ def test_process_hears_and_answers_until_ctrl_c(start, client, context, end):
         found = client.lookup_transform('odom', 'base_link', later, PATIENCE)
         assert found.header.stamp == later.to_msg()
         truth = robot.motion.odom_T_base_link(later.nanoseconds)
-        assert as_pose(found) == pytest.approx(truth, abs=1e-3)
+        assert as_pose(found).as_matrix() == pytest.approx(truth.as_matrix(), abs=1e-3)
     call, ended = client.wait_for_transform_async('odom', 'nowhere', Time()), threading.Event()
     call.add_done_callback(lambda _: ended.set())
     program.interrupt(end)

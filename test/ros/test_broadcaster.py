@@ -204,3 +204,12 @@ def test_threads_that_send_statics_at_once_lose_none(node, make_node, listen, po
     buffer = listen(make_node('late'))
     for name in names:
         buffer.lookup_transform('base', name, LATEST, PATIENCE)
+
+
+def test_static_broadcaster_tells_what_it_published_last(node):
+    broadcaster = StaticTransformBroadcaster(node)
+    assert broadcaster.net_message == TFMessage()
+    first, second = transform('map', 'base', 1.0), transform('base', 'arm', 1.0)
+    broadcaster.sendTransform(first)
+    broadcaster.sendTransform(second)
+    assert broadcaster.net_message == TFMessage(transforms=[first, second])

@@ -583,6 +583,18 @@ def test_context_manager_closes(node):
     assert not client.action_client.thread.is_alive()
 
 
+@pytest.mark.parametrize('who', [lambda client: client, lambda client: client.action_client],
+                         ids=['client', 'action client'])
+def test_destroying_as_in_tf2_closes(node, who):
+    client = BufferClient(node, ACTION)
+    call = client.wait_for_transform_async('map', 'base', LATEST)
+    who(client).destroy()
+    assert not client.action_client.thread.is_alive()
+    with pytest.raises(TimeoutException, match='was closed'):
+        call.result()
+    client.destroy()
+
+
 def test_lookup_in_the_clients_own_thread_fails_instead_of_hanging(ready):
     errors, told = [], threading.Event()
 

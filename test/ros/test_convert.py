@@ -18,7 +18,7 @@ from rclpy.time import Time
 from ros_helpers import transform
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, InvalidArgumentException, Pose
-from tf_tree_py.core import Sample
+from tf_tree_py.core import Sample, so3
 
 # Not imported from the package, where tf2's function of that name stands before it.
 convert = importlib.import_module('tf_tree_py.ros.convert')
@@ -66,7 +66,9 @@ def test_nanoseconds_become_a_time_message_and_back(stamp):
 
 
 @pytest.mark.parametrize('stamp', [0, 1, 17 * SECOND + 123_456_789, -1])
-@pytest.mark.parametrize('pose', [POSE, (0.0,) * 6 + (1.0,), (math.pi, 1e300, -0.0) + POSE[3:]])
+@pytest.mark.parametrize('pose', [POSE, (0.0,) * 6 + (1.0,), (math.pi, 1e300, -0.0) + POSE[3:],
+                                  (1.0, 2.0, 3.0, 0.1, -0.9, 0.3, 0.3),
+                                  (1.0, 2.0, 3.0, 0.5, -0.1, 0.1, -0.85)])
 @pytest.mark.parametrize('names', [('map', 'base_link'), ('a', ''), ('Küche', '机器人/手')])
 def test_slotted_message_equals_the_public_one(names, pose, stamp):
     slotted = convert.slotted_transform_stamped(*names, stamp, pose)
@@ -77,6 +79,15 @@ def test_slotted_message_equals_the_public_one(names, pose, stamp):
     assert len(serialize_message(slotted)) == len(serialize_message(public))
     assert deserialize_message(serialize_message(slotted), TransformStamped) == public
     assert copy.deepcopy(slotted) == public
+
+
+@pytest.mark.parametrize('make', [convert.slotted_transform_stamped,
+                                  convert.public_transform_stamped])
+def test_quaternion_in_a_message_has_the_sign_of_tf2(make):
+    for values in np.random.default_rng(1).normal(size=(300, 4)):
+        q = so3.normalize(tuple(values.tolist()))
+        rotation = make('a', 'b', 0, (0.0, 0.0, 0.0, *q)).transform.rotation
+        assert (rotation.x, rotation.y, rotation.z, rotation.w) == so3.with_tf2_sign(q)
 
 
 def test_slotted_message_is_as_good_as_any_to_its_owner():

@@ -1,9 +1,11 @@
 """The methods of tf2_py.BufferCore, by their own names."""
 
 import pytest
+from rclpy.clock import ClockChange, ROSClock, TimeJump
+from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
-from tf_tree_py import Buffer, LookupException
+from tf_tree_py import Buffer, LookupException, Pose
 from tf_tree_py.ros.convert import public_transform_stamped
 
 
@@ -62,3 +64,35 @@ def test_graph_has_an_arrow_for_each_edge(buffer):
     assert dot.startswith('digraph G {') and dot.endswith('}\n')
     assert '"odom" -> "lamp" [label="Broadcaster: test\\nAverage rate: 1.000 Hz' in dot
     assert dot.count('->') == 4
+
+
+# --- of tf2_ros.Buffer
+
+
+def test_jump_of_the_clock_calls_what_a_program_may_override():
+    class Noting(Buffer):
+
+        def time_jump_callback(self, time_jump):
+            jumps.append(time_jump.delta.nanoseconds)
+            super().time_jump_callback(time_jump)
+
+    jumps, clock, buffer = [], ROSClock(), Noting()
+    buffer.use_clock(clock)
+    clock._set_ros_time_is_active(True)
+    clock.set_ros_time_override(Time(seconds=9, clock_type=ClockType.ROS_TIME))
+    buffer.set_transform(public_transform_stamped('map', 'odom', 10**9, Pose()), 'test')
+    jumps.clear()
+    clock.set_ros_time_override(Time(seconds=7, clock_type=ClockType.ROS_TIME))
+    assert jumps == [-2 * 10**9]
+    assert not buffer.can_transform('map', 'odom', Time())
+
+
+def test_program_may_say_that_the_clock_jumped(buffer):
+    buffer.time_jump_callback(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, Duration(seconds=-1)))
+    assert buffer._getFrameStrings() == ['odom', 'map', 'base', 'arm', 'lamp']
+    assert not buffer.can_transform('map', 'odom', Time())
+
+
+def test_clock_is_that_of_the_node_or_the_systems(node):
+    assert Buffer(node=node).clock is node.get_clock()
+    assert Buffer().clock.clock_type is ClockType.SYSTEM_TIME

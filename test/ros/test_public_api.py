@@ -11,12 +11,19 @@ import tf_tree_py
 from tf_tree_py import (
     Buffer,
     BufferCore,
+    BufferServer,
+    MessageFilter,
     StaticTransformBroadcaster,
     TransformBroadcaster,
+    TransformDiagnostics,
     TransformListener,
 )
 
 REQUIRED = inspect.Parameter.empty
+
+
+class OtherBuffer:
+    """As a buffer of tf2, it has other methods than ours."""
 
 
 def parameters(function):
@@ -152,3 +159,20 @@ def test_broadcasters_are_made_and_used_as_in_tf2(kind):
     assert (first, second) == (('node', REQUIRED), ('qos', None))
     assert REQUIRED not in dict(ours).values()
     assert parameters(kind.sendTransform) == {'transform': REQUIRED}
+
+
+@pytest.mark.parametrize('make', [
+    TransformListener, BufferServer, TransformDiagnostics,
+    lambda buffer, node: MessageFilter(buffer, node, 'map', print)],
+    ids=['TransformListener', 'BufferServer', 'TransformDiagnostics', 'MessageFilter'])
+@pytest.mark.parametrize(('swapped', 'sentence'), [
+    (False, r'a Buffer of tf_tree_py, and this is a test_public_api\.OtherBuffer: make it of '
+            '`from tf_tree_py import Buffer`'),
+    (True, r'a Buffer of tf_tree_py, and this is a rclpy\.node\.Node: the buffer comes first'),
+])
+def test_buffer_of_somebody_else_is_refused(node, make, swapped, sentence):
+    arguments = (node, Buffer()) if swapped else (OtherBuffer(), node)
+    before = len(list(node.subscriptions)), len(list(node.services))
+    with pytest.raises(TypeError, match=sentence):
+        make(*arguments)
+    assert (len(list(node.subscriptions)), len(list(node.services))) == before

@@ -242,6 +242,13 @@ def test_poses_go_by_the_product_of_matrices(transform, pose):
     assert (same.pose, same.header) == (moved, transform.header)
 
 
+@settings(deadline=None)
+@given(transforms, transforms)
+def test_transform_has_the_sign_of_tf2(a_T_b, b_T_c):
+    moved = stamped.do_transform_transform(b_T_c, a_T_b).transform.rotation
+    assert so3.has_tf2_sign(*quaternion(moved))
+
+
 def test_pose_by_hand():
     pose = Pose(position=Point(x=1.0, y=2.0, z=3.0), orientation=Quaternion(w=1.0))
     moved = stamped.do_transform_pose(pose, BY_HAND)

@@ -5,9 +5,15 @@ The five classes that tf2_py has keep tf2's names and meaning, and each can be
 raised with nothing but a text. Those that this package raises also say, as
 attributes, which edge, what was asked, what there is, how long it was waited
 for, and what to do; the text is put together only when somebody reads it.
+
+Where a program has imported tf2_py, its classes catch what is raised here, too.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+import sys
+from types import ModuleType
+from typing import Any
 
 from .stamp import format_span, format_stamp, LATEST
 
@@ -23,7 +29,40 @@ ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 Hint = str | Callable[[], str]
 
 
-class TransformException(Exception):
+class JoinableException(Exception):
+    """What ``join`` can give more bases: Python does not, to a class straight below Exception."""
+
+
+# Which modules' classes are bases of ours.
+_joined: dict[str, ModuleType] = {}
+
+
+def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
+    """
+    Let another module's classes catch what ours of the same names do, if it is loaded.
+
+    An ``except`` looks at the bases that a class really has, so they become bases.
+    Ours call this when one is made, and it imports nothing: that would cost everybody
+    tf2_py's time and rclpy's, and whoever catches with its classes has imported it.
+
+    :param module: its name.
+    :param kinds: our classes, those above before those below.
+    """
+    theirs = sys.modules.get(module)
+    if theirs is None or theirs is _joined.get(module):
+        return
+    others: list[Any] = [getattr(theirs, ours.__name__, None) for ours in kinds]
+    if None in others:
+        return  # It is being imported just now.
+    for ours, other in zip(kinds, others, strict=True):
+        # A program may have a class below both, in an order that rules this one out.
+        with suppress(TypeError):
+            if not issubclass(ours, other):
+                ours.__bases__ = (*ours.__bases__, other)
+    _joined[module] = theirs
+
+
+class TransformException(JoinableException):
     """
     Base of all that a transform buffer raises.
 
@@ -37,6 +76,7 @@ class TransformException(Exception):
     def __init__(self, message: str = '', *, target_frame: str | None = None,
                  source_frame: str | None = None, hint: Hint = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
+        join('tf2_py', _OF_TF2)
         super().__init__(message)
         self.target_frame = target_frame
         self.source_frame = source_frame
@@ -156,3 +196,8 @@ class NoDataException(ExtrapolationException):
 
 class ClockJumpException(ExtrapolationException):
     """The clock jumped back while a lookup waited, and the buffer was cleared."""
+
+
+_OF_TF2 = (TransformException, InvalidArgumentException, LookupException, ConnectivityException,
+           TimeoutException, ExtrapolationException)
+join('tf2_py', _OF_TF2)

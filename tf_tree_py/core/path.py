@@ -4,9 +4,10 @@ The edges between two frames, ready to be composed at any stamp.
 Only the arithmetic along a known path; which edges those are, ``tree`` finds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from . import se3
+from .errors import ExtrapolationException
 from .history import DynamicHistory, History, StaticHistory
 from .many import EdgeTrack, Part, PathTrack
 from .se3 import PoseTuple
@@ -32,7 +33,7 @@ class Path:
         self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
-        self._dynamic = tuple(edge for edge in (*source_edges, *target_edges)
+        self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
                               if isinstance(edge, DynamicHistory))
 
     def latest_common_time(self) -> int:
@@ -67,6 +68,19 @@ class Path:
         return PathTrack([copied(part) for part in self._source_parts],
                          [copied(part) for part in self._target_parts])
 
+    def without_data(self, stamp: int) -> list[DynamicHistory]:
+        """Return the edges that keep it from answering at a stamp."""
+        return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
+
+    def failure(self, stamp: int) -> ExtrapolationException:
+        """Return why a path that never changes has no answer at a stamp, and what may help."""
+        stuck = self.without_data(stamp)
+        error = furthest_from_cure(stuck, stamp).extrapolation(stamp)
+        if not any(edge.is_too_old(stamp) for edge in stuck):
+            error.blocked_on = tuple(
+                (edge.child, edge.next_turn(stamp)) for edge in self._dynamic)
+        return error
+
     def pose_at(self, stamp: int) -> PoseTuple:
         """
         Return ``target_T_source``: inverse(top_T_target) top_T_source.
@@ -78,6 +92,23 @@ class Path:
             return top_T_source
         top_T_target = se3.compose_chain([part.sample(stamp) for part in self._target_parts])
         return se3.compose(se3.inverse(top_T_target), top_T_source)
+
+
+def furthest_from_cure(edges: Iterable[DynamicHistory], stamp: int) -> DynamicHistory:
+    """
+    Return which of some edges without data for a stamp is the worst.
+
+    One that is too late to cure, then one that lacks the past, then who is furthest behind.
+    """
+    def order(edge: DynamicHistory) -> tuple[int, int]:
+        oldest, latest = edge.oldest_stamp, edge.latest_stamp
+        if oldest is None or latest is None:
+            return 2, _BEGINNING
+        if stamp < oldest:
+            return (0 if edge.is_too_old(stamp) else 1), -oldest
+        return 2, latest
+
+    return min(edges, key=order)
 
 
 def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:

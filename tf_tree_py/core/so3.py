@@ -5,7 +5,8 @@ The scalar form takes and gives tuples of plain floats, because one numpy
 operation on one quaternion costs more than all of its arithmetic. The form
 whose name ends in ``_many`` takes arrays (..., 4) and broadcasts. A test holds
 the two equal. q and -q are the same rotation; nothing here prefers a sign
-unless it says so. Poses live in ``se3``.
+unless it says so, and ``with_tf2_sign`` is the sign that messages have. Poses live
+in ``se3``.
 """
 
 import math
@@ -87,6 +88,30 @@ def normalize(q: Quaternion) -> Quaternion:
         raise ValueError(f'no rotation: the quaternion {tuple(q)} (x y z w) has length {size}')
     x, y, z, w = q
     return (x / size, y / size, z / size, w / size)
+
+
+def has_tf2_sign(x: float, y: float, z: float, w: float) -> bool:
+    """
+    Return whether tf2 makes q, and not -q, of the matrix of the rotation.
+
+    w is positive where the trace of the matrix is, and else the greatest of the other
+    components, as ``getRotation`` of tf2's ``Matrix3x3`` has it. The trace of a unit
+    quaternion's matrix is 4 w^2 - 1, and the order of its diagonal is that of x^2, y^2
+    and z^2. Every answer of tf2's buffer passes through such a matrix.
+    """
+    if w > 0.5:
+        return True
+    if w < -0.5:
+        return False
+    if x * x < y * y:
+        return z >= 0.0 if y * y < z * z else y >= 0.0
+    return z >= 0.0 if x * x < z * z else x >= 0.0
+
+
+def with_tf2_sign(q: Quaternion) -> Quaternion:
+    """Return q or -q, whichever ``has_tf2_sign``."""
+    x, y, z, w = q
+    return q if has_tf2_sign(x, y, z, w) else (-x, -y, -z, -w)
 
 
 def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[float, float]:

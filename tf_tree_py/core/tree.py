@@ -25,7 +25,7 @@ from .errors import (
 from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
 from .many import Stamps
-from .path import Path
+from .path import furthest_from_cure, Path
 from .sample import Batch, is_sound, Sample
 from .se3 import PoseTuple
 from .so3 import Array
@@ -60,6 +60,7 @@ class Tree:
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
+        self._was_rehung: bool | None = None
         self._paths: dict[Edge, Path] = {}
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
         self._steps: dict[str, list[Step]] = {}
@@ -191,6 +192,7 @@ class Tree:
 
     def _structure_changed(self) -> None:
         self.version += 1
+        self._was_rehung = None
         self._paths.clear()
         self._known.clear()
         self._steps.clear()
@@ -301,7 +303,9 @@ class Tree:
             try:
                 return path.pose_at(stamp)
             except ExtrapolationException:
-                pass  # There may have been another way, and if not, that says why.
+                if not self.was_rehung:
+                    raise path.failure(stamp) from None
+                # There may have been another way.
         return self._find_path(target, source, stamp).pose_at(stamp)
 
     def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
@@ -312,13 +316,8 @@ class Tree:
         """
         path = self.newest_path(target, source)
         stamp = path.latest_common_time()
-        if path.fixed:
-            try:
-                return stamp, path.pose_at(stamp)
-            except ExtrapolationException:
-                pass  # As in ``pose_at``.
         try:
-            return stamp, self._find_path(target, source, stamp).pose_at(stamp)
+            return stamp, self.pose_at(target, source, stamp)
         except TransformException as error:
             # Late samples may cure it, and so does a newer time that they have in common.
             error.blocked_on = (*(error.blocked_on or ()), *(
@@ -345,7 +344,10 @@ class Tree:
     @property
     def was_rehung(self) -> bool:
         """Return whether a frame hangs elsewhere than before, at a time that can be asked for."""
-        return not all(history.fixed_parent for history in self.histories.values())
+        if self._was_rehung is None:
+            self._was_rehung = not all(
+                history.fixed_parent for history in self.histories.values())
+        return self._was_rehung
 
     def check_frame(self, argument: str, frame: str) -> None:
         """
@@ -412,11 +414,8 @@ class Tree:
             return None
         # If the frames are joined now, it is an edge between them, not one above.
         now = climb_both(self.histories, target, source, None)
-        if now.meet:
-            between = [edge for edges in now.edges() for edge in reversed(edges)]
-            stuck = [edge for edge in between if isinstance(edge, DynamicHistory)
-                     and edge.parent_at(stamp) is None] or stuck
-        return min(stuck, key=lambda edge: _hope(edge, stamp)).extrapolation(stamp)
+        between = Path(*now.edges()).without_data(stamp) if now.meet else []
+        return furthest_from_cure(between or stuck, stamp).extrapolation(stamp)
 
     # --- everything at once
 
@@ -517,13 +516,3 @@ def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, in
     if not isinstance(history, DynamicHistory):
         return stamp, FOREVER
     return stamp, history.next_stamp(stamp)
-
-
-def _hope(edge: DynamicHistory, stamp: int) -> tuple[int, int]:
-    """Order edges that have no data at a stamp by how far that is from a cure."""
-    oldest, latest = edge.oldest_stamp, edge.latest_stamp
-    if oldest is None or latest is None:
-        return 2, -FOREVER
-    if stamp < oldest:
-        return (0 if edge.is_too_old(stamp) else 1), -oldest
-    return 2, latest

@@ -234,8 +234,11 @@ def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, 
     velocity is that of the body's point at the reference frame's origin, so that a
     frame that spins in place three metres away has one; and the lever to the reference
     point is multiplied element by element, where it takes a cross product. Times go
-    through float seconds, which may put the newest stamp of today's clocks some 100 ns
-    beyond the data. ``LATEST`` gives the velocity at the time 0.
+    through float seconds, rounded as in Jazzy, which may put the newest stamp of today's
+    clocks some 100 ns beyond the data. ``LATEST`` gives the velocity at the time 0.
+
+    Equal to Jazzy's to 1e-9 while a frame turns by more than 1e-6 rad in the interval:
+    of what turns less the arc cosine returns rounding, in both, and not the same.
 
     :param stamp: nanoseconds, the middle of the interval unless the data ends before.
     :param averaging_interval: nanoseconds.
@@ -244,10 +247,10 @@ def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, 
     reference_frame = reference_frame or observation_frame
     reference_point_frame = reference_point_frame or tracking_frame
     try:
-        latest_s = tree.latest_common_time(observation_frame, tracking_frame) / 1e9
+        latest_s = _as_float_seconds(tree.latest_common_time(observation_frame, tracking_frame))
     except TransformException:
         latest_s = 0.0  # The lookups say why.
-    stamp_s, interval_s = stamp / 1e9, averaging_interval / 1e9
+    stamp_s, interval_s = _as_float_seconds(stamp), averaging_interval / 1e9
     end_s = min(stamp_s + interval_s * 0.5, latest_s)
     start_s = max(0.00001 + interval_s, end_s) - interval_s
     start = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(start_s))
@@ -267,22 +270,26 @@ def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, 
     return Velocity(_from_float_seconds(start_s + interval_s * 0.5), linear, (wx, wy, wz))
 
 
+def _as_float_seconds(stamp: int) -> float:
+    """Return seconds, rounded as tf2's ``timeToSec`` does it: the two parts by themselves."""
+    whole, rest = divmod(stamp, NANOSECONDS_PER_SECOND)
+    return whole + 1e-9 * rest
+
+
 def _from_float_seconds(seconds: float) -> int:
-    """Return nanoseconds, cut off as C++ does it."""
-    return int(seconds * 1e9)
+    """Return nanoseconds, rounded as tf2's ``timeFromSec`` does it."""
+    whole = math.floor(seconds)
+    return whole * NANOSECONDS_PER_SECOND + math.floor((seconds - whole) * 1e9 + 0.5)
 
 
 def _tf2_rotation_vector(q: Quaternion) -> Vector3:
     """
     Return tf2's axis times tf2's angle, of the quaternion that tf2 makes of the matrix.
 
-    Beyond 120 degrees that is the one whose greatest imaginary part is positive, so
-    that the angle may be more than half a turn, the long way round.
+    Beyond 120 degrees w may be negative there, and then the angle is more than half a
+    turn, the long way round.
     """
-    x, y, z, w = q
-    decisive = w if 4.0 * w * w > 1.0 else max(x, y, z, key=abs)
-    if decisive < 0.0:
-        x, y, z, w = -x, -y, -z, -w
+    x, y, z, w = so3.with_tf2_sign(q)
     square = 1.0 - w * w
     if square < 10.0 * np.finfo(float).eps:
         return (2.0 * math.acos(min(w, 1.0)), 0.0, 0.0)

@@ -9,8 +9,8 @@ from typing import Any
 
 _HOMES = {
     'geometry_msgs.msg': [
-        'PointStamped', 'Pose', 'PoseStamped', 'PoseWithCovarianceStamped', 'TransformStamped',
-        'Vector3Stamped'],
+        'Point', 'Point32', 'PointStamped', 'PolygonStamped', 'Pose', 'PoseStamped',
+        'PoseWithCovarianceStamped', 'Transform', 'TransformStamped', 'Vector3Stamped'],
     'rclpy.action.client': ['ActionClient'],
     'rclpy.callback_groups': ['ReentrantCallbackGroup'],
     'rclpy.clock': ['Clock', 'JumpThreshold', 'TimeJump'],
@@ -25,13 +25,24 @@ _HOMES = {
     'tf2_msgs.action': ['LookupTransform'],
     'tf2_msgs.msg': ['TF2Error', 'TFMessage'],
     'tf2_msgs.srv': ['FrameGraph'],
+    'tf_tree_py.dropin.annotations': [
+        'FrameGraphSrvRequest', 'FrameGraphSrvResponse', 'LookupTransformGoal',
+        'LookupTransformResult', 'MsgStamped', 'PyKDLType', 'TransformableObject',
+        'TransformableObjectType'],
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_MODULES = {'builtin_interfaces': 'builtin_interfaces', 'rclpy': 'rclpy', 'tf2': 'tf2_py',
+            'tf2_ros': 'tf2_ros'}
 
-NAMES = sorted(_HOME_OF)
+NAMES = sorted([*_HOME_OF, *_MODULES])
+
+# Those of a package that need not be there.
+_HOME_OF |= dict.fromkeys(['create_cloud', 'read_points'], 'sensor_msgs_py.point_cloud2')
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     if name not in _HOME_OF:
         raise AttributeError(f'tf2 has no attribute {name!r} here')
     return getattr(import_module(_HOME_OF[name]), name)

@@ -55,6 +55,7 @@ class TransformListener:
             self._topics['tf_sub'] = (tf_topic, qos or dynamic_qos(), self.callback)
         self._listener: OurListener | None = None
         self._stop_waking: Callable[[], None] | None = None
+        self.group = ReentrantCallbackGroup()
         if node is not None and not self._may_read_aside(buffer):
             self._read_on_node()
             return
@@ -129,10 +130,9 @@ class TransformListener:
         if self._subscriptions or self.node is None:
             return
         self._stop_reading_aside()
-        group = ReentrantCallbackGroup()
         for name, (topic, qos, callback) in self._topics.items():
             self._subscriptions[name] = self.node.create_subscription(
-                TFMessage, topic, callback, qos, callback_group=group)
+                TFMessage, topic, callback, qos, callback_group=self.group)
 
     def _stop_reading_aside(self) -> None:
         if self._listener is not None:

@@ -6,10 +6,12 @@ import secrets
 import sys
 from typing import Any
 
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.task import Future
+from std_msgs.msg import Header
 from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster
-from tf_tree_py.ros.convert import transform_stamped
+from tf_tree_py.ros.convert import transform_message
 
 from .bad_input import BadInput, number
 from .parameters import declare
@@ -68,10 +70,13 @@ class StaticTransformPublisher(Node):
         # As in tf2, many of these may run without anybody giving them names.
         super().__init__(f'{NAME}_{secrets.token_hex(8)}', **node_options)
         declare(self, ())
-        stamp = self.get_clock().now().nanoseconds
+        now = self.get_clock().now().to_msg()
         self._broadcaster = StaticTransformBroadcaster(self)
+        # A quaternion keeps the sign that it was given.
         self._broadcaster.sendTransform([
-            transform_stamped(parent, child, stamp, pose) for parent, child, pose in transforms])
+            TransformStamped(header=Header(stamp=now, frame_id=parent), child_frame_id=child,
+                             transform=transform_message(pose))
+            for parent, child, pose in transforms])
         self.get_logger().info('Spinning until stopped - publishing\n'
                                + '\n'.join(map(str, transforms)))
 

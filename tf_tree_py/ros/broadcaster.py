@@ -50,6 +50,8 @@ class StaticTransformBroadcaster:
     The topic keeps one message for late joiners, so each holds everything this
     broadcaster ever sent: the newest of every child frame. What was sent is
     copied, so the caller's messages may change afterwards.
+
+    :ivar net_message: what was published last.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None, *,
@@ -66,7 +68,7 @@ class StaticTransformBroadcaster:
         self._names = rename(frame_prefix=frame_prefix, shared_frames=shared_frames)
         self.pub_tf = node.create_publisher(
             TFMessage, tf_static_topic, qos or static_broadcaster_qos())
-        self._sent: dict[str, TransformStamped] = {}
+        self.net_message = TFMessage()
         self._lock = threading.Lock()
 
     def sendTransform(self, transform: Transforms) -> None:
@@ -75,9 +77,10 @@ class StaticTransformBroadcaster:
         # Of two threads, the last to publish must be the one that holds all.
         with self._lock:
             # A listener strips the slash, so with and without it is one frame.
-            self._sent.update((message.child_frame_id.removeprefix('/'), message)
-                              for message in messages)
-            self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))
+            newest = {message.child_frame_id.removeprefix('/'): message
+                      for message in (*self.net_message.transforms, *messages)}
+            self.net_message.transforms = list(newest.values())
+            self.pub_tf.publish(self.net_message)
 
 
 def _as_sent(transform: Transforms, names: Rename) -> list[TransformStamped]:

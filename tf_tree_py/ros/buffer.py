@@ -73,7 +73,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
                             f'{type(cache_time).__name__}: write Buffer(node=node)')
         check_places('Buffer(cache_time, node)', node=node)
-        self._watch = ClockWatch(self._on_jump_back)
+        self._watch = ClockWatch(self.time_jump_callback)
         super().__init__(
             _cache_time(cache_time), max_frames=max_frames, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
@@ -188,9 +188,16 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
     def _is_simulated(self) -> bool:
         return self._watch.simulated
 
-    def _on_jump_back(self, jump: TimeJump) -> None:
+    @property
+    def clock(self) -> Clock:
+        """Return the clock that the buffer goes by, the system's if nobody lent one."""
+        return self._watch.clock or Clock()
+
+    def time_jump_callback(self, time_jump: TimeJump) -> None:
+        """Forget what moves, for the clock jumped back; called by rclpy."""
         self.start_anew(
-            f'The clock jumped by {jump.delta.nanoseconds / 1e9:.3f} s, or changed its source,')
+            f'The clock jumped by {time_jump.delta.nanoseconds / 1e9:.3f} s, or changed its '
+            'source,')
 
     # --- asking
 

@@ -63,6 +63,10 @@ class BufferClient(BufferInterface, LookupCoroutines):
         """Give up what is on its way, and stop."""
         self.action_client.close()
 
+    def destroy(self) -> None:
+        """Give up what is on its way, and stop: tf2's name for ``close``."""
+        self.close()
+
     def __enter__(self) -> 'BufferClient':
         return self
 

@@ -18,6 +18,7 @@ from .buffer import Buffer
 from .convert import as_nanoseconds
 from .futures import TransformFuture
 from .lookup_goal import ACTION_NAME, error_result, service_qos
+from .ours import check_is_ours
 
 # Whoever was accepted asks for the result at once. rclpy's server tells the states of all
 # goals that it still knows whenever one changes: with tf2's 10 s, several hundred lookups a
@@ -44,8 +45,10 @@ class BufferServer:
         :param buffer: what to look up in; filling it is somebody else's business.
         :param node: whose executor serves.
         :param ns: the action's name.
+        :raises TypeError: another buffer than ours, such as tf2's.
         """
-        check_places('BufferServer(buffer, node)', buffer=buffer, node=node)
+        check_is_ours(buffer, 'BufferServer')
+        check_places('BufferServer(buffer, node)', node=node)
         self._buffer = buffer
         self._node = node
         self._lookups: dict[bytes, TransformFuture] = {}

@@ -51,6 +51,11 @@ class ClockWatch:
             self._clocks.remove((clock, context))
             self._attend()
 
+    @property
+    def clock(self) -> Clock | None:
+        """Return the clock to go by; None if nobody lent one."""
+        return self._clock[0]
+
     def simulated_now(self) -> int | None:
         """Return the simulated time in nanoseconds; None when time is not simulated."""
         clock, context = self._clock

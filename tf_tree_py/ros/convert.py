@@ -3,7 +3,8 @@ Between ROS messages and core's plain numbers: the only file that knows message 
 
 A ``TransformStamped`` is filled through its slots, which costs a tenth of the
 checked properties; where the message classes have other slots than those this
-file knows, the public constructors are used. A test holds the two equal.
+file knows, the public constructors are used. A test holds the two equal. Its
+quaternion has the sign that tf2's would have.
 """
 
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from tf_tree_py.core.frame_names import Rename
 from tf_tree_py.core.pose import Pose
 from tf_tree_py.core.sample import Sample
 from tf_tree_py.core.se3 import PoseTuple
+from tf_tree_py.core.so3 import has_tf2_sign, with_tf2_sign
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 
 _ROS_TIME = ClockType.ROS_TIME.value
@@ -152,8 +154,11 @@ def transform_message(pose: PoseTuple) -> Transform:
 def public_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
                              pose: PoseTuple) -> TransformStamped:
     """Return a ``TransformStamped``, by its public constructor."""
-    return TransformStamped(header=Header(stamp=time_message(stamp), frame_id=frame_id),
-                            child_frame_id=child_frame_id, transform=transform_message(pose))
+    x, y, z, *q = pose
+    return TransformStamped(
+        header=Header(stamp=time_message(stamp), frame_id=frame_id),
+        child_frame_id=child_frame_id,
+        transform=transform_message((x, y, z, *with_tf2_sign((q[0], q[1], q[2], q[3])))))
 
 
 def slotted_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
@@ -170,8 +175,18 @@ def slotted_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
     translation._check_fields = _CHECK_FIELDS
     rotation = _new(Quaternion)
     rotation._check_fields = _CHECK_FIELDS
-    (translation._x, translation._y, translation._z,
-     rotation._x, rotation._y, rotation._z, rotation._w) = pose
+    translation._x, translation._y, translation._z, x, y, z, w = pose
+    # With w > 0.5 it has tf2's sign; to see that here spares the call.
+    if w > 0.5 or has_tf2_sign(x, y, z, w):
+        rotation._x = x
+        rotation._y = y
+        rotation._z = z
+        rotation._w = w
+    else:
+        rotation._x = -x
+        rotation._y = -y
+        rotation._z = -z
+        rotation._w = -w
     transform = _new(Transform)
     transform._check_fields = _CHECK_FIELDS
     transform._translation = translation

@@ -19,6 +19,7 @@ from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds
+from .ours import check_is_ours
 
 TOPIC = '/diagnostics'
 
@@ -56,8 +57,10 @@ class TransformDiagnostics:
         :param period: how often.
         :param max_delay: how late a transform may be, in the mean, and how far ahead of
             the clock; what is further off is a warning.
+        :raises TypeError: another buffer than ours, such as tf2's.
         """
-        check_places('TransformDiagnostics(buffer, node)', buffer=buffer, node=node)
+        check_is_ours(buffer, 'TransformDiagnostics')
+        check_places('TransformDiagnostics(buffer, node)', node=node)
         self._buffer = buffer
         self._node = node
         self._period = as_nanoseconds(period)

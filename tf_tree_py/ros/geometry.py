@@ -92,7 +92,7 @@ def polygon_instance(message: PolygonInstance, a_T_b: PoseTuple) -> PolygonInsta
 
 
 def pose(message: PoseMessage, a_T_b: PoseTuple) -> PoseMessage:
-    """Return a pose: the product, with w >= 0."""
+    """Return a pose: the product, with w >= 0 as in tf2's Python."""
     return pose_message(se3.compose(a_T_b, pose_values(message)))
 
 
@@ -117,9 +117,9 @@ def pose_with_covariance(message: PoseWithCovariance, a_T_b: PoseTuple) -> PoseW
 
 
 def transform(message: Transform, a_T_b: PoseTuple) -> Transform:
-    """Return a transform to b as a transform to a: the product, with w >= 0."""
-    x, y, z, *q = _upright(se3.compose(a_T_b, transform_values(message)))
-    return _transform(_vector3(x, y, z), _quaternion(*q))
+    """Return a transform to b as a transform to a: the product, with the sign of tf2's C++."""
+    x, y, z, *q = se3.compose(a_T_b, transform_values(message))
+    return _transform(_vector3(x, y, z), _quaternion(*so3.with_tf2_sign((q[0], q[1], q[2], q[3]))))
 
 
 # --- screws
@@ -238,13 +238,9 @@ def points_array(messages: Sequence[Any]) -> Array:
 
 def pose_message(values: PoseTuple) -> PoseMessage:
     """Return a pose message of seven floats, with w >= 0."""
-    x, y, z, *q = _upright(values)
-    return _pose(_point(x, y, z), _quaternion(*q))
-
-
-def _upright(values: PoseTuple) -> PoseTuple:
     x, y, z, qx, qy, qz, qw = values
-    return values if qw >= 0.0 else (x, y, z, -qx, -qy, -qz, -qw)
+    q = (qx, qy, qz, qw) if qw >= 0.0 else (-qx, -qy, -qz, -qw)
+    return _pose(_point(x, y, z), _quaternion(*q))
 
 
 def _xyz(message: Any) -> so3.Vector3:

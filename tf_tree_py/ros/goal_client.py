@@ -37,6 +37,10 @@ _GONE = InvalidHandle, RCLError
 # So many goals may be on their way to be accepted: tf2's server holds ten, and would
 # lose what comes on top.
 _MAX_UNACCEPTED = 8
+# A server is discovered part by part: it may not hear what it is asked too soon, nor be heard.
+# For so long it is asked once more when it does not accept, once in so many seconds.
+_DISCOVERY_S = 10.0
+_AGAIN_S = 0.5
 # How long to wait at the end until the server has dropped what was asked of it.
 _FAREWELL_S = 1.0
 
@@ -46,7 +50,8 @@ class GoalClient:
     The client side of the action, on a small node with a thread of its own.
 
     So answers arrive while a callback of your node waits for one. Every call ends: at
-    the latest a check period after its deadline, or after its server disappeared.
+    the latest a check period after its deadline, or after its server disappeared. Where
+    another server has come, it gets all that is on its way.
     """
 
     def __init__(self, node: Node, name: str, check_period_s: float) -> None:
@@ -65,12 +70,16 @@ class GoalClient:
         self._unaccepted: set[LookupCall] = set()
         self._closed = threading.Event()
         self._farewells: list[Future] = []
+        # Those that were there when last looked, and until when one that came may be half there.
+        self._servers: frozenset[bytes] = frozenset()
+        self._discovered_at = 0.0
         home = _companion(node)
         self._send, self._fetch, self._cancel = (
             home.create_client(kind, node.resolve_service_name(f'{name}/_action/{service}'),
                                qos_profile=service_qos())
             for kind, service in ((_SendGoal, 'send_goal'), (_GetResult, 'get_result'),
                                   (CancelGoal, 'cancel_goal')))
+        self._home = home
         self._responses = Responses(home, self._end_calls, self._check, check_period_s)
 
     @property
@@ -149,6 +158,10 @@ class GoalClient:
             self._take_leave()
         self._responses.close()
 
+    def destroy(self) -> None:
+        """Give up what is on its way, and stop: rclpy's name for ``close``."""
+        self.close()
+
     def _take_leave(self) -> None:
         """Wait until the server has answered, for it cannot answer who is gone."""
         end = time.monotonic() + _FAREWELL_S
@@ -165,6 +178,8 @@ class GoalClient:
                 if (not self._unsent or len(self._unaccepted) >= _MAX_UNACCEPTED
                         or not self.server_is_ready()):
                     return
+                if not self._servers:
+                    self._servers = self._find_servers()
                 call = next(iter(self._unsent))
                 del self._unsent[call]
                 self._unaccepted.add(call)
@@ -200,15 +215,49 @@ class GoalClient:
         is_ready = self.server_is_ready()
         with self._lock:
             calls = self._calls | self._unaccepted
+        if any(call.sent_s() >= self._period_s for call in calls):
+            self._move_to_a_new_server(calls)
         for call in calls:
             self._look_after(call, is_ready)
         return bool(calls)
 
+    def _move_to_a_new_server(self, calls: Iterable[LookupCall]) -> None:
+        """
+        Ask a server that has come meanwhile what others were asked before.
+
+        One that was killed seems to be there until its lease with DDS ends, 20 s or so.
+        """
+        servers, now = self._find_servers(), time.monotonic()
+        is_new = bool(self._servers and servers - self._servers)
+        if is_new:
+            self._discovered_at = now + _DISCOVERY_S
+        if servers:
+            self._servers = servers
+        for call in calls:
+            is_lost = not call.accepted and call.sent_s() >= _AGAIN_S
+            if call.sent and (is_new or is_lost and now < self._discovered_at):
+                self._ask_again(call)
+        self._send_next()
+
+    def _find_servers(self) -> frozenset[bytes]:
+        """Return an identity of each server: that of its publisher of the goals' states."""
+        with suppress(*_GONE):
+            return frozenset(
+                bytes(publisher.endpoint_gid) for publisher
+                in self._home.get_publishers_info_by_topic(f'{self.name}/_action/status'))
+        return frozenset()
+
+    def _ask_again(self, call: LookupCall) -> None:
+        """Send a call's goal anew, if it has not ended; whoever has it now is to drop it."""
+        self._cancel_goal(call)
+        with self._lock:
+            self._unaccepted.discard(call)
+        call.ask_again()
+
     def _look_after(self, call: LookupCall, is_ready: bool) -> None:
         """Give a call up that has become hopeless."""
         if is_ready and call.is_late() and call.has_late_part():
-            self._cancel_goal(call)
-            call.ask_again()
+            self._ask_again(call)
             return
         why = self._why_hopeless(call, is_ready)
         if why:

@@ -20,6 +20,7 @@ from .arguments import check_places
 from .authority import Authority
 from .buffer import Buffer
 from .companion import companion, node_of_its_own, USE_SIM_TIME
+from .ours import check_is_ours
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .receiver import Receiver
 
@@ -67,13 +68,15 @@ class TransformListener:
         :param frame_filter: whether to take (parent, child), or the frames to take: an
             edge between two of them. It judges names as they arrive, and not again for
             every message, so it has to give the same answer every time.
+        :raises TypeError: another buffer than ours, such as tf2's.
         :raises RuntimeError: there is no node, and ROS is not initialised.
         :raises ValueError: ``spin_thread=False`` and no node to spin, or a string where
             a collection of frames belongs.
         """
+        check_is_ours(buffer, 'TransformListener')
         names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
                        shared_frames=shared_frames, frame_filter=frame_filter)
-        check_places('TransformListener(buffer, node)', buffer=buffer, node=node)
+        check_places('TransformListener(buffer, node)', node=node)
         lives_with_node = node is not None
         self._home = _home(node, spin_thread)
         self.node = node = node or self._home

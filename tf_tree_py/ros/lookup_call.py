@@ -74,6 +74,10 @@ class LookupCall(AwaitableFuture):
         """Return how long the lookup may still take at a server, or this to appear."""
         return max(0.0, self._begin + self._timeout_s - time.monotonic())
 
+    def sent_s(self) -> float:
+        """Return how long ago a server was last asked."""
+        return time.monotonic() - self._sent_at if self.sent else 0.0
+
     def is_late(self) -> bool:
         """Return whether a server that is there should have answered by now."""
         limit_s = self._lease_s

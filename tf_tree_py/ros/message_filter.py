@@ -24,6 +24,7 @@ from .buffer import Buffer
 from .convert import as_nanoseconds, transform_stamped
 from .drop import Drop, drop_for, FilterStatistics
 from .futures import Wait
+from .ours import check_is_ours
 from .qos import sensor_qos
 
 _NO_TIME = Duration()
@@ -71,9 +72,10 @@ class MessageFilter:
             ``callback`` is, but by ``close``, and after it, at once.
         :param header_of: returns a message's header, if that is not its ``header``.
         :param callback_group: the node's own unless given.
+        :raises TypeError: another buffer than ours, such as tf2's.
         """
-        check_places('MessageFilter(buffer, node, target_frames, callback)',
-                     buffer=buffer, node=node)
+        check_is_ours(buffer, 'MessageFilter')
+        check_places('MessageFilter(buffer, node, target_frames, callback)', node=node)
         self._several = not isinstance(target_frames, str)
         targets = target_frames if self._several else [target_frames]
         self._targets = [target.removeprefix('/') for target in targets]

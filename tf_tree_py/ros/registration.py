@@ -10,6 +10,7 @@ from copy import deepcopy
 from typing import Any
 
 from std_msgs.msg import Header
+from tf_tree_py.core.errors import join, JoinableException
 
 from .convert import as_nanoseconds, time_message
 from .stamped import STAMPED_FORMS, Transformer, TRANSFORMERS
@@ -23,20 +24,25 @@ _to_msg: dict[Any, Converter] = {}
 _converters: dict[tuple[Any, Any], Converter] = {}
 
 
-class TypeException(Exception):
+class TypeException(JoinableException):
     """An object of a type that nobody has said how to transform or convert."""
 
     def __init__(self, errstr: str) -> None:
-        super().__init__(errstr)
-        self.errstr = errstr
+        _init(self, errstr)
 
 
-class NotImplementedException(Exception):
+class NotImplementedException(JoinableException):
     """A buffer interface that does not implement what was asked of it."""
 
     def __init__(self) -> None:
-        self.errstr = 'CanTransform or LookupTransform not implemented'
-        super().__init__(self.errstr)
+        _init(self, 'CanTransform or LookupTransform not implemented')
+
+
+def _init(error: Any, errstr: str) -> None:
+    join('tf2_ros', (TypeException, NotImplementedException))
+    # Not super(): that may be tf2's class by now, which takes something else.
+    Exception.__init__(error, errstr)
+    error.errstr = errstr
 
 
 class TransformRegistration:

@@ -1,10 +1,11 @@
 """Names of tf2_ros.transform_listener."""
 
 from tf_tree_py.dropin.along import __getattr__  # noqa: F401
+from tf_tree_py.dropin.buffer import Buffer
 from tf_tree_py.dropin.listener import TransformListener
 from tf_tree_py.ros.qos import (
     TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC,
     TF_TOPIC as DEFAULT_TF_TOPIC,
 )
 
-__all__ = ['DEFAULT_STATIC_TF_TOPIC', 'DEFAULT_TF_TOPIC', 'TransformListener']
+__all__ = ['Buffer', 'DEFAULT_STATIC_TF_TOPIC', 'DEFAULT_TF_TOPIC', 'TransformListener']

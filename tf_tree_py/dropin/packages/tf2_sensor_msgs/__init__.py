@@ -1,5 +1,7 @@
 """Names of tf2_sensor_msgs, backed by tf_tree_py."""
 
+from tf_tree_py.dropin.along import __getattr__  # noqa: F401
+
 from . import tf2_sensor_msgs
 
 __all__ = tf2_sensor_msgs.__all__

@@ -2,6 +2,7 @@
 
 import sensor_msgs.msg
 from sensor_msgs.msg import PointCloud2
+from tf_tree_py.dropin.along import __getattr__  # noqa: F401
 from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
 from tf_tree_py.ros.point_cloud import do_transform_cloud, transform_points
 

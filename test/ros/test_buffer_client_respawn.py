@@ -1,0 +1,167 @@
+"""A buffer server that is killed and comes back: whoever waits goes to the new one."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, transform, until
+from tf_tree_py import Buffer
+from tf_tree_py.ros.buffer_client import BufferClient
+from tf_tree_py.ros.buffer_server import BufferServer
+
+ACTION = 'tf2_buffer_server'
+# A wait this long would be given up in parts of a minute: nobody but the new server ends it.
+LONG_S = 1000
+
+
+@pytest.fixture
+def client(node):
+    with BufferClient(node, ACTION, check_frequency=20.0) as client:
+        yield client
+    assert not client.action_client._calls
+    assert not client.action_client._unaccepted
+
+
+@pytest.fixture
+def start_server():
+    """Return a function that starts a server that hears nothing, in another process."""
+    processes = []
+
+    def start():
+        processes.append(subprocess.Popen([sys.executable, '-m', 'tf_tree_py.nodes.buffer_server'],
+                                          stdin=subprocess.DEVNULL))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def old_server(client, start_server):
+    """Return such a server, which is there."""
+    process = start_server()
+    assert client.wait_for_server(PATIENCE)
+    return process
+
+
+@pytest.fixture
+def respawn(make_node, spin):
+    """Return a function that starts a server in this process, with a buffer of its own."""
+    servers = []
+
+    def respawn():
+        buffer, node = Buffer(), make_node(f'serving{len(servers)}')
+        servers.append(BufferServer(buffer, node, ACTION))
+        spin(node)
+        return buffer
+
+    yield respawn
+    for server in servers:
+        server.close()
+
+
+def long_wait(client):
+    return client.wait_for_transform_async('map', 'base', at(1.0), lasting(LONG_S))
+
+
+def kill(process):
+    """End a server as a crash does: DDS goes on believing in it for many seconds."""
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+
+
+def fill(buffer):
+    for seconds in (0.5, 2.0):
+        buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
+
+
+def test_wait_that_was_accepted_goes_to_the_new_server(client, old_server, respawn):
+    calls = [long_wait(client) for _ in range(20)]
+    until(lambda: all(call.accepted for call in calls))
+    kill(old_server)
+    buffer = respawn()
+    # They wait at the new one too, until it has the answer.
+    until(lambda: len(buffer._waiters) == len(calls))
+    fill(buffer)
+    until(lambda: all(call.done() for call in calls))
+    assert {call.result().transform.translation.x for call in calls} == {1.0}
+
+
+def test_wait_that_the_dead_server_never_accepted_goes_to_the_new_one(
+        client, old_server, respawn):
+    first = long_wait(client)
+    until(lambda: first.accepted)
+    kill(old_server)
+    assert client.action_client.server_is_ready()
+    # More than a server is asked at a time.
+    calls = [first, *(long_wait(client) for _ in range(20))]
+    fill(respawn())
+    until(lambda: all(call.done() for call in calls))
+    assert {call.result().transform.translation.x for call in calls} == {1.0}
+
+
+def test_waits_that_were_cancelled_at_the_dead_server_are_in_nobodys_way(
+        client, old_server, respawn):
+    first = long_wait(client)
+    until(lambda: first.accepted)
+    kill(old_server)
+    # As many as may be on their way to be accepted at a time.
+    for call in [long_wait(client) for _ in range(8)]:
+        until(lambda call=call: call.sent)
+        call.cancel()
+    fill(respawn())
+    until(first.done)
+    assert first.result().transform.translation.x == 1.0
+    last = long_wait(client)
+    until(last.done)
+
+
+def test_blocking_lookup_gets_the_answer_of_the_new_server(client, old_server, respawn, pool):
+    asked = pool.submit(client.lookup_transform, 'map', 'base', at(1.0), PATIENCE)
+    until(lambda: any(call.accepted for call in list(client.action_client._calls)))
+    kill(old_server)
+    fill(respawn())
+    assert asked.result(PATIENCE_S).transform.translation.x == 1.0
+
+
+def test_wait_outlives_server_after_server(client, old_server, start_server, respawn):
+    call = long_wait(client)
+    until(lambda: call.accepted)
+    for _ in range(2):
+        kill(old_server)
+        asked_before = call.goal_id
+        old_server = start_server()
+        until(lambda before=asked_before: call.accepted and call.goal_id != before)
+    kill(old_server)
+    fill(respawn())
+    until(call.done)
+    assert call.result().transform.translation.x == 1.0
+
+
+def test_goals_leave_nothing_behind_at_a_server_that_lives_on(client, respawn):
+    first = respawn()
+    assert client.wait_for_server(PATIENCE)
+    calls = [long_wait(client) for _ in range(5)]
+    until(lambda: len(first._waiters) == len(calls))
+    asked_before = [call.goal_id for call in calls]
+    second = respawn()
+    until(lambda: all(call.accepted and call.goal_id != before
+                      for call, before in zip(calls, asked_before, strict=True)))
+    # It drops what it was asked before.
+    until(lambda: len(first._waiters) == len(calls))
+    for call in calls:
+        call.cancel()
+    until(lambda: len(first._waiters) == len(second._waiters) == 0)
+
+
+def test_cancelled_wait_is_cancelled_at_the_new_server(client, old_server, respawn):
+    call = long_wait(client)
+    until(lambda: call.accepted)
+    kill(old_server)
+    buffer = respawn()
+    until(lambda: len(buffer._waiters) == 1)
+    call.cancel()
+    until(lambda: len(buffer._waiters) == 0)

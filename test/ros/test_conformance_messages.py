@@ -1,0 +1,97 @@
+"""In messages the answers are tf2's too, down to the signs of quaternions."""
+
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+import pytest
+from rclpy.duration import Duration
+from rclpy.time import Time
+from recordings import pose_of, problems_of, RECORDINGS, Replay
+from tf_tree_py import Buffer
+from tf_tree_py.dropin.buffer import Buffer as DropinBuffer
+from tf_tree_py.ros.convert import as_nanoseconds, as_pose, time_message
+
+
+def at(stamp):
+    return Time(nanoseconds=stamp)
+
+
+class MessageReplay(Replay):
+    """A recording told to a buffer, and asked of it, in messages and ROS times."""
+
+    def __init__(self, kind):
+        self.kind = kind
+
+    def run_new(self, operation):
+        self.buffer = self.kind(Duration(nanoseconds=operation['cache_time']))
+
+    def run_set(self, operation):
+        x, y, z, qx, qy, qz, qw = pose_of(operation)
+        message = TransformStamped(
+            child_frame_id=operation['child'],
+            transform=Transform(translation=Vector3(x=x, y=y, z=z),
+                                rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)))
+        message.header.stamp = time_message(operation['stamp'])
+        message.header.frame_id = operation['parent']
+        put = (self.buffer.set_transform_static if operation['static']
+               else self.buffer.set_transform)
+        put(message, operation['authority'])
+
+    def run_lookup(self, operation):
+        return values_of(self.buffer.lookup_transform(
+            operation['target'], operation['source'], at(operation['time'])), operation)
+
+    def run_lookup_full(self, operation):
+        return values_of(self.buffer.lookup_transform_full(
+            operation['target'], at(operation['target_time']), operation['source'],
+            at(operation['source_time']), operation['fixed']), operation)
+
+    def run_latest_common_time(self, operation):
+        return self.buffer.get_latest_common_time(
+            operation['target'], operation['source']).nanoseconds
+
+
+class CoreMethodsReplay(MessageReplay):
+    """The same by the methods of ``tf2_py.BufferCore``."""
+
+    def run_lookup(self, operation):
+        return values_of(self.buffer.lookup_transform_core(
+            operation['target'], operation['source'], at(operation['time'])), operation)
+
+    def run_lookup_full(self, operation):
+        return values_of(self.buffer.lookup_transform_full_core(
+            operation['target'], at(operation['target_time']), operation['source'],
+            at(operation['source_time']), operation['fixed']), operation)
+
+    def run_can(self, operation):
+        return self.buffer.can_transform_core(
+            operation['target'], operation['source'], at(operation['time']))[0]
+
+
+class FutureReplay(MessageReplay):
+    """The same by futures, which are made by another function."""
+
+    def run_lookup(self, operation):
+        future = self.buffer.wait_for_transform_async(
+            operation['target'], operation['source'], at(operation['time']), Duration())
+        return values_of(future.result(), operation)
+
+    def run_lookup_full(self, operation):
+        future = self.buffer.wait_for_transform_full_async(
+            operation['target'], at(operation['target_time']), operation['source'],
+            at(operation['source_time']), operation['fixed'], Duration())
+        return values_of(future.result(), operation)
+
+
+def values_of(message, operation):
+    assert message.header.frame_id == operation['target']
+    assert message.child_frame_id == operation['source']
+    return as_nanoseconds(message.header.stamp), as_pose(message)
+
+
+@pytest.mark.parametrize('recording', RECORDINGS, ids=lambda path: path.stem)
+@pytest.mark.parametrize('replay', [
+    MessageReplay(Buffer), CoreMethodsReplay(Buffer), FutureReplay(Buffer),
+    MessageReplay(DropinBuffer)], ids=['lookup', 'core methods', 'futures', 'drop-in'])
+def test_answers_in_messages_are_those_of_tf2(replay, recording):
+    answers, problems = problems_of(replay, recording)
+    assert answers > 0
+    assert not problems, f'{len(problems)} of {answers} differ\n' + '\n'.join(problems[:5])

@@ -1,0 +1,55 @@
+"""
+An installed ROS 2 Jazzy, with the real tf2 and the ``ros2`` command, and this package built on it.
+
+That is the one that is sourced; or one that scripts/test made, which stands in for it
+beside the wheels. Tests start processes in it. Where there is none, they skip.
+"""
+
+from functools import cache
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import shutil
+import subprocess
+
+import pytest
+
+# Set by scripts/test: what a shell sources to enter the one that was made.
+_ENTRANCE = 'TF_TREE_PY_INSTALLED'
+
+_NEEDED = ('needs an installed ROS 2 Jazzy (the ros2 command and tf2_ros): source one, or let '
+           'scripts/test make one, which takes TF_TREE_PY_JAZZY')
+
+
+def standin_env() -> dict[str, str]:
+    """
+    Return the environment variables of a shell in which Jazzy and this package are sourced.
+
+    Processes that get it are found on its PATH; its Python is ``python3``, which may be
+    another than the one that runs the tests. Without an installed Jazzy the test skips.
+    """
+    if _is_sourced():
+        variables = dict(os.environ)
+    elif _ENTRANCE in os.environ:
+        variables = dict(_entered(os.environ[_ENTRANCE]))
+        # Those that tests set since.
+        variables.update((name, value) for name, value in os.environ.items()
+                         if name in {'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'})
+    else:
+        pytest.skip(_NEEDED)
+    # So that what is imported is what was built, also if this is the folder of its source.
+    return {**variables, 'PYTHONSAFEPATH': '1', 'PYTHONUNBUFFERED': '1'}
+
+
+def _is_sourced() -> bool:
+    return shutil.which('ros2') is not None and find_spec('tf2_ros') is not None
+
+
+@cache
+def _entered(entrance: str) -> dict[str, str]:
+    if not Path(entrance).is_file():
+        raise FileNotFoundError(f'{_ENTRANCE}={entrance}: there is no such file')
+    done = subprocess.run(
+        ['bash', '-c', '. "$1" >&2; env --null', 'bash', entrance],
+        stdout=subprocess.PIPE, text=True, timeout=60, check=True)
+    return dict(line.split('=', 1) for line in done.stdout.split('\0') if line)

@@ -1,0 +1,22 @@
+"""Names of types that tf2_ros has for annotations, and programs for theirs."""
+
+from typing import TypeVar
+
+from geometry_msgs.msg import (
+    PointStamped,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Vector3Stamped,
+)
+from sensor_msgs.msg import PointCloud2
+
+MsgStamped = (PointStamped | PoseStamped | PoseWithCovarianceStamped | Vector3Stamped
+              | PointCloud2)
+PyKDLType = TypeVar('PyKDLType')
+TransformableObject = MsgStamped | PyKDLType
+TransformableObjectType = TypeVar('TransformableObjectType')
+
+FrameGraphSrvRequest = TypeVar('FrameGraphSrvRequest')
+FrameGraphSrvResponse = TypeVar('FrameGraphSrvResponse')
+LookupTransformGoal = TypeVar('LookupTransformGoal')
+LookupTransformResult = TypeVar('LookupTransformResult')
