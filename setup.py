@@ -56,7 +56,7 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            *(f'{name} = {package_name}.nodes.{name}:main' for name in executables),
+            *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
             f'tf_lab = {package_name}.labs.tf_lab:main',
         ],
     },

@@ -16,6 +16,7 @@ from tf_tree_py.core import (
     ConnectivityException,
     EdgeInfo,
     ExtrapolationException,
+    from_seconds,
     FutureExtrapolationException,
     Incident,
     InvalidArgumentException,
@@ -26,11 +27,14 @@ from tf_tree_py.core import (
     NoDataException,
     PastExtrapolationException,
     Pose,
+    RefusedException,
     se3,
     Snapshot,
     Statistics,
     TimeoutException,
     TransformException,
+    TransformWarning,
+    UNLIMITED,
 )
 from tf_tree_py.core.deskew import deskew
 
@@ -77,6 +81,7 @@ __all__ = [
     'Drop',
     'EdgeInfo',
     'ExtrapolationException',
+    'from_seconds',
     'FutureExtrapolationException',
     'Incident',
     'InvalidArgumentException',
@@ -89,6 +94,7 @@ __all__ = [
     'NotImplementedException',
     'PastExtrapolationException',
     'Pose',
+    'RefusedException',
     'se3',
     'Snapshot',
     'Stamped',
@@ -100,7 +106,9 @@ __all__ = [
     'TransformException',
     'TransformListener',
     'TransformRegistration',
+    'TransformWarning',
     'TypeException',
+    'UNLIMITED',
     'velocity_stamped',
 ]
 

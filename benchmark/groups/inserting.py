@@ -1,4 +1,8 @@
-"""One insertion: whole messages, from objects and from bytes, and one transform at a time."""
+"""
+One insertion: whole messages, from objects and from bytes, and one transform at a time.
+
+And many samples of one edge, from arrays.
+"""
 
 from collections.abc import Callable, Collection, Iterator
 import functools
@@ -6,9 +10,10 @@ import itertools
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
+import numpy as np
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer
+from tf_tree_py import Buffer, BufferCore, UNLIMITED
 from tf_tree_py.core.frame_names import rename
 from tf_tree_py.core.wire import WireReader
 from tf_tree_py.ros.convert import as_sample
@@ -19,7 +24,7 @@ from ..exercise import Task
 from ..peers.finding import Contestants
 from ..peers.messages import transform_stamped
 from ..peers.ours import OurBuffer
-from ..rows import DEBIAN, EMPTY, JAZZY, OURS, Row, RUST, scaled
+from ..rows import CORE, DEBIAN, EMPTY, JAZZY, OURS, Row, RUST, scaled
 from ..timing import cpu_clock, interleave, time_each
 
 # Transforms in a message, and per transform, as a multiple of constructing an empty one:
@@ -57,6 +62,36 @@ def inserting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
         row.compare(f'{OURS}, one by one', f'{DEBIAN}, one by one',
                     name=f'{transforms} one by one, set_transform', unit=f'x {DEBIAN}')
         yield row
+    yield _arrays(effort)
+
+
+def _arrays(effort: Effort) -> Row:
+    """Measure what it takes to insert arrays of one edge's samples, beside a loop and a copy."""
+    edge, = motion.chain(1).edges
+    count = 25 * effort.lookups
+    stamps = np.array([edge.stamp_of(sample) for sample in range(count)])
+    poses = np.array([motion.pose_at(edge, stamp) for stamp in stamps.tolist()])
+    samples = list(zip(stamps.tolist(), poses.tolist(), strict=True))
+
+    def insert_track() -> None:
+        BufferCore(UNLIMITED).insert_track(edge.parent, edge.child, stamps, poses)
+
+    def loop() -> None:
+        insert = BufferCore(UNLIMITED).insert
+        for stamp, pose in samples:
+            insert(edge.parent, edge.child, stamp, pose)
+
+    def copy() -> None:
+        stamps.copy(), poses.copy()
+
+    whole, single, memory = f'{CORE}, insert_track', f'{CORE}, a loop of insert', 'a copy of both'
+    turns = {name: functools.partial(time_each, call, 1)
+             for name, call in ((whole, insert_track), (single, loop), (memory, copy))}
+    row = Row('insert', f'arrays of {count:,} samples', 'us a transform',
+              scaled(interleave(turns, effort.rounds), 1e6 / count))
+    row.compare(whole, single, name='insert_track')
+    row.compare(whole, memory, name='insert_track')
+    return row
 
 
 class _Turn:

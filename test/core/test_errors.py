@@ -161,6 +161,33 @@ def test_hint_for_an_unknown_frame_is_the_known_ones(buffer):
     assert 'Nothing has been received yet' in error_of(BufferCore(), 'map', 'nowhere').hint
 
 
+@pytest.mark.parametrize(('asked', 'meant'), [
+    ('odomm', 'odom'), ('Base', 'base'), ('bace', 'base'), ('tre', 'tree'), ('base_link', 'base'),
+    ('xyz', None), ('o' * 10**6, None),
+])
+def test_hint_for_a_slip_of_the_pen_is_what_was_meant(buffer, asked, meant):
+    raised = error_of(buffer, 'map', asked)
+    expected = f'Did you mean {meant!r}? ' if meant else ''
+    assert raised.hint.startswith(f'{expected}Known: odom, map')
+    assert str(raised).endswith(raised.hint)
+
+
+def test_hint_is_that_of_the_moment_and_can_be_replaced(buffer):
+    raised = error_of(buffer, 'map', 'odo')
+    buffer.insert('odom', 'odo', 0, Pose(), static=True)
+    unread = pickle.loads(pickle.dumps(raised))
+    assert unread.hint == raised.hint
+    assert raised.hint == "Did you mean 'odom'? Known: odom, map, base, tree, island"
+    raised.hint = 'Start the publisher'
+    assert str(raised).endswith('. Start the publisher')
+
+
+def test_hint_is_sought_only_when_it_is_read(buffer, monkeypatch):
+    raised = error_of(buffer, 'map', 'odo')
+    monkeypatch.setattr('difflib.get_close_matches', lambda *_: ['read'])
+    assert 'read' in str(raised)
+
+
 def test_hint_does_not_list_a_thousand_frames():
     buffer = BufferCore()
     for number in range(1000):

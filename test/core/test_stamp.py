@@ -1,4 +1,8 @@
+import math
+
 from hypothesis import given, strategies as st
+from hypothesis.extra import numpy as npst
+import numpy as np
 import pytest
 from tf_tree_py.core import stamp
 
@@ -31,3 +35,30 @@ def test_stamp_is_written_exactly(nanoseconds, text):
 ])
 def test_span_is_written_in_the_unit_of_its_size(nanoseconds, text):
     assert stamp.format_span(nanoseconds) == text
+
+
+@given(npst.arrays(np.float64, npst.array_shapes(max_dims=3, min_side=0), elements=st.floats(
+    -9e9, 9e9)))
+def test_arrays_of_seconds_become_what_each_number_does(seconds):
+    nanoseconds = stamp.from_seconds(seconds)
+    assert nanoseconds.shape == seconds.shape
+    assert nanoseconds.dtype == np.int64
+    assert nanoseconds.ravel().tolist() == [stamp.from_seconds(s) for s in seconds.ravel()]
+
+
+def test_whole_seconds_stay_exact_in_an_array():
+    assert stamp.from_seconds(np.array([1_700_000_001, -7])).tolist() == [
+        1_700_000_001_000_000_000, -7_000_000_000]
+    assert stamp.from_seconds([0.25, 1]).tolist() == [250_000_000, 1_000_000_000]
+    assert stamp.from_seconds(np.array(0.5)) == 500_000_000
+    assert type(stamp.from_seconds(np.float64(0.5))) is int
+
+
+@pytest.mark.parametrize(('seconds', 'match'), [
+    ([0.0, math.nan], r'seconds\[1\] is nan'), ([[math.inf]], r'seconds\[0, 0\] is inf'),
+    ([1e10], r'seconds\[0\] is 1\d*\.0: no'), (np.array([2**62]), r'seconds\[0\] is 4611'),
+    (['now'], 'seconds are numbers, not <U3'), (np.array(['2020'], 'M8[s]'), 'not datetime64'),
+])
+def test_what_is_no_number_of_seconds_is_named(seconds, match):
+    with pytest.raises(ValueError, match=match):
+        stamp.from_seconds(seconds)

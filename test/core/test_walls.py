@@ -24,10 +24,10 @@ LAYERS = {
 
 # Inside the core a file imports only files above it.
 CORE = [
-    'calling', 'stamp', 'text', 'errors', 'so3', 'se3', 'pose', 'se2', 'many', 'history',
-    'climb', 'path', 'incidents', 'sample', 'tree', 'waiters', 'deadline', 'frame_names',
-    'wire', 'queries', 'future_guard', 'jump_back', 'streams', 'arrivals', 'buffer_core',
-    'deskew', 'twist', 'audit', 'report',
+    'calling', 'stamp', 'text', 'suggest', 'errors', 'times', 'so3', 'se3', 'pose', 'poses', 'se2',
+    'many', 'history', 'climb', 'path', 'incidents', 'sample', 'track', 'tree', 'waiters',
+    'deadline', 'frame_names', 'wire', 'outline', 'queries', 'future_guard', 'jump_back',
+    'streams', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
 ]
 WITHOUT_ROS = {'numpy', 'scipy'}
 

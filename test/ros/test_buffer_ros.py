@@ -12,7 +12,9 @@ from tf_tree_py import (
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
+    Pose,
     Statistics,
+    UNLIMITED,
 )
 import yaml
 
@@ -93,6 +95,13 @@ def test_cache_time_is_a_duration():
     assert buffer.cache_time == 2_500_000_000
     assert Buffer().cache_time == 10_000_000_000
     assert Buffer(cache_time=lasting(1.0)).cache_time == 1_000_000_000
+
+
+def test_buffer_may_keep_everything():
+    buffer = Buffer(cache_time=UNLIMITED)
+    for stamp in (1, 10**18):
+        assert buffer.insert('map', 'base', stamp, Pose()) == []
+    assert buffer.edges()[0].samples == 2
 
 
 def test_leading_slash_is_dropped_on_insertion_and_refused_in_questions(buffer):

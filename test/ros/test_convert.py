@@ -1,6 +1,7 @@
 """Between messages and numbers."""
 
 import copy
+from datetime import timedelta
 import importlib
 import importlib.util
 import math
@@ -16,12 +17,18 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.time import Time
 from ros_helpers import transform
 from std_msgs.msg import Header
-from tf_tree_py import InvalidArgumentException, Pose
+from tf_tree_py import Buffer, InvalidArgumentException, Pose
 from tf_tree_py.core import Sample, so3
 
 # Not imported from the package, where tf2's function of that name stands before it.
 convert = importlib.import_module('tf_tree_py.ros.convert')
 
+NO_TIMES = [
+    (0.5, r'0.5 is no time: .*; a timeout of 0.5 s is Duration\(seconds=0.5\)'),
+    (2, r'a timeout of 2 s is Duration\(seconds=2\)'),
+    (timedelta(seconds=90), r'a timeout of 90.0 s is Duration\(seconds=90.0\)'),
+    ('now', "'now' is no time: .*Duration$"),
+]
 POSE = (1.0, -2.0, 3.5, 0.5, -0.5, 0.5, -0.5)
 SECOND = 1_000_000_000
 
@@ -178,3 +185,20 @@ def test_other_numbers_are_serialized_as_what_they_are(number, field):
     arrived = deserialize_message(serialize_message(fixed), TransformStamped)
     assert getattr(getattr(arrived.transform, part), axis) == float(number)
     assert (arrived.header, arrived.child_frame_id) == (message.header, 'b')
+
+
+@pytest.mark.parametrize(('given', 'match'), NO_TIMES)
+def test_what_is_no_time_is_answered_with_what_to_write(given, match):
+    with pytest.raises(InvalidArgumentException, match=match):
+        convert.as_nanoseconds(given)
+    with pytest.raises(InvalidArgumentException, match=match):
+        Buffer().lookup_transform('map', 'base', Time(), given)
+    with pytest.raises(InvalidArgumentException, match=match):
+        Buffer().wait_for_transform_async('map', 'base', Time(), timeout=given)
+
+
+def test_timedelta_of_pandas_is_no_time():
+    pandas = pytest.importorskip('pandas')
+    # Its attribute .nanoseconds is what is left over of microseconds: 0.
+    with pytest.raises(InvalidArgumentException, match=r'Duration\(seconds=60.0\)'):
+        Buffer(cache_time=pandas.Timedelta('60s'))

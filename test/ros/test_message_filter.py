@@ -13,6 +13,12 @@ import pytest
 from rclpy.duration import Duration
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import (
+    DurabilityPolicy,
+    qos_profile_sensor_data,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 from ros_helpers import (
     at,
     lasting,
@@ -214,6 +220,26 @@ def test_several_topics_feed_one_filter(node, make_node, make_filter, spin, inbo
         publisher.publish(message)
     until(lambda: len(inbox.delivered) == 2)
     assert {type(message) for message, _ in inbox.delivered} == {PointStamped, PoseStamped}
+
+
+@pytest.mark.parametrize('profile', [
+    qos_profile_sensor_data, QoSProfile(depth=5),
+    QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)])
+def test_sensors_are_heard_whatever_their_profile(
+        node, make_node, make_filter, spin, inbox, profile):
+    make_filter().subscribe(PointStamped, 'points')
+    spin(node)
+    publisher = make_node('sensor').create_publisher(PointStamped, 'points', profile)
+    until(publisher.get_subscription_count)
+    publisher.publish(point(1.5, x=0.5))
+    until(lambda: inbox.delivered)
+    assert inbox.xs() == [(0.5, 1.5)]
+
+
+def test_profile_may_be_given(node, make_filter):
+    subscription = make_filter().subscribe(PointStamped, 'points', 7)
+    profile = subscription.qos_profile
+    assert (profile.depth, profile.reliability) == (7, ReliabilityPolicy.RELIABLE)
 
 
 def test_filter_of_message_filters_can_be_the_source(make_filter, settle, inbox):

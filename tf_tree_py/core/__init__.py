@@ -14,11 +14,12 @@ from .errors import (
     TimeoutException,
     TransformException,
 )
-from .incidents import Incident, Kind, Statistics
+from .incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
+from .outline import EdgeInfo
 from .pose import Pose
-from .queries import EdgeInfo, Snapshot
+from .queries import Snapshot
 from .sample import Sample
-from .stamp import LATEST
+from .stamp import from_seconds, LATEST, UNLIMITED
 from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     'ConnectivityException',
     'EdgeInfo',
     'ExtrapolationException',
+    'from_seconds',
     'FutureExtrapolationException',
     'Incident',
     'InvalidArgumentException',
@@ -38,10 +40,13 @@ __all__ = [
     'NoDataException',
     'PastExtrapolationException',
     'Pose',
+    'RefusedException',
     'Sample',
     'se3',
     'Snapshot',
     'Statistics',
     'TimeoutException',
     'TransformException',
+    'TransformWarning',
+    'UNLIMITED',
 ]

@@ -24,10 +24,10 @@ from typing import Any, NamedTuple, TypeVar
 from . import se3, so3
 from .errors import TransformException
 from .queries import Queries
-from .sample import checked_stamp
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
 from .text import shorten
+from .times import checked_stamp
 
 Answer = TypeVar('Answer')
 

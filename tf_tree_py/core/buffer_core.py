@@ -5,24 +5,30 @@ Every public method may be called from any thread. No long computation runs whil
 the lock is held, and nothing of a caller's but the query that ``wait_for`` is given.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from copy import copy
 from dataclasses import replace
 from operator import attrgetter
 import threading
-from typing import TypeVar
+from typing import Any, NoReturn, TypeVar
+import warnings
+
+import numpy.typing as npt
 
 from .arrivals import Meter
 from .deadline import Deadline, WallDeadline
 from .errors import ClockJumpException, TransformException
 from .future_guard import FutureGuard
-from .incidents import Incident, Kind, Statistics
+from .incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .jump_back import CURE, JumpBack, WHY_OLD
 from .pose import Pose
+from .poses import checked_pose
 from .queries import Queries
 from .sample import admitted, Batch, checked, Sample, sound_poses
 from .se3 import PoseTuple
 from .stamp import from_seconds, LATEST
+from .times import checked_cache_time
+from .track import checked_track, Judged, Track
 from .tree import Tree
 from .waiters import Waiter, Waiters, wake_all
 
@@ -43,7 +49,8 @@ class BufferCore(Queries):
     A lookup costs O(depth log n), an insertion O(1) amortised when it is the
     newest of its edge.
 
-    :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given.
+    :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given,
+        and with ``UNLIMITED`` everything.
     :param max_frames: how many frame names are let in, against a hostile publisher.
     :param max_name_bytes: how long a frame name may be in UTF-8, likewise.
     :param now: the clock that stamps go by, nanoseconds, such as ``time.time_ns``; what
@@ -60,11 +67,9 @@ class BufferCore(Queries):
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
-        if cache_time is not None and cache_time < 0:
-            raise ValueError(f'cache_time is {cache_time} ns, and cannot be negative')
-        super().__init__(
-            Tree(DEFAULT_CACHE_TIME if cache_time is None else cache_time, max_frames,
-                 max_name_bytes))
+        super().__init__(Tree(
+            DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
+            max_frames, max_name_bytes))
         self._waiters = Waiters()
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)
@@ -72,36 +77,127 @@ class BufferCore(Queries):
         self._meters: tuple[Meter, ...] = ()
         # Whether more is to be done about a message than to insert it.
         self._attentive = self._jump_back is not None
+        # What a program that inserts by itself was warned of.
+        self._warned: set[Hashable] = set()
         # Why everybody who waited was last made to give up: who began with another one.
         self._failure: TransformException | None = None
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(f'a {type(self).__name__} can be neither pickled nor copied, for others '
+                        'may wait in it: its snapshot() can')
 
     # --- inserting
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple, *,
-               authority: str = DEFAULT_AUTHORITY, static: bool = False) -> list[Incident]:
+               authority: str = DEFAULT_AUTHORITY, static: bool = False,
+               strict: bool | None = None) -> list[Incident]:
         """
         Take one transform.
 
-        :param pose: ``parent_T_child``: a ``Pose`` or seven floats, metres, quaternion x y z w.
+        :param pose: ``parent_T_child``: a ``Pose``; seven floats, metres, quaternion x y z w;
+            a (4, 4) matrix; or a ``Rotation`` or ``RigidTransform`` of scipy.
         :param stamp: nanoseconds; of no meaning when static.
         :param static: valid at all times.
+        :param strict: True raises what is refused; None warns of it, once for each kind;
+            False does neither, for programs that look at what is returned.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: a stamp that is no integer of 64 bits, or a name
-            that is no string.
+        :raises InvalidArgumentException: what is no stamp, no pose, or a name that is no
+            string.
+        :raises RefusedException: with ``strict``, after all that is good was taken.
         """
-        x, y, z, qx, qy, qz, qw = map(float, pose)
-        sample = admitted(Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw)))
-        return self._insert([sample], [sample.stamp], authority, static)
+        sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
+        return self._told(self._insert([sample], [sample.stamp], authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
-                    static: bool = False) -> list[Incident]:
+                    static: bool = False, *, strict: bool | None = None) -> list[Incident]:
         """
         Take transforms under one lock; see ``insert``.
 
         Where a name or a stamp is none, nothing is taken.
         """
         samples = [admitted(sample) for sample in samples]
-        return self._insert(samples, [sample.stamp for sample in samples], authority, static)
+        return self._told(self._insert(
+            samples, [sample.stamp for sample in samples], authority, static), strict)
+
+    def insert_track(self, parent: str, child: str, stamps: npt.ArrayLike, poses: Any, *,
+                     authority: str = DEFAULT_AUTHORITY,
+                     strict: bool | None = None) -> list[Incident]:
+        """
+        Take many samples of one moving edge, as ``insert`` would one by one.
+
+        At the speed of memory, where they are not older than what the buffer keeps.
+
+        :param stamps: (N,) nanoseconds, in order of arrival.
+        :param poses: ``parent_T_child``: (N, 7) metres and quaternion x y z w, (N, 4, 4)
+            matrices, or N poses of any kind that ``insert`` takes.
+        :param strict: as ``insert`` has it; unless it is False, samples that the buffer
+            does not keep are warned of too.
+        :return: what was refused or is worth telling: empty when all is well.
+        :raises InvalidArgumentException: what are no stamps, no poses, or not as many.
+        :raises RefusedException: with ``strict``, after all that is good was taken.
+        """
+        track = checked_track(parent, child, self._stamps_of(stamps), poses)
+        incidents = self._take_track(track, authority)
+        if strict is not False and track.span > self.cache_time:
+            self._warn('window', track.gone(self.cache_time), 2)
+        return self._told(incidents, strict)
+
+    def _take_track(self, track: Track, authority: str) -> list[Incident]:
+        if self._attentive or (len(track.stamps)
+                               and self._guard.is_too_far(int(track.stamps.max()))):
+            return [incident for sample in track.samples()
+                    for incident in self._insert([sample], [sample.stamp], authority, False)]
+        judged = track.judged(authority)
+        ready: list[Waiter] = []
+        try:
+            with self._lock:
+                version = self._tree.version
+                try:
+                    incidents = self._insert_track(track, judged, authority)
+                finally:
+                    ready = self._take_ready((track.child,), version)
+        finally:
+            wake_all(ready)
+        return self._explained(incidents)
+
+    def _insert_track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
+        incidents: list[Incident] = []
+        tree, earliest, history = self._tree, track.earliest_after(), None
+        # One by one until there is an edge that only needs more samples: one, nearly always.
+        for number in range(len(track.stamps)):
+            history = tree.history_to_extend(track.parent, track.child, earliest[number])
+            if history is not None:
+                break
+            incidents += self._insert_each([track.sample(number)], authority, False)
+        if history is None:
+            return incidents
+        rest, refused = judged.after(number)
+        if not rest.is_within(history):
+            return incidents + self._insert_each(track.samples(number), authority, False)
+        if len(rest.stamps):
+            tree.extend(history, rest.stamps, rest.poses, authority)
+        self._count(len(rest.stamps), refused)
+        return incidents + refused
+
+    def _told(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
+        """Return what happened, having told a caller of it who may not look at that."""
+        if not incidents or strict is False:
+            return incidents
+        refused = [incident for incident in incidents if incident.refused]
+        if strict and refused:
+            more = f' ({len(refused)} were refused)' if len(refused) > 1 else ''
+            raise RefusedException(f'{refused[0]}{more}', incidents=refused)
+        for incident in incidents:
+            self._warn(incident.kind, f'{incident}. Of this kind that was the first, and no more '
+                                      'are told here: the call returns them, and statistics() '
+                                      'counts them; strict=True raises them', 3)
+        return incidents
+
+    def _warn(self, what: Hashable, text: str, callers: int) -> None:
+        """Warn of something for the first time, where it is called from by so many calls."""
+        if what not in self._warned:
+            self._warned.add(what)
+            warnings.warn(text, TransformWarning, stacklevel=callers + 1)
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:

@@ -9,7 +9,7 @@ for, and what to do; the text is put together only when somebody reads it.
 Where a program has imported tf2_py, its classes catch what is raised here, too.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 import sys
 from types import ModuleType
@@ -23,6 +23,11 @@ from .text import shorten
 # nothing else.
 Blocker = tuple[str | None, int]
 ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
+
+
+# What to do about an error, or how to find out what: that takes time, and a lookup that
+# fails may be asked again and again without anybody reading why.
+Hint = str | Callable[[], str]
 
 
 class JoinableException(Exception):
@@ -65,25 +70,38 @@ class TransformException(JoinableException):
     :ivar target_frame: what was asked for, if it was a lookup.
     :ivar source_frame: likewise.
     :ivar waited_s: how long was waited, seconds, before giving up; None without a wait.
-    :ivar hint: what to do about it, one sentence or ''.
     :ivar blocked_on: (child frame, stamp) of all edges that may have to go on, up to that
         stamp, before it can succeed; None: waiting is useless.
     """
 
     def __init__(self, message: str = '', *, target_frame: str | None = None,
-                 source_frame: str | None = None, hint: str = '',
+                 source_frame: str | None = None, hint: Hint = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
         join('tf2_py', _OF_TF2)
         super().__init__(shorten(message))
         self.target_frame = target_frame
         self.source_frame = source_frame
-        self.hint = hint
+        self._hint = hint
         self.blocked_on = blocked_on
         self.waited_s: float | None = None
+
+    @property
+    def hint(self) -> str:
+        """Return what to do about it, one sentence or ''."""
+        if not isinstance(self._hint, str):
+            self._hint = self._hint()
+        return self._hint
+
+    @hint.setter
+    def hint(self, hint: Hint) -> None:
+        self._hint = hint
 
     def describe(self) -> str:
         """Return the sentence that says what is wrong, without wait and hint."""
         return str(self.args[0]) if self.args else ''
+
+    def __repr__(self) -> str:
+        return f'{type(self).__name__}({str(self)!r})'
 
     def __str__(self) -> str:
         text = shorten(self.describe())
@@ -121,7 +139,7 @@ class ExtrapolationException(TransformException):
 
     def __init__(self, message: str = '', *, parent: str | None = None,
                  child: str | None = None, requested: int | None = None,
-                 oldest: int | None = None, latest: int | None = None, hint: str = '',
+                 oldest: int | None = None, latest: int | None = None, hint: Hint = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
         super().__init__(message, hint=hint, blocked_on=blocked_on)
         self.parent = parent

@@ -210,6 +210,36 @@ class DynamicHistory:
             self._insert_between(stamp, parent, pose)
         return True
 
+    def extend(self, stamps: Stamps, poses: Array) -> None:
+        """
+        Take many samples of the parent that all before them name, as ``insert`` one by one.
+
+        O(n) where they are sorted and continue what is there, else a stable sort more.
+
+        :param stamps: (n,) in order of arrival, n > 0; none is older than the window when
+            its turn comes.
+        :param poses: (n, 7) ``parent_T_child``, with unit quaternions.
+        """
+        assert self.latest_stamp is not None
+        latest = max(self.latest_stamp, int(stamps[:-1].max(initial=_BEGINNING)))
+        self._horizon = latest - self.cache_time
+        if (stamps[1:] < stamps[:-1]).any():
+            stamps, poses = _in_order(stamps, poses)
+        if stamps[0] < self.latest_stamp:
+            # What is newer than the first goes among them.
+            index = bisect_right(self._stamps, int(stamps[0]), self._first())
+            newer = np.array(self._poses[index * _POSE_FLOATS:]).reshape(-1, _POSE_FLOATS)
+            stamps, poses = _in_order(np.concatenate([self._stamps[index:], stamps]),
+                                      np.concatenate([newer, poses]))
+            del self._stamps[index:]
+            del self._poses[index * _POSE_FLOATS:]
+        self._stamps.frombytes(memoryview(np.ascontiguousarray(stamps)).cast('B'))
+        self._poses.frombytes(memoryview(np.ascontiguousarray(poses)).cast('B'))
+        self.latest_stamp = self._stamps[-1]
+        self._latest_pose = None
+        if latest > self._tidy_after:
+            self._tidy(latest)
+
     def end(self) -> None:
         """
         Let the edge end with its newest sample, until another comes.
@@ -457,7 +487,7 @@ class DynamicHistory:
                     'timeout that lasts until the data comes')
         elif stamp < latest - self.cache_time:
             hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, or give it a '
-                    'longer cache_time')
+                    'longer cache_time (UNLIMITED keeps everything)')
         elif stamp < oldest:
             hint = ('Nothing older of this edge has arrived: its publisher, or who listens, began '
                     'later')
@@ -467,6 +497,12 @@ class DynamicHistory:
         # An edge that has ended has no parent, but its samples name one.
         return kind(parent=self._named()[-1], child=child, requested=stamp, oldest=oldest,
                     latest=latest, hint=hint)
+
+
+def _in_order(stamps: Stamps, poses: Array) -> tuple[Stamps, Array]:
+    """Return samples sorted by stamp; those of one stamp keep their order."""
+    order = np.argsort(stamps, kind='stable')
+    return stamps[order], poses[order]
 
 
 History = StaticHistory | DynamicHistory

@@ -1,14 +1,16 @@
 """
 What can be wrong, or odd, about a transform that arrives.
 
-Nothing here raises: a listener must survive whatever comes off the wire. What
-happened is told as an ``Incident`` to whoever inserted, and counted.
+Nothing of it raises, unless a caller wants it to: a listener must survive whatever
+comes off the wire. What happened is told as an ``Incident`` to whoever inserted, and
+counted.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from .errors import TransformException
 from .stamp import LATEST
 from .text import LONGEST_TEXT, shorten
 
@@ -36,6 +38,22 @@ class Kind(Enum):
 
 REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
                      Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+
+
+class TransformWarning(UserWarning):
+    """A transform that a program inserted was refused, or is odd; once for each kind."""
+
+
+class RefusedException(TransformException):
+    """
+    Transforms were refused that a program inserted with ``strict=True``.
+
+    :ivar incidents: what was refused, and why.
+    """
+
+    def __init__(self, message: str = '', *, incidents: Sequence['Incident'] = ()) -> None:
+        super().__init__(message)
+        self.incidents = list(incidents)
 
 
 _ONE_OF = 'one of '
@@ -114,3 +132,8 @@ class Statistics:
     def refused(self) -> int:
         """Return how many transforms were not taken, of all kinds."""
         return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)
+
+    def __str__(self) -> str:
+        text = f'{self.accepted} accepted, {self.refused} refused, {self.frames} frames'
+        counts = [f'{kind.value}: {count}' for kind, count in self.incidents.items() if count]
+        return '; '.join([text, *counts])

@@ -4,8 +4,9 @@ What can be asked of a tree: one lookup, many stamps, all frames.
 Shared by the buffer, whose tree goes on changing, and by a snapshot of it.
 """
 
+from collections.abc import Callable
 import threading
-from typing import Any, Literal, NamedTuple, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -19,25 +20,14 @@ from .errors import (
     TransformException,
 )
 from .many import Stamps
+from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .pose import Pose
-from .sample import checked_stamp
 from .se3 import PoseTuple
 from .so3 import Array
 from .stamp import format_stamp, LATEST
+from .times import checked_stamp, checked_stamps, without_mask
 from .tree import Tree
-
-
-class EdgeInfo(NamedTuple):
-    """What is stored of one edge: names, who sent it last, stamps in nanoseconds."""
-
-    parent: str
-    child: str
-    authority: str
-    static: bool
-    samples: int
-    oldest: int
-    latest: int
 
 
 class Queries:
@@ -56,6 +46,12 @@ class Queries:
         # Re-entrant, so that a wait can hold it across a query and its own registration.
         self._lock = threading.RLock()
         self._tree = tree
+
+    # What callers give as stamps, as integers; ``ros`` takes ROS times as well.
+    _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
+
+    def _stamps_of(self, stamps: npt.ArrayLike) -> Stamps:
+        return checked_stamps(stamps, self._stamp_of)
 
     @property
     def cache_time(self) -> int:
@@ -81,7 +77,7 @@ class Queries:
                        stamp: int = LATEST) -> tuple[int, PoseTuple]:
         """Return the stamp that ``LATEST`` came to, and the pose; see ``lookup``."""
         if type(stamp) is not int:
-            stamp = checked_stamp(stamp)
+            stamp = self._stamp_of(stamp)
         try:
             with self._lock:
                 if target_frame == source_frame:
@@ -99,7 +95,7 @@ class Queries:
 
         Otherwise as ``lookup``.
         """
-        stamp = checked_stamp(stamp)
+        stamp = self._stamp_of(stamp)
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return Pose._make(se3.IDENTITY)
@@ -124,8 +120,8 @@ class Queries:
             self._tree.check_frame('target_frame', target_frame)
             self._tree.check_frame('source_frame', source_frame)
             self._tree.check_frame('fixed_frame', fixed_frame)
-            halves = [(fixed_frame, source_frame, source_stamp),
-                      (target_frame, fixed_frame, target_stamp)]
+            halves = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
+                      (target_frame, fixed_frame, self._stamp_of(target_stamp))]
             (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(halves)
         return stamp, se3.compose(target_T_fixed, fixed_T_source)
 
@@ -179,7 +175,7 @@ class Queries:
 
         Both ends are among them. Raises as ``lookup`` does.
         """
-        stamp = checked_stamp(stamp)
+        stamp = self._stamp_of(stamp)
         moment = None if stamp == LATEST else stamp
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
@@ -214,12 +210,13 @@ class Queries:
         The numbers are those of ``lookup`` to 1e-12 (metres, and parts of a quaternion);
         where edges are longer than 100 metres, to 1e-14 of their length.
         """
-        array, given = _checked_stamps(stamps)
+        stamps, given = without_mask(stamps)
+        array = self._stamps_of(stamps)
         if outside not in ('raise', 'mask'):
             raise InvalidArgumentException(f"outside is 'raise' or 'mask', not {outside!r}")
         with _Naming(target_frame, source_frame):
             poses, valid = self._poses_at(target_frame, source_frame, array)
-        if not given.all():
+        if given is not None:
             valid &= given
             poses[~given] = np.nan
         if outside == 'mask':
@@ -273,13 +270,14 @@ class Queries:
             valid[number] = True
 
     def _raise_first(self, target_frame: str, source_frame: str, stamps: Stamps,
-                     given: npt.NDArray[np.bool_], valid: npt.NDArray[np.bool_]) -> None:
+                     given: npt.NDArray[np.bool_] | None,
+                     valid: npt.NDArray[np.bool_]) -> None:
         """Raise what ``lookup`` says of the first stamp that has no answer."""
         first = int(np.argmin(valid))
         count = len(stamps) - int(valid.sum())
         many = (f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}]'
                 "{}; outside='mask' returns the others")
-        if not given[first]:
+        if given is not None and not given[first]:
             raise InvalidArgumentException(many.format(', which is masked'))
         stamp = int(stamps[first])
         try:
@@ -304,7 +302,7 @@ class Queries:
         :raises InvalidArgumentException: a name that cannot be a frame, or a stamp that is
             no integer.
         """
-        stamp = checked_stamp(stamp)
+        stamp = self._stamp_of(stamp)
         with self._lock, _Naming(target_frame, None):
             if stamp == LATEST:
                 stamp = self._tree.newest_of_all(target_frame)
@@ -336,14 +334,36 @@ class Queries:
                              len(history), history.oldest_stamp or 0, history.latest_stamp or 0)
                     for history in histories if history.parent is not None]
 
+    def __repr__(self) -> str:
+        return f'<{self._summary()}>'
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the tree."""
+        return as_html(self._summary(), Queries.edges(self))
+
+    def _summary(self) -> str:
+        # The buffer's own listing may ask the graph who the publishers are.
+        return f'{type(self).__name__}: {summary(len(self.frames()), Queries.edges(self))}'
+
 
 class Snapshot(Queries):
     """
     A buffer's contents at one moment, which never change.
 
     Everything that can be asked of a buffer can be asked here, and all answers
-    agree with each other, whatever the writers do meanwhile.
+    agree with each other, whatever the writers do meanwhile. It pickles, so that it can
+    be kept in a file and handed to other processes.
     """
+
+    def __getstate__(self) -> dict[str, Any]:
+        with self._lock:
+            state = {**self.__dict__, '_tree': self._tree.copy()}
+        del state['_lock']
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock = threading.RLock()
 
 
 class _Naming:
@@ -360,23 +380,6 @@ class _Naming:
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):
             error.target_frame, error.source_frame = self.frames
-
-
-def _checked_stamps(stamps: npt.ArrayLike) -> tuple[Stamps, npt.NDArray[np.bool_]]:
-    """Return stamps (N,), and which of them are not masked."""
-    array = np.asarray(stamps)
-    if array.ndim != 1:
-        raise InvalidArgumentException(
-            f'stamps are one row (N,) of integer nanoseconds, not of the shape {array.shape}')
-    if array.dtype.kind not in 'iu' and len(array):
-        raise InvalidArgumentException(
-            f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would be '
-            'off by 200 ns. Use the .nanoseconds of a Time of rclpy, a sec * 10**9 + nanosec, or '
-            'tf_tree_py.core.stamp.from_seconds')
-    if array.dtype.kind == 'u' and len(array) and int(array.max()) >= 2**63:
-        raise InvalidArgumentException(
-            f'{int(array.max())} is no stamp: these are nanoseconds in 64 bits with a sign')
-    return array.astype(np.int64), ~np.ma.getmaskarray(stamps)
 
 
 def _ends(stamps: Stamps) -> tuple[int, int]:

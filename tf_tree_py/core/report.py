@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 import re
 
-from .queries import EdgeInfo
+from .outline import EdgeInfo
 from .stamp import as_seconds
 
 # tf2 divides by the stored span, but never by less than this many seconds.

@@ -7,10 +7,10 @@ once: names, NaN, quaternions.
 
 from collections.abc import Sequence
 import math
-import operator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from . import so3
 from .errors import InvalidArgumentException
@@ -20,14 +20,13 @@ from .se3 import PoseTuple
 from .so3 import Array
 from .stamp import format_stamp, NANOSECONDS_PER_SECOND
 from .text import shorten
+from .times import checked_stamp, STAMP_LIMIT
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
 
 # Up to so many poses plain floats are cheaper than an array.
 _FEW = 6
-
-_STAMP_LIMIT = 2**63
 
 # Characters of a name that is not let in, in the reason for it.
 _NAME_IN_TEXT = 60
@@ -71,26 +70,6 @@ class Batch(NamedTuple):
                 in zip(self.edges, self.stamps, self.poses, strict=True)]
 
 
-def checked_stamp(stamp: Any) -> int:
-    """
-    Return a caller's stamp as a plain int.
-
-    :raises InvalidArgumentException: it is no integer; float seconds, most likely. Or it
-        does not fit into 64 bits, as the stamps of messages and bags do.
-    """
-    try:
-        checked = operator.index(stamp)
-        if -_STAMP_LIMIT <= checked < _STAMP_LIMIT:
-            return checked
-        raise InvalidArgumentException(
-            f'Invalid argument stamp {stamp}: nanoseconds have to fit into 64 bits, with a sign')
-    except TypeError:
-        raise InvalidArgumentException(
-            f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which a Time of '
-            'rclpy has as .nanoseconds, and tf_tree_py.core.stamp.from_seconds makes of seconds'
-        ) from None
-
-
 def admitted(sample: Sample) -> Sample:
     """
     Return a sample with plain names and stamp, as everything behind this door expects it.
@@ -103,7 +82,7 @@ def admitted(sample: Sample) -> Sample:
     if not isinstance(parent, str) or not isinstance(child, str):
         raise InvalidArgumentException(
             f'Invalid argument: the frames {parent!r} and {child!r} have to be strings')
-    if type(stamp) is int and -_STAMP_LIMIT <= stamp < _STAMP_LIMIT and (
+    if type(stamp) is int and -STAMP_LIMIT <= stamp < STAMP_LIMIT and (
             parent[:1] != '/' != child[:1]):
         return sample
     return Sample(
@@ -169,6 +148,21 @@ def unit_poses(poses: Array) -> Array | None:
     if not squares.min() + nothing > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
         return None
     return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
+
+
+def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Return a copy of poses (N, 7) with unit quaternions, and which need no closer look."""
+    poses = poses.copy()
+    q = poses[:, 3:]
+    squares = np.einsum('ij,ij->i', q, q)
+    # NaN where any number is NaN or infinite, and then no comparison holds.
+    with np.errstate(invalid='ignore'):
+        sizes = squares + 0.0 * np.einsum('ij->i', poses)
+    good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
+    rough = good & (np.abs(squares - 1.0) >= _UNIT_TOLERANCE)
+    if rough.any():
+        q[rough] /= np.sqrt(squares[rough])[:, None]
+    return poses, good
 
 
 def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:

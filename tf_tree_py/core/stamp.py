@@ -6,15 +6,61 @@ stamp on the wrong side of a sample; an int is exact. ROS types stay outside:
 ``tf_tree_py.ros.convert`` turns them into these integers.
 """
 
+from collections.abc import Sequence
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
 LATEST = 0
 """The stamp that asks for the latest common time, as tf2's time 0 does."""
+
+UNLIMITED = 2**64
+"""The ``cache_time`` that keeps everything: no two stamps of 64 bits are further apart."""
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
 
-def from_seconds(seconds: float) -> int:
-    """Return the nanoseconds nearest to a number of seconds."""
-    return round(seconds * NANOSECONDS_PER_SECOND)
+@overload
+def from_seconds(seconds: float) -> int: ...
+
+
+@overload
+def from_seconds(seconds: Sequence[Any] | npt.NDArray[Any]) -> npt.NDArray[np.int64]: ...
+
+
+def from_seconds(seconds: Any) -> Any:
+    """
+    Return the nanoseconds nearest to a number of seconds.
+
+    Float seconds since 1970 tell stamps apart that lie 240 ns from each other; a column
+    of whole nanoseconds, or of seconds and nanoseconds, is better where there is one.
+
+    :param seconds: a number, or an array of any shape.
+    :return: an int, or an array of the same shape.
+    :raises ValueError: in an array, what is not finite or beyond 64 bits of nanoseconds.
+    """
+    if isinstance(seconds, float | int):
+        return round(seconds * NANOSECONDS_PER_SECOND)
+    array = np.asarray(seconds)
+    if array.ndim == 0:
+        return round(array.item() * NANOSECONDS_PER_SECOND)
+    nanoseconds = _nanoseconds_of(array)
+    bad = ~((nanoseconds >= -2**63) & (nanoseconds < 2**63))
+    if bad.any():
+        first = tuple(map(int, np.argwhere(bad)[0]))
+        raise ValueError(f'seconds[{", ".join(map(str, first))}] is {array[first]}: no stamp, '
+                         'which is finite and has 64 bits of nanoseconds')
+    return nanoseconds.astype(np.int64)
+
+
+def _nanoseconds_of(seconds: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return seconds times a billion, as Python rounds it."""
+    if seconds.dtype.kind in 'iu':
+        return seconds.astype(object) * NANOSECONDS_PER_SECOND
+    if seconds.dtype.kind not in 'fO':
+        raise ValueError(f'seconds are numbers, not {seconds.dtype}')
+    return np.rint(seconds.astype(float) * NANOSECONDS_PER_SECOND)
 
 
 def as_seconds(stamp: int) -> float:

@@ -8,6 +8,7 @@ Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 from . import se3
 from .climb import blockers, Branches, climb_both, find_loop, FOREVER, Loop
@@ -16,16 +17,20 @@ from .errors import (
     Blocker,
     ConnectivityException,
     ExtrapolationException,
+    Hint,
     InvalidArgumentException,
     LookupException,
     TransformException,
 )
 from .history import DynamicHistory, History, pack_pose, StaticHistory
 from .incidents import Incident, is_ambiguous, Kind
+from .many import Stamps
 from .path import furthest_from_cure, Path
 from .sample import bad_name, Batch, is_sound, Sample
 from .se3 import PoseTuple
+from .so3 import Array
 from .stamp import format_span, format_stamp, LATEST
+from .suggest import known_names
 
 Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
@@ -50,12 +55,14 @@ class Tree:
 
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
+    :ivar when_empty: the hint for who asks before there is any.
     """
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
         self.max_frames = max_frames
         self.max_name_bytes = max_name_bytes
+        self.when_empty = 'Nothing has been received yet'
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
@@ -138,6 +145,30 @@ class Tree:
             history.authority = authority
             return []
         return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
+
+    def history_to_extend(self, parent: str, child: str, stamp: int) -> DynamicHistory | None:
+        """
+        Return the history of an edge to which samples from a stamp on can just be added.
+
+        None where one of them might change who is whose parent, or be refused for that.
+        """
+        history = self.histories.get(child)
+        if (not isinstance(history, DynamicHistory) or history.latest_stamp is None
+                or not history.fixed_parent or history.parent != parent):
+            return None
+        if history.goes_on(parent, stamp) or find_loop(
+                self.histories, parent, child, stamp, FOREVER, []) is None:
+            return history
+        return None
+
+    def extend(self, history: DynamicHistory, stamps: Stamps, poses: Array,
+               authority: str) -> None:
+        """Take samples of an edge; see ``history_to_extend`` and ``DynamicHistory.extend``."""
+        began = history.oldest_stamp
+        history.extend(stamps, poses)
+        history.authority = authority
+        if began is not None and stamps.min() < began:
+            self._structure_changed()
 
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
@@ -352,14 +383,12 @@ class Tree:
         if frame not in self.frames:
             raise LookupException(
                 f'"{frame}" passed to lookupTransform argument {argument} does not exist',
-                hint=self._known_frames(), blocked_on=ANY_STRUCTURE)
+                hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
 
-    def _known_frames(self) -> str:
+    def _known_frames(self, frame: str) -> Hint:
         if not self.frames:
-            return 'Nothing has been received yet'
-        names = list(self.frames)
-        more = f' and {len(names) - 12} more' if len(names) > 12 else ''
-        return 'Known: ' + ', '.join(names[:12]) + more
+            return self.when_empty
+        return partial(known_names, frame, tuple(self.frames))
 
     def frames_between(self, target: str, source: str, stamp: int | None) -> list[str]:
         """

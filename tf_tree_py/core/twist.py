@@ -15,11 +15,12 @@ import numpy.typing as npt
 
 from . import se3, so3
 from .errors import ExtrapolationException, InvalidArgumentException, TransformException
-from .queries import EdgeInfo, Queries
-from .sample import checked_stamp
+from .outline import EdgeInfo
+from .queries import Queries
 from .se3 import PoseTuple
 from .so3 import Array, Quaternion, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
+from .times import checked_stamp
 
 Screw = tuple[float, float, float, float, float, float]
 
@@ -139,7 +140,7 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
     frozen.lookup_many(observation_frame, tracking_frame, stamps)
     poses = frozen.lookup_many(axes, tracking_frame, stamps)
     points = frozen.lookup_many(axes, reference_point_frame or tracking_frame, stamps)
-    times = np.asarray(stamps).astype(np.int64)
+    times = frozen._stamps_of(stamps)
     frames, moving = _chain(frozen, observation_frame, tracking_frame)
     twists = np.zeros((len(times), 6))
     if moving:

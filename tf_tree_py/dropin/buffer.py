@@ -26,6 +26,10 @@ class BufferCore(OurBuffer):
         super().__init__(cache_time, node, **options)
         self._wakers: dict[Waker, None] = {}
 
+    def _when_empty(self) -> str:
+        # Listeners as tf2 has them do not tell a buffer of themselves.
+        return 'Nothing has been received yet'
+
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]
                       authority: str) -> None:
         """Take a transform that moves."""

@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY
+from tf_tree_py.ros.arguments import check_places
 from tf_tree_py.ros.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.listener import TransformListener as OurListener
 from tf_tree_py.ros.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
@@ -44,6 +45,7 @@ class TransformListener:
 
         :param options: those of ``tf_tree_py.TransformListener``; the others likewise.
         """
+        check_places('TransformListener(buffer, node)', buffer=buffer, node=node)
         self.node = node
         self._buffer = buffer
         self._subscriptions: dict[str, Subscription] = {}

@@ -86,7 +86,8 @@ def publish() -> tuple[BufferCore, list[Incident]]:
     for child, (parent, pose) in BELOW.items():
         buffer.insert(parent, child, LATEST, pose, authority='/robot_state', static=True)
     incidents = buffer.insert('odom', 'base_link', STAMP, ODOM_T_BASE, authority=EKF)
-    incidents += buffer.insert('base_link', 'odom', STAMP, BASE_T_ODOM, authority=WHEELS)
+    incidents += buffer.insert('base_link', 'odom', STAMP, BASE_T_ODOM, authority=WHEELS,
+                               strict=False)
     return buffer, incidents
 
 

@@ -42,7 +42,7 @@ class DemoListener(FiveFrameListener):
         # Whatever its frames are called.
         frames = publisher.frames
         names = {'target_frame': frames.world, 'source_frame': frames.gripper, 'frame_prefix': ''}
-        super().__init__(parameter_overrides=[
+        super().__init__(PUBLISHER_SETTINGS, parameter_overrides=[
             Parameter(name, value=value) for name, value in names.items()])
         self._motion = publisher.motion
         self._begin = time.monotonic()
@@ -84,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _demo(ended: Future, seconds: float | None) -> None:
     say(_INTRODUCTION)
-    publisher = FiveFramePublisher()
+    publisher = FiveFramePublisher(ASKING)
     with spun_in_background(publisher):
         listener = DemoListener(publisher)
         ended.add_done_callback(listener.give_up)

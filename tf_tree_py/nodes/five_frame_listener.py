@@ -1,6 +1,6 @@
 """Where the gripper is in the world, asked again and again of what arrives on /tf."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import degrees
 import sys
 import time
@@ -70,15 +70,16 @@ class FiveFrameListener(Node):
     :ivar answered: how often there was an answer.
     """
 
-    def __init__(self, **node_options: Any) -> None:
+    def __init__(self, others: Iterable[Setting] = (), **node_options: Any) -> None:
         """
         Begin to listen and to ask.
 
+        :param others: parameters of other nodes in this process.
         :param node_options: as rclpy's ``Node`` takes them.
         :raises BadInput: a parameter that cannot be.
         """
         super().__init__(NAME, **node_options)
-        values = declare(self, SETTINGS)
+        values = declare(self, SETTINGS, others)
         prefix = values[FRAME_PREFIX.name]
         self.target_frame, self.source_frame = (
             frame_name(f'parameter {name}', prefix + values[name])

@@ -1,6 +1,6 @@
 """The robot of five frames, as if its drivers ran: /tf and /tf_static."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import sys
 from typing import Any
 
@@ -47,15 +47,16 @@ class FiveFramePublisher(Node):
     :ivar motion: the truth that is published.
     """
 
-    def __init__(self, **node_options: Any) -> None:
+    def __init__(self, others: Iterable[Setting] = (), **node_options: Any) -> None:
         """
         Begin to publish.
 
+        :param others: parameters of other nodes in this process.
         :param node_options: as rclpy's ``Node`` takes them.
         :raises BadInput: a parameter that cannot be.
         """
         super().__init__(NAME, **node_options)
-        values = declare(self, SETTINGS)
+        values = declare(self, SETTINGS, others)
         self.frames = frames = _frames(values)
         self.motion = motion = FiveFrameMotion(values['radius'],
                                                from_seconds(values['lap_time_s']))

@@ -4,12 +4,13 @@ ROS parameters, each described once: for the node, for ``--help``, for the error
 None of them can change while the node runs; who tries is told so.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
+from tf_tree_py.core.suggest import nearest
 
 from .bad_input import BadInput
 
@@ -68,16 +69,35 @@ class Setting:
             description=self.meaning, read_only=True, floating_point_range=ranges)
 
 
+# Whoever makes a publisher or a subscription may declare these.
+_QOS_OVERRIDES = 'qos_overrides.'
+
 FRAME_PREFIX = Setting('frame_prefix', '', 'goes before every frame name, such as robot1/')
 
 
-def declare(node: Node, settings: Iterable[Setting]) -> dict[str, Any]:
+def declare(node: Node, settings: Iterable[Setting],
+            others: Iterable[Setting] = ()) -> dict[str, Any]:
     """
-    Declare parameters, and return their values by name.
+    Declare parameters, and return their values by name; warn of those that there are not.
 
+    :param others: those of other nodes in this process, which a command line gives to all.
     :raises BadInput: one has a wrong type or is out of its range.
     """
-    return {setting.name: _declare(node, setting) for setting in settings}
+    values = {setting.name: _declare(node, setting) for setting in settings}
+    _warn_of_unknown(node, list(values), {setting.name for setting in others})
+    return values
+
+
+def _warn_of_unknown(node: Node, known: list[str], others: Collection[str]) -> None:
+    # rclpy has no public way to ask what a node was given and did not declare.
+    for name in getattr(node, '_parameter_overrides', ()):
+        if node.has_parameter(name) or name in others or name.startswith(_QOS_OVERRIDES):
+            continue
+        meant = nearest(name, known)
+        node.get_logger().warning(
+            f'there is no parameter {name!r}, its value is ignored'
+            + (f'; did you mean {meant!r}?' if meant else '.')
+            + (f' There are: {", ".join(known)}' if known else ' This node has none'))
 
 
 def _declare(node: Node, setting: Setting) -> str | bool | float | list[str]:

@@ -14,6 +14,7 @@ from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster
 from tf_tree_py.ros.convert import transform_message
 
 from .bad_input import BadInput, number
+from .parameters import declare
 from .running import Parser, run, spin
 from .static_transforms import (
     ANGLES,
@@ -68,6 +69,7 @@ class StaticTransformPublisher(Node):
         """
         # As in tf2, many of these may run without anybody giving them names.
         super().__init__(f'{NAME}_{secrets.token_hex(8)}', **node_options)
+        declare(self, ())
         now = self.get_clock().now().to_msg()
         self._broadcaster = StaticTransformBroadcaster(self)
         # A quaternion keeps the sign that it was given.

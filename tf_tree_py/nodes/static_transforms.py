@@ -131,7 +131,8 @@ def _consistent(transforms: Iterable[StaticTransform], path: str) -> list[Static
         if child in taken:
             raise BadInput(f'{path}: {child!r} is there twice, under {taken[child].parent!r} and '
                            f'under {parent!r}; a frame has one parent')
-        refused = tree.insert(parent, child, LATEST, pose, authority=path, static=True)
+        refused = tree.insert(parent, child, LATEST, pose, authority=path, static=True,
+                              strict=False)
         if refused:
             raise BadInput(f'{path}: {parent!r} -> {child!r} {refused[0].kind.value}')
         taken[child] = transform

@@ -10,6 +10,7 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.frame_names import Rename, rename
 
+from .arguments import check_places
 from .convert import with_float_fields, with_frames
 from .qos import dynamic_qos, static_broadcaster_qos, TF_STATIC_TOPIC, TF_TOPIC
 
@@ -32,6 +33,7 @@ class TransformBroadcaster:
         :param shared_frames: go out by their name all the same, such as ``map``.
         :raises ValueError: a string where a collection of frames belongs.
         """
+        check_places(f'{type(self).__name__}(node)', node=node)
         self._names = rename(frame_prefix=frame_prefix, shared_frames=shared_frames)
         self.pub_tf = node.create_publisher(TFMessage, tf_topic, qos or dynamic_qos())
 
@@ -62,6 +64,7 @@ class StaticTransformBroadcaster:
         :param qos: reliable, transient local, depth 1 unless given.
         :param tf_static_topic: where to publish; else as ``TransformBroadcaster``.
         """
+        check_places(f'{type(self).__name__}(node)', node=node)
         self._names = rename(frame_prefix=frame_prefix, shared_frames=shared_frames)
         self.pub_tf = node.create_publisher(
             TFMessage, tf_static_topic, qos or static_broadcaster_qos())

@@ -27,7 +27,9 @@ from tf_tree_py.core.buffer_core import (
 )
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.stamp import UNLIMITED
 
+from .arguments import check_places
 from .authority import Authority
 from .buffer_interface import BufferInterface, NO_TIME
 from .clock import ClockDeadline, ClockWatch
@@ -50,7 +52,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
     clock jumps back, what moves is forgotten and everybody who waits is told.
     """
 
-    def __init__(self, cache_time: Duration | None = None, node: Node | None = None, *,
+    def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  wall_guard: Duration | None = None, audit: bool = False,
@@ -59,7 +61,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """
         Make an empty buffer.
 
-        :param cache_time: how much history each edge keeps; 10 s unless given.
+        :param cache_time: how much history each edge keeps; 10 s unless given, and with
+            ``UNLIMITED`` everything.
         :param node: serves ``tf2_frames``, logs, and lends its clock.
         :param max_frames: how many frame names are let in, against a hostile publisher.
         :param max_name_bytes: how long a frame name may be in UTF-8, likewise.
@@ -72,14 +75,19 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             that, as those of a bag that is played in a loop without ``/clock`` do: more
             than any publisher is late, less than the bag is long. None: refuse them.
         """
+        if isinstance(cache_time, Node):
+            raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
+                            f'{type(cache_time).__name__}: write Buffer(node=node)')
+        check_places('Buffer(cache_time, node)', node=node)
         self._watch = ClockWatch(self.time_jump_callback)
         super().__init__(
-            _nanoseconds_or_none(cache_time), max_frames=max_frames,
+            _cache_time(cache_time), max_frames=max_frames,
             max_name_bytes=max_name_bytes, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
         self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
         self._feeds = 0
+        self._tree.when_empty = self._when_empty()
         # Not their identifiers: those are given to other threads later.
         self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
         self._authorities: dict[str, Authority] = {}
@@ -91,7 +99,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
             # On this object only: a buffer without an audit pays nothing for it.
-            self.lookup = self.audit.watch(self.lookup)
+            self.lookup = self.audit.watch(self.lookup, self._stamp_of)
             self.lookup_transform = self.audit.watch(self.lookup_transform, as_nanoseconds)
 
     def now(self) -> int:
@@ -118,7 +126,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self.note(self.insert_many([as_sample(transform)], authority, static=True))
+        return self.note(self.insert_many([as_sample(transform)], authority, static=True,
+                                          strict=False))
 
     def note(self, incidents: list[Incident]) -> bool:
         """Log what was odd about an insertion; return whether all of it was taken."""
@@ -136,6 +145,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         """Go by the clock of a listener, as long as it delivers transforms."""
         with self._lock:
             self._feeds += 1
+            self._tree.when_empty = self._when_empty()
         self._watch.follow(clock, context)
         self._read_clock_anew()
 
@@ -145,10 +155,19 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self._read_clock_anew()
         with self._lock:
             self._feeds -= 1
+            self._tree.when_empty = self._when_empty()
             deserted = self._feeds == 0
         if deserted:
             self._watch.release()
             self.wake_everybody()
+
+    def _when_empty(self) -> str:
+        """Return the hint for who asks before anything has come."""
+        if self._feeds:
+            return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
+                    'with the same ROS_DOMAIN_ID?')
+        return ('Nothing has been received yet, and no listener feeds this buffer: '
+                'TransformListener(buffer, node) does')
 
     def fed_by(self, thread: threading.Thread) -> None:
         """Note a thread that delivers transforms, and therefore must not wait for them."""
@@ -261,6 +280,10 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
                       response: FrameGraph.Response) -> FrameGraph.Response:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
+
+
+def _cache_time(given: Duration | int | None) -> int | None:
+    return UNLIMITED if given == UNLIMITED else _nanoseconds_or_none(given)
 
 
 def _nanoseconds_or_none(duration: Duration | None) -> int | None:

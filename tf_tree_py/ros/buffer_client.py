@@ -12,6 +12,7 @@ from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TimeoutException
 
+from .arguments import check_places
 from .buffer_interface import BufferInterface
 from .convert import as_nanoseconds, as_stamp
 from .futures import LookupCoroutines
@@ -51,6 +52,7 @@ class BufferClient(BufferInterface, LookupCoroutines):
         :param timeout_padding: how much longer than the timeout the answer may take; an
             rclpy ``Duration``, or seconds.
         """
+        check_places('BufferClient(node, name)', node=node)
         self.node = node
         self.check_frequency = check_frequency
         self.timeout_padding = timeout_padding

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TransformException
 
+from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds
 from .futures import TransformFuture
@@ -47,6 +48,7 @@ class BufferServer:
         :raises TypeError: another buffer than ours, such as tf2's.
         """
         check_is_ours(buffer, 'BufferServer')
+        check_places('BufferServer(buffer, node)', node=node)
         self._buffer = buffer
         self._node = node
         self._lookups: dict[bytes, TransformFuture] = {}

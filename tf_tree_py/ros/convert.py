@@ -8,6 +8,7 @@ quaternion has the sign that tf2's would have.
 """
 
 from collections.abc import Callable
+from datetime import timedelta
 from typing import Any
 
 from builtin_interfaces.msg import Time as TimeMessage
@@ -38,14 +39,23 @@ def as_nanoseconds(time: Any) -> int:
     :raises InvalidArgumentException: none of these.
     """
     nanoseconds = getattr(time, 'nanoseconds', None)
-    if nanoseconds is None:
+    # What pandas calls so is a part of a second.
+    if nanoseconds is None or isinstance(time, timedelta):
         try:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
         except AttributeError:
             raise InvalidArgumentException(
                 f'{time!r} is no time: pass an rclpy.time.Time, a header.stamp, '
-                'or an rclpy.duration.Duration') from None
+                f'or an rclpy.duration.Duration{_duration_hint(time)}') from None
     return nanoseconds  # type: ignore[no-any-return]
+
+
+def _duration_hint(time: Any) -> str:
+    """Return what to write for a number of seconds."""
+    seconds = time.total_seconds() if isinstance(time, timedelta) else time
+    if isinstance(seconds, bool) or not isinstance(seconds, float | int):
+        return ''
+    return f'; a timeout of {seconds} s is Duration(seconds={seconds})'
 
 
 def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:

@@ -12,22 +12,16 @@ from tf_tree_py.core.so3 import Vector3
 from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.twist import lookup_velocity
 
-from .convert import as_nanoseconds, as_stamp, transform_stamped
+from .convert import as_nanoseconds, transform_stamped
+from .times import RosTimes
 
 
-class CoreApi(BufferCore):
+class CoreApi(RosTimes, BufferCore):
     """
     What tf2_py offers: lookups that never wait, and listings.
 
     The names with a leading underscore are used by tf2's own tools and by people.
     """
-
-    def _is_simulated(self) -> bool:
-        """Return whether stamps are of another clock than the system's."""
-        return False
-
-    def _as_stamp(self, time: Any) -> int:
-        return as_stamp(time, self._is_simulated)
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
                               time: Any) -> TransformStamped:

@@ -16,6 +16,7 @@ from tf_tree_py.core.arrivals import Arrivals, Meter
 from tf_tree_py.core.incidents import Kind, REMARKS
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 
+from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds
 from .ours import check_is_ours
@@ -59,6 +60,7 @@ class TransformDiagnostics:
         :raises TypeError: another buffer than ours, such as tf2's.
         """
         check_is_ours(buffer, 'TransformDiagnostics')
+        check_places('TransformDiagnostics(buffer, node)', node=node)
         self._buffer = buffer
         self._node = node
         self._period = as_nanoseconds(period)

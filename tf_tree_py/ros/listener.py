@@ -17,6 +17,7 @@ from tf_tree_py.core.incidents import Incident, Kind
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.wire import WireError, WireReader
 
+from .arguments import check_places
 from .authority import Authority
 from .buffer import Buffer
 from .companion import companion, node_of_its_own, USE_SIM_TIME
@@ -77,6 +78,7 @@ class TransformListener:
         check_is_ours(buffer, 'TransformListener')
         names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
                        shared_frames=shared_frames, frame_filter=frame_filter)
+        check_places('TransformListener(buffer, node)', node=node)
         lives_with_node = node is not None
         self._home = _home(node, spin_thread)
         self.node = node = node or self._home

@@ -19,11 +19,13 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
 
+from .arguments import check_places
 from .buffer import Buffer
 from .convert import as_nanoseconds, transform_stamped
 from .drop import Drop, drop_for, FilterStatistics
 from .futures import Wait
 from .ours import check_is_ours
+from .qos import sensor_qos
 
 _NO_TIME = Duration()
 
@@ -73,6 +75,7 @@ class MessageFilter:
         :raises TypeError: another buffer than ours, such as tf2's.
         """
         check_is_ours(buffer, 'MessageFilter')
+        check_places('MessageFilter(buffer, node, target_frames, callback)', node=node)
         self._several = not isinstance(target_frames, str)
         targets = target_frames if self._several else [target_frames]
         self._targets = [target.removeprefix('/') for target in targets]
@@ -120,10 +123,18 @@ class MessageFilter:
         if self._closed:
             self._tell_drops()
 
-    def subscribe(self, msg_type: Any, topic: str, qos: QoSProfile | int = 10) -> Subscription:
-        """Add every message of a topic; the subscription ends with the filter."""
+    def subscribe(self, msg_type: Any, topic: str,
+                  qos: QoSProfile | int | None = None) -> Subscription:
+        """
+        Add every message of a topic; the subscription ends with the filter.
+
+        :param qos: best effort, volatile, depth 10 unless given: that hears every
+            publisher, where a reliable subscription does not hear sensors that publish
+            with best effort. An int is the depth of a reliable one, as in rclpy.
+        """
         subscription = self._node.create_subscription(
-            msg_type, topic, self.add, qos, callback_group=self._group)
+            msg_type, topic, self.add, sensor_qos() if qos is None else qos,
+            callback_group=self._group)
         self._subscriptions.append(subscription)
         return subscription
 

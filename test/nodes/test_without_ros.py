@@ -1,0 +1,53 @@
+"""Installed executables where there is no ROS."""
+
+from importlib.metadata import distribution
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+import tf_tree_py
+
+EXECUTABLES = sorted(script.name for script in distribution('tf_tree_py').entry_points.select(
+    group='console_scripts'))
+ARGUMENTS = {'tf_lab': ['latency', '--ros']}
+
+# As the scripts that pip makes, after rclpy and the messages were hidden.
+SCRIPT = """
+import sys
+from importlib.metadata import distribution
+
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        top = name.split('.')[0]
+        if top in ('rclpy', 'builtin_interfaces', 'rcl_interfaces') or top.endswith('_msgs'):
+            raise ModuleNotFoundError(f'no {name} here', name=name)
+
+sys.meta_path.insert(0, Blocker())
+name, *arguments = sys.argv[1:]
+script, = distribution('tf_tree_py').entry_points.select(group='console_scripts', name=name)
+sys.argv = [name, *arguments]
+sys.exit(script.load()())
+"""
+
+
+@pytest.mark.parametrize('name', EXECUTABLES)
+def test_executable_says_in_one_line_that_there_is_no_ros(name, tmp_path):
+    ended = subprocess.run(
+        [sys.executable, '-c', SCRIPT, name, *ARGUMENTS.get(name, [])], cwd=tmp_path,
+        capture_output=True, text=True, timeout=60, check=False,
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(
+            [str(Path(tf_tree_py.__file__).parents[1]), os.environ.get('PYTHONPATH', '')])})
+    assert ended.returncode == 1
+    assert ended.stdout == ''
+    line, = ended.stderr.splitlines()
+    assert line.startswith(f'{name}: ')
+    assert 'needs ROS 2, and ' in line and ' is not installed: source a ROS 2 inst' in line
+
+
+def test_what_is_missing_inside_the_package_is_not_blamed_on_ros(monkeypatch):
+    from tf_tree_py.nodes import starting
+    monkeypatch.setitem(sys.modules, 'tf_tree_py.nodes.tf_relay', None)
+    with pytest.raises(ModuleNotFoundError):
+        starting.tf_relay()

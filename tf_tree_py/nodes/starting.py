@@ -1,0 +1,29 @@
+"""What the installed executables call: where ROS is missing, they say so in one line."""
+
+from functools import partial
+from importlib import import_module
+import sys
+
+
+def _start(name: str) -> int:
+    """Run an executable by the name of its module here; return its exit status."""
+    try:
+        program = import_module(f'.{name}', __package__)
+    except ModuleNotFoundError as error:
+        missing = (error.name or '').partition('.')[0]
+        if missing in ('', 'tf_tree_py'):
+            raise
+        print(f'{name}: needs ROS 2, and {missing} is not installed: source a ROS 2 installation, '
+              'or let scripts/setup of the tf_tree_py repository make one from PyPI',
+              file=sys.stderr)
+        return 1
+    status: int = program.main()
+    return status
+
+
+buffer_server = partial(_start, 'buffer_server')
+five_frame_demo = partial(_start, 'five_frame_demo')
+five_frame_listener = partial(_start, 'five_frame_listener')
+five_frame_publisher = partial(_start, 'five_frame_publisher')
+static_transform_publisher = partial(_start, 'static_transform_publisher')
+tf_relay = partial(_start, 'tf_relay')
