@@ -374,7 +374,7 @@ def test_wait_ends_when_the_window_moves_past_its_stamp(buffer):
 
 def test_lookup_within_waits_by_the_wall(buffer):
     begin = time.monotonic()
-    with pytest.raises(FutureExtrapolationException, match='waited 0.0'):
+    with pytest.raises(FutureExtrapolationException, match=r'waited \d'):
         buffer.lookup_within(0.03, 'map', 'base', 11 * SECOND)
     assert time.monotonic() - begin >= 0.03
     timer = threading.Timer(0.01, buffer.insert, ('map', 'base', 11 * SECOND, Pose(2.0)))

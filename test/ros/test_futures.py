@@ -272,7 +272,7 @@ def test_timeout_raises_what_was_missing_and_how_long_it_waited(buffer):
     future = wait_for(buffer, 3.0, lasting(0.05))
     assert ended(future).wait(PATIENCE_S)
     assert time.monotonic() - begin >= 0.05
-    with pytest.raises(FutureExtrapolationException, match=r'map -> base.*\(waited 0\.0[5-9]'):
+    with pytest.raises(FutureExtrapolationException, match=r'map -> base.*\(waited \d'):
         future.result()
     assert future.exception().waited_s >= 0.05
 
