@@ -209,7 +209,7 @@ def test_no_answer_outlives_a_clear():
             buffer.clear()
             if tick % 10 == 0:
                 buffer.remove_frame('c')
-                buffer.fail_waiters(LookupException('forgotten'))
+                buffer._fail_waiters(LookupException('forgotten'))
 
     def read():
         try:

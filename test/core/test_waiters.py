@@ -387,7 +387,7 @@ def test_failed_waiters_get_the_reason_each_for_itself(buffer):
     askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (11, 12)]
     askers.append(Asker(buffer, 'map', 'nowhere', LATEST).sleeps())
     reason = TransformException('the clock jumped back')
-    buffer.fail_waiters(reason)
+    buffer._fail_waiters(reason)
     errors = [asker.joined() for asker in askers]
     for error in errors:
         assert type(error) is TransformException
@@ -402,7 +402,7 @@ def test_failure_reaches_who_is_just_being_woken(buffer, monkeypatch):
 
     def wake_later(waiters):
         monkeypatch.undo()
-        buffer.fail_waiters(TransformException('the clock jumped back'))
+        buffer._fail_waiters(TransformException('the clock jumped back'))
         wake_all(waiters)
 
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
@@ -412,7 +412,7 @@ def test_failure_reaches_who_is_just_being_woken(buffer, monkeypatch):
 
 
 def test_those_who_come_after_a_failure_wait_again(buffer):
-    buffer.fail_waiters(TransformException('nobody is there'))
+    buffer._fail_waiters(TransformException('nobody is there'))
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
     assert asker.joined() == Pose(2.0)

@@ -549,7 +549,7 @@ def test_end_of_ros_ends_what_is_on_its_way(ready, buffer, context, pool):
     context.shutdown()
     with pytest.raises(TransformException, match='or ROS shut down'):
         asked.result(PATIENCE_S)
-    buffer.fail_waiters(TransformException('the test is over'))
+    buffer._fail_waiters(TransformException('the test is over'))
 
 
 @pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')

@@ -268,7 +268,7 @@ def test_what_cannot_be_answered_any_more_is_no_complaint(asker, buffer, make_no
         asker.send(goal(seconds=3.0, timeout=3600.0))
         until_waiting(buffer)
         executor.remove_node(node)
-        buffer.fail_waiters(TransformException('the test is over'))
+        buffer._fail_waiters(TransformException('the test is over'))
     server._lookups.clear()
     assert 'never retrieved' not in capfd.readouterr().err
 

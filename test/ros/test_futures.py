@@ -49,9 +49,9 @@ def buffer():
     move(buffer, 1.0)
     move(buffer, 2.0)
     yield buffer
-    buffer.forget_orphans()
+    buffer._forget_orphans()
     assert len(buffer._waiters) == 0
-    assert len(buffer.alarm_clock()) == 0
+    assert len(buffer._alarm_clock()) == 0
 
 
 def move(buffer, seconds):
@@ -399,7 +399,7 @@ def test_clock_that_jumps_back_while_it_is_just_being_woken_ends_the_wait(buffer
     def wake_later(waiters):
         monkeypatch.undo()
         buffer.clear()
-        buffer.fail_waiters(ClockJumpException('jumped'))
+        buffer._fail_waiters(ClockJumpException('jumped'))
         wake_all(waiters)
 
     future = wait_for(buffer, 3.0)
@@ -672,7 +672,7 @@ def test_future_that_nobody_keeps_is_forgotten(buffer):
 def test_future_that_nobody_keeps_loses_its_alarm_soon(buffer):
     wait_for(buffer, 3.0, HOUR)
     until(lambda: len(buffer._waiters) == 0)
-    assert len(buffer.alarm_clock()) == 0
+    assert len(buffer._alarm_clock()) == 0
 
 
 def test_future_with_a_callback_lives_until_it_ends(buffer):
@@ -694,7 +694,7 @@ def test_coroutine_that_is_dropped_leaves_nothing(buffer, context):
     executor.shutdown()
     del executor
     gc.collect()
-    buffer.forget_orphans()
+    buffer._forget_orphans()
     assert len(buffer._waiters) == 0
 
 
@@ -750,7 +750,7 @@ def end_by_arrival(buffer, futures):
 
 
 def end_by_failure(buffer, futures):
-    buffer.fail_waiters(TransformException('given up'))
+    buffer._fail_waiters(TransformException('given up'))
     assert all(future.exception() for future in futures)
 
 
@@ -787,7 +787,7 @@ def test_hundred_thousand_futures_leave_nothing(buffer, end, timeout, count):
         until(lambda: len(buffer._waiters) == 0)
         assert not any(reference() for reference in references)
         del references
-        until(lambda: len(buffer.alarm_clock()) == 0)
+        until(lambda: len(buffer._alarm_clock()) == 0)
         assert sys.getallocatedblocks() - blocks < 1_000
     finally:
         gc.enable()

@@ -47,7 +47,7 @@ def buffer():
     move(buffer, 2.0)
     yield buffer
     assert len(buffer._waiters) == 0
-    assert len(buffer.alarm_clock()) == 0
+    assert len(buffer._alarm_clock()) == 0
 
 
 @pytest.fixture

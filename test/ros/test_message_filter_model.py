@@ -108,7 +108,7 @@ def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False)
 
     def jump():
         buffer.clear()
-        buffer.fail_waiters(ClockJumpException('jumped'))
+        buffer._fail_waiters(ClockJumpException('jumped'))
 
     def add(frame, seconds):
         each.add(point(seconds, frame, x=float(model.number)))

@@ -345,7 +345,7 @@ def test_receiver_rests_between_messages_that_come_fast(make_node, context):
 
     def rest(seconds):
         rests.append(seconds)
-        buffer.sleep_until_waited_for(seconds)
+        buffer._sleep_until_waited_for(seconds)
 
     home = make_node('home')
     receiver = Receiver(home, lambda: None, rest=rest)
@@ -375,7 +375,7 @@ def test_nobody_sleeps_while_somebody_waits():
     began.wait(PATIENCE_S)
     until(lambda: len(buffer._waiters) == 1)
     # It would sleep for an hour.
-    buffer.sleep_until_waited_for(3600.0)
-    buffer.fail_waiters(TransformException('enough'))
+    buffer._sleep_until_waited_for(3600.0)
+    buffer._fail_waiters(TransformException('enough'))
     thread.join(PATIENCE_S)
     assert not buffer._waiters.somebody.is_set()

@@ -51,7 +51,7 @@ class Arrivals:
 
 class Meter:
     """
-    Counts what arrives in a buffer that it observes; see ``BufferCore.observe``.
+    Counts what arrives in a buffer that it observes; see ``BufferCore._observe``.
 
     Costs about a microsecond a transform. May be fed and read from any thread.
     """

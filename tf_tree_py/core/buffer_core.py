@@ -309,7 +309,7 @@ class BufferCore(Queries):
         return self._guard.why_old(newest) or (
             WHY_OLD if self._jump_back else f'{WHY_OLD}. {CURE}')
 
-    def record(self, incident: Incident) -> None:
+    def _record(self, incident: Incident) -> None:
         """Count something that went wrong before there was a sample to insert."""
         with self._lock:
             self._count(0, [incident])
@@ -322,13 +322,13 @@ class BufferCore(Queries):
             for meter in self._meters:
                 meter.told(incidents)
 
-    def observe(self, meter: Meter) -> None:
+    def _observe(self, meter: Meter) -> None:
         """Let a meter count what arrives from now on."""
         with self._lock:
             self._meters += (meter,)
             self._attentive = True
 
-    def unobserve(self, meter: Meter) -> None:
+    def _unobserve(self, meter: Meter) -> None:
         """Let a meter go."""
         with self._lock:
             self._meters = tuple(other for other in self._meters if other is not meter)
@@ -401,11 +401,11 @@ class BufferCore(Queries):
         return self.wait_for(lambda: self.lookup(target_frame, source_frame, stamp),
                              WallDeadline(timeout_s))
 
-    def sleep_until_waited_for(self, timeout_s: float) -> None:
+    def _sleep_until_waited_for(self, timeout_s: float) -> None:
         """Sleep, but not while anybody waits for data: for those who deliver it."""
         self._waiters.somebody.wait(timeout_s)
 
-    def fail_waiters(self, failure: TransformException) -> None:
+    def _fail_waiters(self, failure: TransformException) -> None:
         """Make everybody who waits give up with an error."""
         with self._lock:
             self._failure = copy(failure)
@@ -448,7 +448,7 @@ class BufferCore(Queries):
         self._guard = self._guard.renewed()
 
     def _give_up(self, why: str) -> None:
-        self.fail_waiters(ClockJumpException(
+        self._fail_waiters(ClockJumpException(
             f'{why} while this was waited for; the buffer was cleared'))
 
     def remove_frame(self, frame: str) -> bool:

@@ -91,9 +91,9 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         # Not their identifiers: those are given to other threads later.
         self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
         self._authorities: dict[str, Authority] = {}
-        self.log_to(rclpy.logging.get_logger('tf_tree_py'))
+        self._log_to(rclpy.logging.get_logger('tf_tree_py'))
         if node is not None:
-            self.log_to(node.get_logger())
+            self._log_to(node.get_logger())
             self._watch.follow(node.get_clock(), node.context)
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
@@ -117,7 +117,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
         sample = as_sample(transform)
-        return self.note(self._insert([sample], [sample.stamp], authority, False))
+        return self._note(self._insert([sample], [sample.stamp], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
@@ -126,22 +126,22 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self.note(self.insert_many([as_sample(transform)], authority, static=True,
-                                          strict=False))
+        return self._note(self.insert_many([as_sample(transform)], authority, static=True,
+                                           strict=False))
 
-    def note(self, incidents: list[Incident]) -> bool:
+    def _note(self, incidents: list[Incident]) -> bool:
         """Log what was odd about an insertion; return whether all of it was taken."""
         if not incidents:
             return True
         self._incident_log.report(incidents)
         return not any(incident.refused for incident in incidents)
 
-    def refuse(self, incident: Incident) -> None:
+    def _refuse(self, incident: Incident) -> None:
         """Count and log what does not come from inserting: what is no transform, say."""
-        self.record(incident)
+        self._record(incident)
         self._incident_log.report([incident])
 
-    def begin_feed(self, clock: Clock, context: Context) -> None:
+    def _begin_feed(self, clock: Clock, context: Context) -> None:
         """Go by the clock of a listener, as long as it delivers transforms."""
         with self._lock:
             self._feeds += 1
@@ -149,7 +149,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self._watch.follow(clock, context)
         self._read_clock_anew()
 
-    def end_feed(self, clock: Clock, context: Context) -> None:
+    def _end_feed(self, clock: Clock, context: Context) -> None:
         """Let a listener go; after the last one nobody waits any longer."""
         self._watch.leave(clock, context)
         self._read_clock_anew()
@@ -159,7 +159,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             deserted = self._feeds == 0
         if deserted:
             self._watch.release()
-            self.wake_everybody()
+            self._wake_everybody()
 
     def _when_empty(self) -> str:
         """Return the hint for who asks before anything has come."""
@@ -169,19 +169,19 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         return ('Nothing has been received yet, and no listener feeds this buffer: '
                 'TransformListener(buffer, node) does')
 
-    def fed_by(self, thread: threading.Thread) -> None:
+    def _fed_by(self, thread: threading.Thread) -> None:
         """Note a thread that delivers transforms, and therefore must not wait for them."""
         self._feeding_threads.add(thread)
 
-    def no_longer_fed_by(self, thread: threading.Thread) -> None:
+    def _no_longer_fed_by(self, thread: threading.Thread) -> None:
         """Let a thread wait again that delivered transforms."""
         self._feeding_threads.discard(thread)
 
-    def name_later(self, authority: Authority) -> None:
+    def _name_later(self, authority: Authority) -> None:
         """Ask an authority for the name that it did not know yet, when it is wanted."""
         self._authorities[authority.placeholder] = authority
 
-    def log_to(self, logger: Any) -> None:
+    def _log_to(self, logger: Any) -> None:
         """Write what is odd about arriving transforms to an rclpy logger."""
         self._incident_log = IncidentLog(logger)
 

@@ -116,7 +116,7 @@ class Wait(Generic[Answer]):
             self._deadline = Deadline(buffer._watch, _FOREVER, None)
         elif timeout > 0:
             self._deadline = Deadline(buffer._watch, timeout, buffer._wall_guard_s)
-            self._alarm = buffer.alarm_clock().add(self, self._deadline)
+            self._alarm = buffer._alarm_clock().add(self, self._deadline)
         return self._deadline is not None
 
     def _end(self) -> bool:
@@ -126,7 +126,7 @@ class Wait(Generic[Answer]):
             self._buffer._waiters.discard(self._waiter)
             self._waiter.wake = _nothing
         if first and self._alarm is not None:
-            self._buffer.alarm_clock().forget(self._alarm)
+            self._buffer._alarm_clock().forget(self._alarm)
         return first
 
     def _keep_alive(self) -> None:
@@ -137,7 +137,7 @@ class Wait(Generic[Answer]):
 
     def __del__(self) -> None:
         if not self._over:
-            self._buffer.leave_orphan(self._waiter, self._alarm)
+            self._buffer._leave_orphan(self._waiter, self._alarm)
 
 
 def _ask_if_alive(wait: Wait[Any]) -> Callable[[], None]:
@@ -174,7 +174,7 @@ class TransformFuture(Wait[tuple[int, PoseTuple]], AwaitableFuture):
         AwaitableFuture.__init__(self)
         Wait.__init__(self, buffer, query, None if timeout is None else as_nanoseconds(timeout))
         self._frames = frames
-        buffer.forget_orphans()
+        buffer._forget_orphans()
         self.ask()
 
     def _answered(self, answer: tuple[int, PoseTuple]) -> None:
@@ -266,20 +266,20 @@ class AsyncLookups(LookupCoroutines, BufferCore):
 
     # --- for those who wait, not for users
 
-    def alarm_clock(self) -> Alarms:
+    def _alarm_clock(self) -> Alarms:
         """Return what watches the deadlines of all who wait without a thread."""
         with self._lock:
             if self._alarms is None:
-                self._alarms = Alarms(self._watch, self.forget_orphans)
+                self._alarms = Alarms(self._watch, self._forget_orphans)
             return self._alarms
 
-    def leave_orphan(self, waiter: Waiter, alarm: int | None) -> None:
+    def _leave_orphan(self, waiter: Waiter, alarm: int | None) -> None:
         """Note a waiter whom nobody needs any more; takes no lock, for finalizers call it."""
         self._orphans.append((waiter, alarm))
         if alarm is not None and self._alarms is not None:
             self._alarms.ring()
 
-    def forget_orphans(self) -> None:
+    def _forget_orphans(self) -> None:
         """Take waiters out whom nobody needs any more."""
         with suppress(IndexError):
             while True:
@@ -287,9 +287,9 @@ class AsyncLookups(LookupCoroutines, BufferCore):
                 with self._lock:
                     self._waiters.discard(waiter)
                 if alarm is not None:
-                    self.alarm_clock().forget(alarm)
+                    self._alarm_clock().forget(alarm)
 
-    def wake_everybody(self) -> None:
+    def _wake_everybody(self) -> None:
         """Let all who wait ask again: some give up when nobody delivers any more."""
         with self._lock:
             waiters = self._waiters.take_all()

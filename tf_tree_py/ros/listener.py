@@ -89,16 +89,16 @@ class TransformListener:
         topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
         # All before the first subscription: a name that cannot be must not leave one behind.
         resolved = [(node.resolve_topic_name(topic), *rest) for topic, *rest in topics]
-        buffer.log_to(node.get_logger())
+        buffer._log_to(node.get_logger())
         self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner)
                        for topic, static, profile in resolved]
         feed_of = self._home.get_clock(), node.context
-        buffer.begin_feed(*feed_of)
-        self._end_feed = functools.partial(buffer.end_feed, *feed_of)
+        buffer._begin_feed(*feed_of)
+        self._end_feed = functools.partial(buffer._end_feed, *feed_of)
         if spin_thread:
             self._receiver = Receiver(
-                self._home, self._end_feed, rest=buffer.sleep_until_waited_for)
-            buffer.fed_by(self._receiver.thread)
+                self._home, self._end_feed, rest=buffer._sleep_until_waited_for)
+            buffer._fed_by(self._receiver.thread)
             if lives_with_node:
                 # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
                 node.add_post_set_parameters_callback(self._follow_clock)
@@ -158,13 +158,13 @@ class _Spinner:
             self.forget()
             self._thread = thread
         if thread is not None:
-            self._buffer.fed_by(thread)
+            self._buffer._fed_by(thread)
 
     def forget(self) -> None:
         """Let the thread wait again."""
         thread, self._thread = self._thread, None
         if thread is not None:
-            self._buffer.no_longer_fed_by(thread)
+            self._buffer._no_longer_fed_by(thread)
 
 
 class _Feed:
@@ -179,7 +179,7 @@ class _Feed:
         self._reader = WireReader(names)
         self._authority = Authority(node, topic)
         self._rivals = Rivals(self._authority, static)
-        buffer.name_later(self._authority)
+        buffer._name_later(self._authority)
         # In a group of its own, for one of the node's callbacks may block and wait for this.
         self._subscription = node.create_subscription(
             TFMessage, topic, self._receive, qos, raw=True,
@@ -196,13 +196,13 @@ class _Feed:
             batch = self._reader.read(data)
         except WireError as error:
             malformed = Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
-            self._buffer.refuse(*self._authority.correct([malformed]))
+            self._buffer._refuse(*self._authority.correct([malformed]))
             return
         if batch.edges:
             incidents = self._buffer.insert_batch(batch, authority, self._static)
-            self._buffer.note(self._authority.correct(incidents))
+            self._buffer._note(self._authority.correct(incidents))
             for rivalry in self._rivals.follow(batch, info):
-                self._buffer.refuse(rivalry)
+                self._buffer._refuse(rivalry)
 
 
 def _home(node: Node | None, spin_thread: bool) -> Node:

@@ -35,13 +35,13 @@ class WatchedBuffer(Buffer):
         self.refused: list[tuple[int, Incident]] = []
         self.has_refused = threading.Event()
 
-    def note(self, incidents: list[Incident]) -> bool:
+    def _note(self, incidents: list[Incident]) -> bool:
         """Note it, and log it as ever."""
         for incident in incidents:
             if incident.refused:
                 self.refused.append((time.time_ns(), incident))
                 self.has_refused.set()
-        return super().note(incidents)
+        return super()._note(incidents)
 
 
 def ekf(node: Node, pipe: Connection) -> None:
