@@ -45,7 +45,7 @@ class Listening:
     def __init__(self, **options):
         self.buffer = BufferCore(clear_on_jump_back=10**9, **options)
         self.meter = Meter(lambda: 10)
-        self.buffer.observe(self.meter)
+        self.buffer._observe(self.meter)
         self.reader = WireReader()
 
     def hear(self, *samples):
