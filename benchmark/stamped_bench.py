@@ -35,12 +35,12 @@ import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 from tf_tree_py import Buffer
-from tf_tree_py.core import so3
+from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.ros.convert import public_transform_stamped
-from tf_tree_py.ros.deskew_cloud import deskew_cloud
-from tf_tree_py.ros.point_cloud import do_transform_cloud
-from tf_tree_py.ros.stamped import do_transform
+from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+from tf_tree_py.ros.messages.point_cloud import do_transform_cloud
+from tf_tree_py.ros.messages.stamped import do_transform
 
 POSE = (1.0, -2.0, 0.5, *so3.from_rpy(0.1, -0.2, 0.7))
 POINTS = 300_000

@@ -9,7 +9,7 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf_tree_py import Buffer, TransformException, TransformListener
-from tf_tree_py.ros.convert import as_pose
+from tf_tree_py.ros.messages.convert import as_pose
 
 
 class DetectionInMap(Node):

@@ -14,9 +14,9 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, BufferCore, UNLIMITED
-from tf_tree_py.core.frame_names import rename
-from tf_tree_py.core.wire import WireReader
-from tf_tree_py.ros.convert import as_sample
+from tf_tree_py.core.arrivals.frame_names import rename
+from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.ros.messages.convert import as_sample
 
 from .. import motion, wire
 from ..effort import Effort

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core import se3
+from tf_tree_py.core.geometry import se3
 
 from .. import motion
 from ..effort import Effort

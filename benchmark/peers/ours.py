@@ -7,9 +7,9 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from tf_tree_py import Buffer
-from tf_tree_py.core.buffer_core import BufferCore
-from tf_tree_py.core.pose import Pose
-from tf_tree_py.ros.convert import as_nanoseconds, time_message
+from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.geometry.pose import Pose
+from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
 
 from .messages import pose_of, transform_stamped
 from .. import motion

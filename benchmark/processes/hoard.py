@@ -6,8 +6,8 @@ In a process of its own, so that the process's memory is the buffer's.
 
 import os
 
-from tf_tree_py.core.buffer_core import BufferCore
-from tf_tree_py.core.wire import WireReader
+from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.buffer.buffer_core import BufferCore
 
 from .. import motion, wire
 from ..worker import serve

@@ -10,7 +10,7 @@ import time
 import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.ros.qos import dynamic_qos, TF_TOPIC
+from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .. import motion, wire
 from ..worker import serve

@@ -13,7 +13,7 @@ import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
-from tf_tree_py.ros.qos import dynamic_qos, TF_TOPIC
+from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .spinning import spin_beside
 from ..rows import OURS, PLAIN, TF2_ROS

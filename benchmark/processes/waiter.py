@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
-from tf_tree_py.ros.qos import dynamic_qos, TF_TOPIC
+from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .spinning import spin_beside
 from .. import motion

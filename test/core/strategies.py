@@ -10,7 +10,7 @@ import math
 
 from hypothesis import strategies as st
 import numpy as np
-from tf_tree_py.core import so3
+from tf_tree_py.core.geometry import so3
 
 MILLION = 1e6
 

@@ -18,10 +18,10 @@ from tf_tree_py.core import (
     PastExtrapolationException,
     Pose,
     Sample,
-    se3,
     TransformException,
 )
-from tf_tree_py.core.waiters import Waiter
+from tf_tree_py.core.buffer.waiters import Waiter
+from tf_tree_py.core.geometry import se3
 
 SECOND = 1_000_000_000
 QUARTER = math.pi / 2

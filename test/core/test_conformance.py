@@ -2,7 +2,7 @@
 
 import pytest
 from recordings import problems_of, RECORDINGS, Replay
-from tf_tree_py.core.so3 import with_tf2_sign
+from tf_tree_py.core.geometry.so3 import with_tf2_sign
 
 
 class CoreReplay(Replay):

@@ -11,10 +11,9 @@ from tf_tree_py.core import (
     FutureExtrapolationException,
     NoDataException,
     PastExtrapolationException,
-    se3,
-    so3,
 )
-from tf_tree_py.core.history import DynamicHistory, StaticHistory
+from tf_tree_py.core.edges.history import DynamicHistory, StaticHistory
+from tf_tree_py.core.geometry import se3, so3
 
 SECOND = 1_000_000_000
 

@@ -7,12 +7,12 @@ import types
 import pytest
 from tf_tree_py import BufferCore, LATEST, Pose, TransformException
 from tf_tree_py.core import Incident, Kind, Sample
-from tf_tree_py.core.arrivals import Meter
-from tf_tree_py.core.audit import LookupAudit
-from tf_tree_py.core.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.incidents import one_of
+from tf_tree_py.core.arrivals.incidents import one_of
+from tf_tree_py.core.arrivals.meters import Meter
+from tf_tree_py.core.arrivals.wire import WireError, WireReader, write
+from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
+from tf_tree_py.core.telling.audit import LookupAudit
 from tf_tree_py.core.text import LONGEST_TEXT, shorten
-from tf_tree_py.core.wire import WireError, WireReader, write
 
 # More than any sentence about one transform needs, and far less than a name may be made.
 MOST_TEXT = 20_000

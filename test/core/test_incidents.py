@@ -1,6 +1,6 @@
 import pytest
 from tf_tree_py.core import Incident, Kind, Statistics
-from tf_tree_py.core.incidents import REMARKS
+from tf_tree_py.core.arrivals.incidents import REMARKS
 
 
 @pytest.mark.parametrize('kind', Kind)

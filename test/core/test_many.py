@@ -14,12 +14,12 @@ from tf_tree_py.core import (
     InvalidArgumentException,
     LATEST,
     LookupException,
-    many,
     PastExtrapolationException,
     Pose,
-    se3,
     TransformException,
 )
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.tree import many
 
 SECOND = 1_000_000_000
 PARENTS = {'odom': 'map', 'base': 'odom', 'arm': 'base', 'tool': 'arm', 'head': 'base'}

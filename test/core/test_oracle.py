@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from strategies import random_poses
-from tf_tree_py.core import BufferCore, ExtrapolationException, LATEST, Sample, se3
+from tf_tree_py.core import BufferCore, ExtrapolationException, LATEST, Sample
+from tf_tree_py.core.geometry import se3
 
 CACHE_TIME = 1000
 IDENTITY = np.eye(4)

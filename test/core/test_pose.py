@@ -6,7 +6,8 @@ from hypothesis import given
 import numpy as np
 import pytest
 from strategies import assert_same_pose, assert_same_rotation, length, poses, vectors
-from tf_tree_py.core import Pose, se3, so3
+from tf_tree_py.core import Pose
+from tf_tree_py.core.geometry import se3, so3
 
 QUARTER_TURN = so3.from_rpy(0.0, 0.0, math.pi / 2)
 

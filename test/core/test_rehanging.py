@@ -19,8 +19,8 @@ from tf_tree_py.core import (
     Kind,
     LookupException,
     Pose,
-    se3,
 )
+from tf_tree_py.core.geometry import se3
 
 FRAMES = 'abcde'
 LONG = 10_000

@@ -1,6 +1,7 @@
 from hypothesis import given, strategies as st
 import pytest
-from tf_tree_py.core import BufferCore, Pose, report
+from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py.core.telling import report
 
 SECOND = 1_000_000_000
 

@@ -3,7 +3,7 @@ import math
 from hypothesis import assume, given, strategies as st
 import pytest
 from strategies import angle_between, assert_same_pose, components, MILLION, poses, quaternions
-from tf_tree_py.core import se2, se3, so3
+from tf_tree_py.core.geometry import se2, se3, so3
 
 headings = st.one_of(st.sampled_from([0.0, math.pi, -math.pi / 2]), st.floats(-math.pi, math.pi))
 distances = st.floats(-MILLION, MILLION, allow_subnormal=False)

@@ -23,7 +23,7 @@ from strategies import (
     twists,
     vectors,
 )
-from tf_tree_py.core import se3, so3
+from tf_tree_py.core.geometry import se3, so3
 
 
 def reach(*given_poses):

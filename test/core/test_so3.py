@@ -19,7 +19,7 @@ from strategies import (
     tiny_quaternions,
     vectors,
 )
-from tf_tree_py.core import so3
+from tf_tree_py.core.geometry import so3
 
 
 def scaled(axis, angle):

@@ -6,7 +6,7 @@ import random
 from hypothesis import given, strategies as st
 import pytest
 from test_hostile_names import bytes_of
-from tf_tree_py.core.streams import Streams
+from tf_tree_py.core.arrivals.streams import Streams
 
 ODOM, ARM, TOOL = ('odom', 'base'), ('base', 'arm'), ('arm', 'tool')
 

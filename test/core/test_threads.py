@@ -15,8 +15,8 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
-from tf_tree_py.core.history import pack_pose
-from tf_tree_py.core.sample import Batch
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.edges.history import pack_pose
 
 TICK = 1000
 TICKS = 3000

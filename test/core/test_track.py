@@ -9,10 +9,10 @@ from tf_tree_py.core import (
     InvalidArgumentException,
     Kind,
     Pose,
-    se3,
     TransformException,
     UNLIMITED,
 )
+from tf_tree_py.core.geometry import se3
 
 NAN = float('nan')
 EDGES = [('map', 'base'), ('odom', 'base'), ('base', 'map'), ('base', 'arm'), ('/map', '/base'),

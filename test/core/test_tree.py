@@ -14,7 +14,7 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
-from tf_tree_py.core.history import DynamicHistory, StaticHistory
+from tf_tree_py.core.edges.history import DynamicHistory, StaticHistory
 
 SECOND = 1_000_000_000
 

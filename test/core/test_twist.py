@@ -15,10 +15,9 @@ from tf_tree_py.core import (
     LATEST,
     LookupException,
     Pose,
-    se3,
-    so3,
 )
-from tf_tree_py.core.buffer_core import Queries
+from tf_tree_py.core.buffer.buffer_core import Queries
+from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.twist import (
     carry,
     carry_many,

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
 import pytest
 from tf_tree_py.core import (
-    buffer_core,
     BufferCore,
     ConnectivityException,
     FutureExtrapolationException,
@@ -18,10 +17,11 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.core.buffer.waiters import Waiter, Waiters
+from tf_tree_py.core.edges.history import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
-from tf_tree_py.core.history import pack_pose
-from tf_tree_py.core.sample import Batch
-from tf_tree_py.core.waiters import Waiter, Waiters
 
 SECOND = 1_000_000_000
 LONG_S = 15.0  # only a broken wait lasts as long as that

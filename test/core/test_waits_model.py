@@ -17,7 +17,7 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
-from tf_tree_py.core.waiters import Waiter
+from tf_tree_py.core.buffer.waiters import Waiter
 
 CACHE_TIME = 20
 FRAMES = ['a', 'b', 'c', 'd', 'e']

@@ -1,13 +1,13 @@
 """Imports go down only: between the layers, and inside the core."""
 
 import ast
+import itertools
 from pathlib import Path
-import pkgutil
 import subprocess
 import sys
 
+import pytest
 import tf_tree_py
-from tf_tree_py import core
 
 PACKAGE = Path(tf_tree_py.__file__).parent
 
@@ -22,13 +22,39 @@ LAYERS = {
     'dropin': {'core', 'bag', 'ros'},
 }
 
-# Inside the core a file imports only files above it.
-CORE = [
-    'calling', 'stamp', 'text', 'suggest', 'errors', 'times', 'so3', 'se3', 'pose', 'poses', 'se2',
-    'many', 'history', 'climb', 'path', 'incidents', 'sample', 'track', 'tree', 'waiters',
-    'deadline', 'frame_names', 'wire', 'outline', 'queries', 'future_guard', 'jump_back',
-    'streams', 'arrivals', 'buffer_core', 'deskew', 'twist', 'audit', 'report',
-]
+
+def rooms(*lines):
+    """Return the dotted names of files: each line a room, and what stands in it."""
+    return [f'{room}.{name}'.lstrip('.') for line in lines
+            for room, _, names in [line.partition(':')] for name in names.split()]
+
+
+# Inside these layers a file imports only files above it; so rooms have an order too.
+ORDER = {
+    'core': rooms(
+        ': calling stamp text suggest errors times',
+        'geometry: so3 se3 pose poses se2',
+        'edges: history',
+        'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
+        'meters',
+        'tree: many climb path tree outline queries',
+        'buffer: waiters deadline buffer_core',
+        ': deskew twist',
+        'telling: audit report',
+    ),
+    'ros': rooms(
+        'messages: convert times message_maker covariance geometry point_cloud laser_scan arrays '
+        'point_times deskew_cloud stamped registration',
+        'threads: complaint companion receiver response_receiver',
+        'waiting: clock alarm_clock awaitable futures',
+        'buffer: arguments incident_log interface twists tf2_methods buffer ours',
+        'topics: qos authority rivals broadcaster listener',
+        'remote: lookup_goal lookup_call goal_client buffer_client buffer_server',
+        'filtering: drop_reasons message_filter',
+        ': diagnostics',
+    ),
+}
+
 WITHOUT_ROS = {'numpy', 'scipy'}
 
 # What lies in dropin/packages is imported under other names, and imports as users do.
@@ -80,24 +106,53 @@ def test_every_layer_is_known():
     assert folders <= set(LAYERS)
 
 
-def test_every_file_of_the_core_has_its_place():
-    found = {path.stem for path in PACKAGE.glob('core/*.py')} - {'__init__'}
-    assert found - set(CORE) == set(), 'say in CORE what they may import'
+def modules_of(layer):
+    """Return each module of a layer by its name below it, and where it is."""
+    root = PACKAGE / layer
+    return {'.'.join(path.relative_to(root).with_suffix('').parts): path
+            for path in root.rglob('*.py') if path.stem != '__init__'}
 
 
-def test_files_of_the_core_import_only_files_above_them():
+@pytest.mark.parametrize('layer', ORDER)
+def test_every_file_has_its_place(layer):
+    assert sorted(modules_of(layer)) == sorted(ORDER[layer]), 'say in ORDER what it may import'
+
+
+@pytest.mark.parametrize('layer', ORDER)
+def test_rooms_stand_one_above_the_other(layer):
+    rooms = [name.rpartition('.')[0] or name for name in ORDER[layer]]
+    assert len(list(itertools.groupby(rooms))) == len(set(rooms)), 'a room is torn apart'
+
+
+@pytest.mark.parametrize('layer', ORDER)
+def test_files_import_only_files_above_them(layer):
     wrong = []
-    for place, name in enumerate(CORE):
-        path = PACKAGE / 'core' / f'{name}.py'
-        if path.exists():
-            wrong += [f'{named(path)} imports {module}' for level, module in imports_of(path)
-                      if level == 1 and module.split('.')[0] not in CORE[:place]]
+    paths = modules_of(layer)
+    for place, name in enumerate(ORDER[layer]):
+        path = paths[name]
+        package = path.relative_to(PACKAGE / layer).parent.parts
+        for level, module in imports_of(path):
+            if level == 0:
+                continue
+            reached = '.'.join((*package[:len(package) - level + 1], *module.split('.')))
+            if not any(f'{reached}.'.startswith(f'{above}.') for above in ORDER[layer][:place]):
+                wrong.append(f'{named(path)} imports {reached}')
     assert not wrong
+
+
+def test_a_room_says_what_lives_there_and_what_does_not():
+    rooms = [path for layer in ORDER for path in (PACKAGE / layer).iterdir()
+             if (path / '__init__.py').exists()]
+    assert len(rooms) >= 12
+    for room in rooms:
+        summary, _, rest = ast.get_docstring(ast.parse(
+            (room / '__init__.py').read_text())).partition('\n\n')
+        assert summary.endswith('.') and rest.endswith('.'), room
 
 
 def test_core_needs_nothing_but_numpy_and_scipy():
     allowed = sys.stdlib_module_names | WITHOUT_ROS
-    wrong = [f'{named(path)} imports {module}' for path in PACKAGE.glob('core/*.py')
+    wrong = [f'{named(path)} imports {module}' for path in (PACKAGE / 'core').rglob('*.py')
              for level, module in imports_of(path)
              if level == 0 and module.split('.')[0] not in allowed]
     assert not wrong
@@ -125,8 +180,8 @@ def run_without_ros(program):
 
 
 def test_core_imports_where_there_is_no_ros():
-    modules = [f'tf_tree_py.core.{module.name}' for module in pkgutil.iter_modules(core.__path__)]
-    assert len(modules) >= 15
+    modules = [f'tf_tree_py.core.{name}' for name in modules_of('core')]
+    assert len(modules) >= 30
     result = run_without_ros(f'for name in {modules}: importlib.import_module(name)')
     assert result.returncode == 0, result.stderr
 

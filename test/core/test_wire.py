@@ -10,9 +10,10 @@ import struct
 
 from hypothesis import example, given, strategies as st
 import pytest
-from tf_tree_py.core import buffer_core, BufferCore, TransformException
-from tf_tree_py.core.sample import Sample
-from tf_tree_py.core.wire import read, WireError, WireReader, write
+from tf_tree_py.core import BufferCore, TransformException
+from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.arrivals.wire import read, WireError, WireReader, write
+from tf_tree_py.core.buffer import buffer_core
 
 FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
 

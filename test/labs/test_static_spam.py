@@ -2,7 +2,7 @@
 
 from lab_reports import report_of, rows_of
 import pytest
-from tf_tree_py.core.wire import WireReader
+from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.labs.static_spam import CHILD, message, PARENT, POSE
 
 
@@ -14,7 +14,7 @@ def test_message_is_what_comes_off_the_wire():
 def test_message_is_as_ros_serializes_it():
     serialization = pytest.importorskip('rclpy.serialization')
     messages = pytest.importorskip('tf2_msgs.msg')
-    convert = pytest.importorskip('tf_tree_py.ros.convert')
+    convert = pytest.importorskip('tf_tree_py.ros.messages.convert')
     data = serialization.serialize_message(messages.TFMessage(transforms=[
         convert.transform_stamped(PARENT, CHILD, 1_234_567_890, POSE)]))
     # But for the padding, which may be anything.

@@ -12,7 +12,7 @@ from tf_tree_py import BufferClient, TimeoutException
 from tf_tree_py.nodes import buffer_server
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
-from tf_tree_py.ros.convert import as_nanoseconds, as_pose
+from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose
 
 PATIENCE = Duration(seconds=PATIENCE_S)
 

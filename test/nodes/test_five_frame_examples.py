@@ -11,7 +11,7 @@ import pytest
 from rclpy.node import Node
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
-from tf_tree_py.ros.convert import as_nanoseconds
+from tf_tree_py.ros.messages.convert import as_nanoseconds
 
 EXAMPLES = Path(__file__).parents[2] / 'examples'
 WITHOUT_ROS = """

@@ -19,7 +19,7 @@ from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.five_frame_listener import FiveFrameListener
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spin, spun_in_background
-from tf_tree_py.ros.convert import transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
 
 
 def listener(context, **parameters):

@@ -12,14 +12,14 @@ import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core import so3
+from tf_tree_py.core.geometry import so3
 from tf_tree_py.nodes import five_frame_listener, five_frame_publisher
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.five_frame_motion import ARM_PERIOD, DRIFT_PERIOD
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
-from tf_tree_py.ros.convert import as_nanoseconds, as_pose
-from tf_tree_py.ros.qos import dynamic_qos
+from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose
+from tf_tree_py.ros.topics.qos import dynamic_qos
 import yaml
 
 CONFIG = Path(__file__).parents[2] / 'config' / 'five_frames.yaml'

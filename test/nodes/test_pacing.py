@@ -4,7 +4,7 @@ from collections import defaultdict
 import itertools
 
 from hypothesis import given, strategies as st
-from tf_tree_py.core.sample import Sample
+from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.nodes.pacing import Pacing
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)

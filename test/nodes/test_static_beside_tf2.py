@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from standin import standin_env
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.ros.qos import static_listener_qos
+from tf_tree_py.ros.topics.qos import static_listener_qos
 
 FRAMES = ['--frame-id', 'map', '--child-frame-id', 'b']
 

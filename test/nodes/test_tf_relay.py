@@ -15,8 +15,8 @@ from tf_tree_py.nodes import tf_relay
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.nodes.tf_relay import TfRelay
-from tf_tree_py.ros.convert import as_sample, transform_stamped
-from tf_tree_py.ros.qos import dynamic_qos, static_listener_qos
+from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
+from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
 
 SECOND = 1_000_000_000
 

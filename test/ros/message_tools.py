@@ -8,8 +8,8 @@ import re
 from geometry_msgs.msg import TransformStamped
 from hypothesis import strategies as st
 import numpy as np
-from tf_tree_py.core import so3
-from tf_tree_py.ros.convert import public_transform_stamped
+from tf_tree_py.core.geometry import so3
+from tf_tree_py.ros.messages.convert import public_transform_stamped
 
 INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'octet'}
 FLOATS = {'float', 'double'}

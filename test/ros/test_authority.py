@@ -7,8 +7,8 @@ import pytest
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.ros import authority
-from tf_tree_py.ros.authority import Authority
+from tf_tree_py.ros.topics import authority
+from tf_tree_py.ros.topics.authority import Authority
 
 UNNAMED = ('_NODE_NAMESPACE_UNKNOWN_', '_NODE_NAME_UNKNOWN_')
 

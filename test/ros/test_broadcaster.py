@@ -8,7 +8,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_helpers import LATEST, PATIENCE, PATIENCE_S, transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.qos import static_listener_qos
+from tf_tree_py.ros.topics.qos import static_listener_qos
 
 
 @pytest.fixture

@@ -34,9 +34,9 @@ from tf_tree_py import (
     TimeoutException,
     TransformException,
 )
-from tf_tree_py.ros import buffer_client, lookup_call
-from tf_tree_py.ros.buffer_client import BufferClient
-from tf_tree_py.ros.buffer_server import _ClosableServer, BufferServer
+from tf_tree_py.ros.remote import buffer_client, lookup_call
+from tf_tree_py.ros.remote.buffer_client import BufferClient
+from tf_tree_py.ros.remote.buffer_server import _ClosableServer, BufferServer
 
 ACTION = 'tf2_buffer_server'
 

@@ -7,8 +7,8 @@ import sys
 import pytest
 from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, transform, until
 from tf_tree_py import Buffer
-from tf_tree_py.ros.buffer_client import BufferClient
-from tf_tree_py.ros.buffer_server import BufferServer
+from tf_tree_py.ros.remote.buffer_client import BufferClient
+from tf_tree_py.ros.remote.buffer_server import BufferServer
 
 ACTION = 'tf2_buffer_server'
 # A wait this long would be given up in parts of a minute: nobody but the new server ends it.

@@ -19,7 +19,7 @@ from ros_helpers import (
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 from tf_tree_py import Buffer, TransformException
-from tf_tree_py.ros.buffer_server import BufferServer
+from tf_tree_py.ros.remote.buffer_server import BufferServer
 
 SUCCEEDED, ABORTED, CANCELED = (
     GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)

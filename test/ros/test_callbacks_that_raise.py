@@ -26,13 +26,13 @@ from tf_tree_py import (
     TransformException,
     TransformListener,
 )
-from tf_tree_py.ros import (
+from tf_tree_py.ros.threads import (
     complaint as complaint_module,
     receiver as receiver_module,
-    responses as responses_module,
+    response_receiver as responses_module,
 )
-from tf_tree_py.ros.complaint import Complaint
-from tf_tree_py.ros.receiver import Receiver
+from tf_tree_py.ros.threads.complaint import Complaint
+from tf_tree_py.ros.threads.receiver import Receiver
 
 
 class Unheard(BaseException):

@@ -13,7 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from ros_helpers import lasting, LATEST, PATIENCE, PATIENCE_S, transform, until, until_waiting
 from tf_tree_py import Buffer, ClockJumpException, LookupException, TransformException
-from tf_tree_py.ros.clock import ClockDeadline, ClockWatch
+from tf_tree_py.ros.waiting.clock import ClockDeadline, ClockWatch
 
 SECOND = 1_000_000_000
 

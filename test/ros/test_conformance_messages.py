@@ -7,7 +7,7 @@ from rclpy.time import Time
 from recordings import pose_of, problems_of, RECORDINGS, Replay
 from tf_tree_py import Buffer
 from tf_tree_py.dropin.buffer import Buffer as DropinBuffer
-from tf_tree_py.ros.convert import as_nanoseconds, as_pose, time_message
+from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose, time_message
 
 
 def at(stamp):

@@ -18,10 +18,11 @@ from rclpy.time import Time
 from ros_helpers import transform
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, InvalidArgumentException, Pose
-from tf_tree_py.core import Sample, so3
+from tf_tree_py.core import Sample
+from tf_tree_py.core.geometry import so3
 
 # Not imported from the package, where tf2's function of that name stands before it.
-convert = importlib.import_module('tf_tree_py.ros.convert')
+convert = importlib.import_module('tf_tree_py.ros.messages.convert')
 
 NO_TIMES = [
     (0.5, r'0.5 is no time: .*; a timeout of 0.5 s is Duration\(seconds=0.5\)'),

@@ -6,7 +6,7 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
 from tf_tree_py import Buffer, LookupException, Pose
-from tf_tree_py.ros.convert import public_transform_stamped
+from tf_tree_py.ros.messages.convert import public_transform_stamped
 
 
 @pytest.fixture

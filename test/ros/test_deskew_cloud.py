@@ -14,12 +14,12 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, BufferCore, ExtrapolationException, InvalidArgumentException, Pose
 from tf_tree_py.core.deskew import deskew
-from tf_tree_py.ros import deskew_cloud as module
-from tf_tree_py.ros.convert import as_nanoseconds, time_message
-from tf_tree_py.ros.deskew_cloud import deskew_cloud
-from tf_tree_py.ros.laser_scan import as_cloud
-from tf_tree_py.ros.point_cloud import field_column, packed_cloud, points_of
-from tf_tree_py.ros.point_times import point_times
+from tf_tree_py.ros.messages import deskew_cloud as module
+from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
+from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+from tf_tree_py.ros.messages.laser_scan import as_cloud
+from tf_tree_py.ros.messages.point_cloud import field_column, packed_cloud, points_of
+from tf_tree_py.ros.messages.point_times import point_times
 
 SECOND = 1_000_000_000
 # As clocks are today, where a float64 of seconds resolves 240 ns.

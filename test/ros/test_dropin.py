@@ -33,7 +33,7 @@ from tf2_msgs.msg import TFMessage
 import tf_tree_py
 from tf_tree_py import dropin
 from tf_tree_py.dropin import listener as listener_module, spinning
-from tf_tree_py.ros.point_cloud import packed_cloud
+from tf_tree_py.ros.messages.point_cloud import packed_cloud
 
 
 @pytest.fixture(autouse=True, scope='module')

@@ -5,7 +5,7 @@ import pytest
 from rclpy.duration import Duration
 from ros_helpers import PATIENCE
 from tf_tree_py import Buffer, InvalidArgumentException, Pose, TransformException
-from tf_tree_py.core.wire import read, write
+from tf_tree_py.core.arrivals.wire import read, write
 
 SECOND = 10**9
 # What a message can say at most, and what a stamp can.

@@ -33,10 +33,10 @@ from tf_tree_py import (
     TransformException,
     TransformListener,
 )
-from tf_tree_py.core import buffer_core
-from tf_tree_py.ros import awaitable
-from tf_tree_py.ros.alarms import Alarms, Deadline
-from tf_tree_py.ros.clock import ClockWatch
+from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.ros.waiting import awaitable
+from tf_tree_py.ros.waiting.alarm_clock import Alarms, Deadline
+from tf_tree_py.ros.waiting.clock import ClockWatch
 
 EXECUTORS = pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
 HOUR = lasting(3600.0)

@@ -6,8 +6,8 @@ import threading
 import pytest
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.ros import incident_log
-from tf_tree_py.ros.incident_log import IncidentLog
+from tf_tree_py.ros.buffer import incident_log
+from tf_tree_py.ros.buffer.incident_log import IncidentLog
 
 
 class Lines(list):

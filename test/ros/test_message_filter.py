@@ -34,9 +34,9 @@ from tf_tree_py import (
     TransformException,
     TransformListener,
 )
-from tf_tree_py.core import buffer_core
-from tf_tree_py.ros.drop import Drop
-from tf_tree_py.ros.message_filter import MessageFilter
+from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.ros.filtering.drop_reasons import Drop
+from tf_tree_py.ros.filtering.message_filter import MessageFilter
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from ros_helpers import at, lasting
 from tf_tree_py import Buffer, ClockJumpException, TransformException
-from tf_tree_py.ros.drop import Drop
-from tf_tree_py.ros.message_filter import MessageFilter
+from tf_tree_py.ros.filtering.drop_reasons import Drop
+from tf_tree_py.ros.filtering.message_filter import MessageFilter
 
 
 class Naive:

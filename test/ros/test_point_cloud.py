@@ -13,9 +13,10 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
-from tf_tree_py.core import InvalidArgumentException, se3
-from tf_tree_py.ros import point_cloud
-from tf_tree_py.ros.point_cloud import (
+from tf_tree_py.core import InvalidArgumentException
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.ros.messages import point_cloud
+from tf_tree_py.ros.messages.point_cloud import (
     do_transform_cloud,
     packed_cloud,
     points_of,

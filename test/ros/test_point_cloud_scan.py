@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan, PointField
 from std_msgs.msg import Header
-from tf_tree_py.ros.convert import public_transform_stamped
-from tf_tree_py.ros.laser_scan import as_cloud, points_of_scan
-from tf_tree_py.ros.point_cloud import field_column, points_of
-from tf_tree_py.ros.stamped import do_transform_laser_scan
+from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.laser_scan import as_cloud, points_of_scan
+from tf_tree_py.ros.messages.point_cloud import field_column, points_of
+from tf_tree_py.ros.messages.stamped import do_transform_laser_scan
 
 INF, NAN = math.inf, math.nan
 

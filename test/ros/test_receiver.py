@@ -24,8 +24,9 @@ from ros_helpers import (
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, LookupException, TransformException, TransformListener
-from tf_tree_py.ros import listener as listener_module, receiver as receiver_module
-from tf_tree_py.ros.receiver import HAS_WAIT_SET, Receiver
+from tf_tree_py.ros.threads import receiver as receiver_module
+from tf_tree_py.ros.threads.receiver import HAS_WAIT_SET, Receiver
+from tf_tree_py.ros.topics import listener as listener_module
 
 
 @pytest.fixture(params=[True, False], ids=['wait_set', 'executor'])

@@ -9,9 +9,9 @@ import pytest
 from ros_helpers import PATIENCE_S, transform, until
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.core import Kind
-from tf_tree_py.core.sample import Batch
-from tf_tree_py.ros import receiver as receiver_module
-from tf_tree_py.ros.rivals import Rivals
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.ros.threads import receiver as receiver_module
+from tf_tree_py.ros.topics.rivals import Rivals
 
 
 def told(buffer):

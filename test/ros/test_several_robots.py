@@ -13,7 +13,7 @@ from tf_tree_py import (
     TransformBroadcaster,
     TransformListener,
 )
-from tf_tree_py.ros.convert import transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
 
 ROBOTS = range(1, 21)
 MOVING = {'odom': 'map', 'base_link': 'odom', 'arm_1': 'base_link', 'arm_2': 'arm_1',

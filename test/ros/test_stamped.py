@@ -48,10 +48,11 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
-from tf_tree_py.core import InvalidArgumentException, se3, so3
+from tf_tree_py.core import InvalidArgumentException
+from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.twist import carry
-from tf_tree_py.ros import geometry, stamped
-from tf_tree_py.ros.stamped import do_transform, TRANSFORMERS
+from tf_tree_py.ros.messages import geometry, stamped
+from tf_tree_py.ros.messages.stamped import do_transform, TRANSFORMERS
 
 GEOMETRY = [kind for kind in TRANSFORMERS if kind not in (LaserScan, PointCloud2)]
 WITH_HEADER = [kind for kind in GEOMETRY if hasattr(kind, 'header')]

@@ -24,10 +24,10 @@ import pytest
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Pose
-from tf_tree_py.core import se3
-from tf_tree_py.ros.arrays import as_matrix, as_points
-from tf_tree_py.ros.geometry import pose_message
-from tf_tree_py.ros.point_cloud import packed_cloud
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.ros.messages.arrays import as_matrix, as_points
+from tf_tree_py.ros.messages.geometry import pose_message
+from tf_tree_py.ros.messages.point_cloud import packed_cloud
 
 CORNERS = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
 

@@ -19,7 +19,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
-from tf_tree_py.ros.message_maker import (
+from tf_tree_py.ros.messages.message_maker import (
     copy_of,
     maker,
     many_maker,
@@ -32,7 +32,7 @@ from tf_tree_py.ros.message_maker import (
     slotted_many_maker,
     slotted_reader,
 )
-from tf_tree_py.ros.stamped import TRANSFORMERS
+from tf_tree_py.ros.messages.stamped import TRANSFORMERS
 
 KINDS = [*TRANSFORMERS, Header, Time, PointField]
 

@@ -21,9 +21,9 @@ from ros_helpers import at, lasting, transform
 from sensor_msgs.msg import Imu, LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, FutureExtrapolationException, LookupException
-from tf_tree_py.ros import registration
-from tf_tree_py.ros.buffer_interface import BufferInterface
-from tf_tree_py.ros.registration import (
+from tf_tree_py.ros.buffer.interface import BufferInterface
+from tf_tree_py.ros.messages import registration
+from tf_tree_py.ros.messages.registration import (
     convert,
     ConvertRegistration,
     NotImplementedException,
@@ -31,7 +31,7 @@ from tf_tree_py.ros.registration import (
     TransformRegistration,
     TypeException,
 )
-from tf_tree_py.ros.stamped import STAMPED_FORMS, TRANSFORMERS
+from tf_tree_py.ros.messages.stamped import STAMPED_FORMS, TRANSFORMERS
 
 
 class Landmark:

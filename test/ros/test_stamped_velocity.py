@@ -8,9 +8,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from ros_helpers import at
 from tf_tree_py import Buffer, BufferCore, Pose
 from tf_tree_py.core.twist import lookup_twist
-from tf_tree_py.ros.convert import public_transform_stamped
-from tf_tree_py.ros.stamped import do_transform
-from tf_tree_py.ros.velocity import velocity_stamped
+from tf_tree_py.ros.buffer.twists import velocity_stamped
+from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.stamped import do_transform
 
 SECOND = 1_000_000_000
 

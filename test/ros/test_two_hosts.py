@@ -29,7 +29,7 @@ ROBOT = """
 
     import rclpy
     from tf_tree_py import Pose, StaticTransformBroadcaster, TransformBroadcaster
-    from tf_tree_py.ros.convert import transform_stamped
+    from tf_tree_py.ros.messages.convert import transform_stamped
 
     rclpy.init()
     node = rclpy.create_node('robot')

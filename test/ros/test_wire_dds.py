@@ -8,8 +8,8 @@ import pytest
 from rclpy.serialization import serialize_message
 from ros_helpers import transform
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.wire import read, WireError, WireReader
-from tf_tree_py.ros.convert import as_sample, public_transform_stamped
+from tf_tree_py.core.arrivals.wire import read, WireError, WireReader
+from tf_tree_py.ros.messages.convert import as_sample, public_transform_stamped
 
 
 def serialized(*transforms):

@@ -1,7 +1,8 @@
 """The transform tree without ROS: poses, histories, the tree and its buffer."""
 
-from . import se3
-from .buffer_core import BufferCore
+from .arrivals.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
+from .arrivals.sample import Sample
+from .buffer.buffer_core import BufferCore
 from .errors import (
     ClockJumpException,
     ConnectivityException,
@@ -14,12 +15,11 @@ from .errors import (
     TimeoutException,
     TransformException,
 )
-from .incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
-from .outline import EdgeInfo
-from .pose import Pose
-from .queries import Snapshot
-from .sample import Sample
+from .geometry import se3
+from .geometry.pose import Pose
 from .stamp import from_seconds, LATEST, UNLIMITED
+from .tree.outline import EdgeInfo
+from .tree.queries import Snapshot
 from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import se3
 from .errors import InvalidArgumentException
-from .queries import Queries
+from .geometry import se3
+from .tree.queries import Queries
 
 
 def deskew(tree: Queries, points: npt.ArrayLike, stamps: npt.ArrayLike, target_frame: str,

@@ -3,7 +3,7 @@ Time as tf_tree_py keeps it: integer nanoseconds, never float seconds.
 
 A float64 of seconds since 1970 resolves about 240 ns, which is enough to put a
 stamp on the wrong side of a sample; an int is exact. ROS types stay outside:
-``tf_tree_py.ros.convert`` turns them into these integers.
+``tf_tree_py.ros.messages.convert`` turns them into these integers.
 """
 
 from collections.abc import Sequence

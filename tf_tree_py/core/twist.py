@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import se3, so3
 from .errors import ExtrapolationException, InvalidArgumentException, TransformException
-from .outline import EdgeInfo
-from .queries import Queries
-from .se3 import PoseTuple
-from .so3 import Array, Quaternion, Vector3
+from .geometry import se3, so3
+from .geometry.se3 import PoseTuple
+from .geometry.so3 import Array, Quaternion, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from .times import checked_stamp
+from .tree.outline import EdgeInfo
+from .tree.queries import Queries
 
 Screw = tuple[float, float, float, float, float, float]
 

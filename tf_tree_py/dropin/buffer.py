@@ -6,8 +6,8 @@ from typing import Any
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
-from tf_tree_py.core.incidents import Incident
-from tf_tree_py.ros.buffer import Buffer as OurBuffer
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 
 from .waking import Waker
 

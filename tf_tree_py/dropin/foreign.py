@@ -7,8 +7,8 @@ Ours knows them without being told.
 from types import ModuleType
 from typing import Any
 
-from tf_tree_py.ros.registration import TransformRegistration
-from tf_tree_py.ros.stamped import TRANSFORMERS
+from tf_tree_py.ros.messages.registration import TransformRegistration
+from tf_tree_py.ros.messages.stamped import TRANSFORMERS
 
 
 def register(messages: ModuleType) -> None:

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.stamp import from_seconds
 
 from .pictures import GREY, STYLES

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.so3 import log_many, multiply_many
+from tf_tree_py.core.geometry.so3 import log_many, multiply_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .latency import Motion, pose_at

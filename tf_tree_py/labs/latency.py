@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.se3 import exp
+from tf_tree_py.core.geometry.se3 import exp
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .pictures import GREY, STYLES

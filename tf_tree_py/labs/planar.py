@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
-from tf_tree_py.core.se2 import lift, project
+from tf_tree_py.core.geometry.se2 import lift, project
 from tf_tree_py.core.stamp import from_seconds
 
 from .pictures import GREY, STYLES

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
-from tf_tree_py.core.queries import Queries
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.tree.queries import Queries
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table

@@ -6,9 +6,9 @@ import time
 from typing import Any, NamedTuple
 
 from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.se3 import PoseTuple
+from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
-from tf_tree_py.core.wire import WireReader
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
-from tf_tree_py.core.audit import LookupAudit
-from tf_tree_py.core.se3 import exp
+from tf_tree_py.core.geometry.se3 import exp
 from tf_tree_py.core.stamp import as_seconds, from_seconds
+from tf_tree_py.core.telling.audit import LookupAudit
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table

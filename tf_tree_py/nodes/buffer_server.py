@@ -6,10 +6,10 @@ from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.buffer_server import BufferServer
-from tf_tree_py.ros.listener import TransformListener
-from tf_tree_py.ros.lookup_goal import ACTION_NAME
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.remote.buffer_server import BufferServer
+from tf_tree_py.ros.remote.lookup_goal import ACTION_NAME
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .bad_input import BadInput
 from .parameters import declare, describe, Setting

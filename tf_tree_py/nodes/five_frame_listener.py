@@ -18,9 +18,9 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.convert import as_pose
-from tf_tree_py.ros.listener import TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.messages.convert import as_pose
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .bad_input import frame_name
 from .five_frame_motion import Frames

@@ -7,8 +7,8 @@ from typing import Any
 from rclpy.node import Node
 from tf_tree_py.core import Pose
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.convert import transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 
 from .bad_input import BadInput, frame_name
 from .five_frame_motion import FiveFrameMotion, Frames

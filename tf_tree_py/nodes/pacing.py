@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from tf_tree_py.core.sample import Sample
+from tf_tree_py.core.arrivals.sample import Sample
 
 
 class Pacing:

@@ -7,11 +7,11 @@ import time
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.buffer_core import DEFAULT_MAX_FRAMES
-from tf_tree_py.core.sample import Sample
+from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.core.wire import write
-from tf_tree_py.ros.qos import dynamic_qos, static_broadcaster_qos
+from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
 
 from .pacing import Pacing
 

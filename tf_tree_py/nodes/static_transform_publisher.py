@@ -10,8 +10,8 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Header
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster
-from tf_tree_py.ros.convert import transform_message
+from tf_tree_py.ros.messages.convert import transform_message
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
 
 from .bad_input import BadInput, number
 from .parameters import declare

@@ -7,17 +7,17 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.frame_names import rename
-from tf_tree_py.core.incidents import Incident, Kind
-from tf_tree_py.core.sample import bad_name, checked, Sample
+from tf_tree_py.core.arrivals.frame_names import rename
+from tf_tree_py.core.arrivals.incidents import Incident, Kind
+from tf_tree_py.core.arrivals.sample import bad_name, checked, Sample
+from tf_tree_py.core.arrivals.wire import WireError, WireReader
+from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.wire import WireError, WireReader
-from tf_tree_py.ros.authority import Authority
-from tf_tree_py.ros.companion import companion
-from tf_tree_py.ros.incident_log import IncidentLog
-from tf_tree_py.ros.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
-from tf_tree_py.ros.receiver import Receiver
+from tf_tree_py.ros.buffer.incident_log import IncidentLog
+from tf_tree_py.ros.threads.companion import companion
+from tf_tree_py.ros.threads.receiver import Receiver
+from tf_tree_py.ros.topics.authority import Authority
+from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 
 from .bad_input import BadInput
 from .parameters import declare, describe, FRAME_PREFIX, Setting

@@ -12,14 +12,14 @@ from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.arrivals import Arrivals, Meter
-from tf_tree_py.core.incidents import Kind, REMARKS
+from tf_tree_py.core.arrivals.incidents import Kind, REMARKS
+from tf_tree_py.core.arrivals.meters import Arrivals, Meter
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 
-from .arguments import check_places
-from .buffer import Buffer
-from .convert import as_nanoseconds
-from .ours import check_is_ours
+from .buffer.arguments import check_places
+from .buffer.buffer import Buffer
+from .buffer.ours import check_is_ours
+from .messages.convert import as_nanoseconds
 
 TOPIC = '/diagnostics'
 

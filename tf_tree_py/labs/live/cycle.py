@@ -10,12 +10,12 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST, Pose, TransformException
-from tf_tree_py.core.incidents import Incident
+from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.convert import transform_stamped
-from tf_tree_py.ros.listener import TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .session import session, ticks
 from ..cycle import BASE_T_ODOM, BELOW, FRAMES, ODOM_T_BASE

@@ -11,14 +11,14 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST, TransformException
-from tf_tree_py.core.buffer_core import DEFAULT_AUTHORITY
-from tf_tree_py.core.incidents import Incident
-from tf_tree_py.core.sample import Batch
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.buffer.buffer_core import DEFAULT_AUTHORITY
 from tf_tree_py.core.stamp import as_seconds
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.convert import as_pose, transform_stamped
-from tf_tree_py.ros.listener import TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.messages.convert import as_pose, transform_stamped
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .session import session, ticks
 from ..latency import BASE_T_CAMERA, DELAYS, PERIOD, pose_at, SPEEDS

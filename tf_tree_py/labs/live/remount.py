@@ -9,10 +9,10 @@ from typing import NamedTuple
 from rclpy.node import Node
 from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.convert import transform_stamped
-from tf_tree_py.ros.listener import TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .session import answers, session, ticks
 from ..remount import Module, MODULES, moving, REMOUNT, REMOUNTED, SENSORS

@@ -9,10 +9,10 @@ from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.convert import transform_stamped
-from tf_tree_py.ros.listener import TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .session import answer, new_context, session, small_node
 from ..report import Report

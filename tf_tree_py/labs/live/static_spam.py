@@ -12,10 +12,10 @@ from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import LATEST, TransformException
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.buffer import Buffer
-from tf_tree_py.ros.convert import transform_stamped
-from tf_tree_py.ros.listener import TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.ros.topics.listener import TransformListener
 
 from .session import answer, new_context, session, small_node, ticks
 from ..report import Column, Report, Table

@@ -1,8 +1,8 @@
 """Names of tf2_ros.buffer_interface."""
 
 from tf_tree_py.dropin.along import __getattr__  # noqa: F401
-from tf_tree_py.ros.buffer_interface import BufferInterface
-from tf_tree_py.ros.registration import (
+from tf_tree_py.ros.buffer.interface import BufferInterface
+from tf_tree_py.ros.messages.registration import (
     convert,
     ConvertRegistration,
     NotImplementedException,

@@ -2,6 +2,6 @@
 
 from tf_tree_py.dropin.along import __getattr__  # noqa: F401
 from tf_tree_py.dropin.listener import StaticTransformListener
-from tf_tree_py.ros.qos import TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC
+from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC
 
 __all__ = ['DEFAULT_STATIC_TF_TOPIC', 'StaticTransformListener']

@@ -3,7 +3,7 @@
 from tf_tree_py.dropin.along import __getattr__  # noqa: F401
 from tf_tree_py.dropin.buffer import Buffer
 from tf_tree_py.dropin.listener import TransformListener
-from tf_tree_py.ros.qos import (
+from tf_tree_py.ros.topics.qos import (
     TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC,
     TF_TOPIC as DEFAULT_TF_TOPIC,
 )

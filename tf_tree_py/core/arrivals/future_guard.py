@@ -1,0 +1,115 @@
+"""
+Stamps from the far future: one of them makes all good data after it look old.
+
+There is no clock here; whoever has one passes it in.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+
+from .incidents import Incident, Kind
+from .sample import Sample
+from ..edges.history import History
+from ..stamp import format_span, format_stamp, from_seconds, LATEST
+
+FAR = from_seconds(10.0)
+"""How far ahead of the clock a stamp is reported, where nothing limits it: tf2's window."""
+
+_BEGINNING = -2**63
+_NEVER = 2**63
+_LIKELY = ("Most likely a publisher's clock is wrong (chrony or NTP set it), or one side goes by "
+           'simulated time and the other does not (use_sim_time)')
+_CURE = 'Buffer(max_future=...) refuses such stamps'
+
+
+class FutureGuard:
+    """
+    Holds stamps against a clock that is read as rarely as possible.
+
+    What the clock allowed when it was last read, it allows later too. So a good stamp
+    costs one comparison, and the clock is read once in as long as stamps may be ahead.
+    Where the clock jumped back there has to be a new guard: see ``renewed``.
+
+    It is read without the buffer's lock, and may be read by several threads at once.
+
+    :ivar limit: stamps up to here are fine; of those beyond ask ``is_too_far``.
+    """
+
+    def __init__(self, now: Callable[[], int] | None, max_future: int | None) -> None:
+        """
+        Take a clock and a limit.
+
+        :param now: the clock, nanoseconds; what it says is not believed before it has
+            begun (0). None: nothing is too far ahead.
+        :param max_future: how far ahead of the clock a stamp may be; None: as far as
+            it likes, and from ``FAR`` on it is told.
+        """
+        if max_future is not None and max_future < 0:
+            raise ValueError(f'max_future is {max_future} ns, and cannot be negative')
+        if max_future is not None and now is None:
+            raise ValueError('max_future needs a clock to go by: pass now, such as time.time_ns')
+        self._now = now
+        self._max_future = max_future
+        self._span = FAR if max_future is None else max_future
+        self.limit = _NEVER if now is None else _BEGINNING
+
+    def renewed(self) -> 'FutureGuard':
+        """Return one that has not read the clock yet."""
+        return FutureGuard(self._now, self._max_future)
+
+    def is_too_far(self, stamp: int) -> bool:
+        """Return whether a stamp is too far ahead of the clock."""
+        return stamp > self.limit and self._is_still_too_far(stamp)
+
+    def _is_still_too_far(self, stamp: int) -> bool:
+        now = self._now() if self._now else 0
+        if now <= 0:
+            return False
+        self.limit = now + self._span
+        return stamp > self.limit
+
+    def part(self, samples: Iterable[Sample], authority: str, histories: Mapping[str, History]
+             ) -> tuple[list[Sample], list[Incident]]:
+        """
+        Return which samples to insert, and what to tell of those that are too far ahead.
+
+        By the clock as it was read last. Where nothing is refused, an edge is told of
+        when it gets there, and not for every sample.
+
+        :param histories: what the buffer holds.
+        """
+        taken, told = [], []
+        for sample in samples:
+            far = sample.stamp > self.limit
+            if far and (self._max_future is not None or not self._was_told(sample, histories)):
+                told.append(self._incident(sample, authority))
+            if not far or self._max_future is None:
+                taken.append(sample)
+        return taken, told
+
+    def _was_told(self, sample: Sample, histories: Mapping[str, History]) -> bool:
+        history = histories.get(sample.child)
+        return history is not None and (history.latest_stamp or LATEST) > self.limit
+
+    def _incident(self, sample: Sample, authority: str) -> Incident:
+        stamp = sample.stamp
+        edge = sample.parent, sample.child
+        ahead = f'its stamp {format_stamp(stamp)} is {self._ahead(stamp)} ahead of the clock'
+        if self._max_future is not None:
+            return Incident(
+                Kind.FAR_FUTURE, *edge, stamp, authority,
+                f'{ahead}, and max_future allows {format_span(self._span)}. {_LIKELY}')
+        return Incident(
+            Kind.AHEAD_OF_CLOCK, *edge, stamp, authority,
+            f'{ahead}: all good data of this edge is older, and will be refused if it is so by '
+            f'more than the buffer keeps. {_LIKELY}. {_CURE}')
+
+    def why_old(self, newest: int) -> str:
+        """Return why good data is older than the newest stamp of its edge, '' if not known."""
+        if not self._is_still_too_far(newest):
+            return ''
+        return (f'The newest stamp of this edge is {self._ahead(newest)} ahead of the clock: that '
+                'one is wrong, and good data is refused until the clock gets there. '
+                f'{_CURE}; clear() forgets it')
+
+    def _ahead(self, stamp: int) -> str:
+        return format_span(stamp - (self.limit - self._span))

@@ -1,0 +1,139 @@
+"""
+What can be wrong, or odd, about a transform that arrives.
+
+Nothing of it raises, unless a caller wants it to: a listener must survive whatever
+comes off the wire. What happened is told as an ``Incident`` to whoever inserted, and
+counted.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+from ..errors import TransformException
+from ..stamp import LATEST
+from ..text import LONGEST_TEXT, shorten
+
+
+class Kind(Enum):
+    """The kinds of incident; those in ``REMARKS`` were taken all the same."""
+
+    MALFORMED = 'malformed message'
+    EMPTY_FRAME = 'empty frame name'
+    BAD_NAME = 'unusable frame name'
+    SELF_EDGE = 'frame is its own parent'
+    NOT_FINITE = 'NaN or infinity'
+    ZERO_ROTATION = 'all-zero quaternion'
+    OLD_DATA = 'older than the buffer keeps'
+    FAR_FUTURE = 'too far in the future'
+    LOOP = 'would close a loop'
+    TOO_MANY_FRAMES = 'too many frames'
+    SECOND_PARENT = 'two publishers, two parents'
+    TWO_PUBLISHERS = 'two publishers of one edge'
+    KIND_CHANGE = 'static and dynamic'
+    SILENT_EDGE_ENDED = 'silent edge ended'
+    AHEAD_OF_CLOCK = 'ahead of the clock'
+    JUMP_BACK = 'stamps jumped back'
+
+
+REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
+                     Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+
+
+class TransformWarning(UserWarning):
+    """A transform that a program inserted was refused, or is odd; once for each kind."""
+
+
+class RefusedException(TransformException):
+    """
+    Transforms were refused that a program inserted with ``strict=True``.
+
+    :ivar incidents: what was refused, and why.
+    """
+
+    def __init__(self, message: str = '', *, incidents: Sequence['Incident'] = ()) -> None:
+        super().__init__(message)
+        self.incidents = list(incidents)
+
+
+_ONE_OF = 'one of '
+# Of more publishers than these only the number is told.
+_MAX_CANDIDATES = 12
+# Of a longer name only the two ends are told; those that a buffer takes are shorter.
+_LONGEST_NAME = 1024
+
+
+def one_of(names: Collection[str]) -> str:
+    """Return the authority of what any of several publishers may have sent."""
+    if len(names) == 1:
+        return next(iter(names))
+    first = sorted(names)[:_MAX_CANDIDATES]
+    more = len(names) - len(first)
+    return _ONE_OF + ', '.join(first) + (f' and {more} more' if more else '')
+
+
+def is_ambiguous(authority: str) -> bool:
+    """Return whether an authority names several publishers, of which one it was."""
+    return authority.startswith(_ONE_OF)
+
+
+@dataclass(frozen=True)
+class Incident:
+    """
+    One transform that was refused, or taken with a remark.
+
+    Whoever sent it chose its names; what is too long for a log is shortened here.
+    """
+
+    kind: Kind
+    parent: str
+    child: str
+    stamp: int
+    authority: str
+    detail: str
+    """One sentence: why, what was kept, and the likely culprit."""
+    newest: int = LATEST
+    """The newest stamp of the edge, where that is why it was refused."""
+
+    def __post_init__(self) -> None:
+        for name, most in (('parent', _LONGEST_NAME), ('child', _LONGEST_NAME),
+                           ('authority', LONGEST_TEXT), ('detail', LONGEST_TEXT)):
+            text = getattr(self, name)
+            if len(text) > most:
+                # The only way to set a field of what is frozen.
+                object.__setattr__(self, name, shorten(text, most))
+
+    @property
+    def refused(self) -> bool:
+        """Return whether the transform was not taken."""
+        return self.kind not in REMARKS
+
+    def __str__(self) -> str:
+        verb = 'Refused' if self.refused else 'Note on'
+        return (f'{verb} transform {self.parent!r} -> {self.child!r} from {self.authority!r} '
+                f'({self.kind.value}): {self.detail}')
+
+
+@dataclass
+class Statistics:
+    """
+    Counts since the buffer was made; the frames are those it knows now.
+
+    :ivar accepted: transforms taken.
+    :ivar incidents: how often each kind happened; a refused message that cannot be
+        parsed counts once.
+    """
+
+    accepted: int = 0
+    incidents: dict[Kind, int] = field(default_factory=lambda: dict.fromkeys(Kind, 0))
+    frames: int = 0
+
+    @property
+    def refused(self) -> int:
+        """Return how many transforms were not taken, of all kinds."""
+        return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)
+
+    def __str__(self) -> str:
+        text = f'{self.accepted} accepted, {self.refused} refused, {self.frames} frames'
+        counts = [f'{kind.value}: {count}' for kind, count in self.incidents.items() if count]
+        return '; '.join([text, *counts])

@@ -1,0 +1,209 @@
+"""
+One transform as it arrives, before it is let into the tree.
+
+The wire, a message and a caller all end up here, so the checks of tf2 stand
+once: names, NaN, quaternions.
+"""
+
+from collections.abc import Sequence
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .incidents import Incident, Kind
+from ..edges.history import POSE_BYTES, unpack_pose
+from ..errors import InvalidArgumentException
+from ..geometry import so3
+from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Array
+from ..stamp import format_stamp, NANOSECONDS_PER_SECOND
+from ..text import shorten
+from ..times import checked_stamp, STAMP_LIMIT
+
+# A quaternion whose squared length is within this of one is taken as it is.
+_UNIT_TOLERANCE = 1e-12
+
+# Up to so many poses plain floats are cheaper than an array.
+_FEW = 6
+
+# Characters of a name that is not let in, in the reason for it.
+_NAME_IN_TEXT = 60
+
+# A sum of squares between these has neither lost digits nor overflowed.
+_LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
+
+# What int32 sec and uint32 nanosec of a message hold. Nanoseconds may be more than a second, so
+# the last second goes further.
+_MIN_SEC, _MAX_SEC = -2**31, 2**31 - 1
+_MAX_NANOSEC = 2**32 - 1
+
+
+class Sample(NamedTuple):
+    """``parent_T_child`` at a stamp in nanoseconds; its numbers are not checked yet."""
+
+    parent: str
+    child: str
+    stamp: int
+    pose: PoseTuple
+
+
+class Batch(NamedTuple):
+    """
+    The transforms of one message, packed; its numbers are not checked yet.
+
+    :ivar edges: (parent, child) of each, without leading slashes; one object for all
+        messages of one layout.
+    :ivar stamps: of each, nanoseconds.
+    :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
+        byte order, as ``history.pack_pose`` makes them.
+    """
+
+    edges: Sequence[tuple[str, str]]
+    stamps: Sequence[int]
+    poses: Sequence[bytes]
+
+    def samples(self) -> list[Sample]:
+        """Return them one by one."""
+        return [Sample(parent, child, stamp, unpack_pose(pose)) for (parent, child), stamp, pose
+                in zip(self.edges, self.stamps, self.poses, strict=True)]
+
+
+def admitted(sample: Sample) -> Sample:
+    """
+    Return a sample with plain names and stamp, as everything behind this door expects it.
+
+    Takes one leading slash off each name, as tf2 does.
+
+    :raises InvalidArgumentException: a name or a stamp that is none.
+    """
+    parent, child, stamp, pose = sample
+    if not isinstance(parent, str) or not isinstance(child, str):
+        raise InvalidArgumentException(
+            f'Invalid argument: the frames {parent!r} and {child!r} have to be strings')
+    if type(stamp) is int and -STAMP_LIMIT <= stamp < STAMP_LIMIT and (
+            parent[:1] != '/' != child[:1]):
+        return sample
+    return Sample(
+        parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
+
+
+def as_sec_nanosec(stamp: int) -> tuple[int, int]:
+    """
+    Return a stamp as the two numbers of a message.
+
+    :raises InvalidArgumentException: before 1901 or after 2038, so no message holds it.
+    """
+    sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    if _MIN_SEC <= sec <= _MAX_SEC:
+        return sec, nanosec
+    nanosec += (sec - _MAX_SEC) * NANOSECONDS_PER_SECOND
+    if 0 <= nanosec <= _MAX_NANOSEC:
+        return _MAX_SEC, nanosec
+    raise InvalidArgumentException(
+        f'Invalid argument stamp {format_stamp(stamp)} s: no message can hold it, for its seconds '
+        'are 32 bits, from 1901 to 2038')
+
+
+def bad_name(parent: str, child: str, stamp: int, authority: str,
+             max_bytes: int) -> Incident | None:
+    """Return why one of an edge's names is not let in; None if both are fine."""
+    for name in (parent, child):
+        fault = _name_fault(name, max_bytes)
+        if fault:
+            return Incident(Kind.BAD_NAME, parent, child, stamp, authority,
+                            f'{shorten(repr(name), _NAME_IN_TEXT)}: {fault}')
+    return None
+
+
+def _name_fault(name: str, max_bytes: int) -> str:
+    try:
+        size = len(name.encode())
+    except UnicodeEncodeError:
+        return 'it is no text that UTF-8 can hold'
+    if size > max_bytes:
+        return f'it has {size} bytes, and the buffer takes {max_bytes} (max_name_bytes)'
+    return 'it has a NUL in it, where every string of ROS ends' if '\0' in name else ''
+
+
+def is_sound(pose: PoseTuple) -> bool:
+    """Return whether a pose is finite and its quaternion of unit length."""
+    x, y, z, qx, qy, qz, qw = pose
+    # NaN and infinity fail the comparison too.
+    excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * (x + y + z)
+    return -_UNIT_TOLERANCE < excess < _UNIT_TOLERANCE
+
+
+def unit_poses(poses: Array) -> Array | None:
+    """Return poses (N, 7) with unit quaternions; None if one needs a closer look."""
+    q = poses[:, 3:]
+    # einsum, unlike sum and dot, does not warn of what is not finite.
+    squares = np.einsum('ij,ij->i', q, q)
+    excess = squares - 1.0
+    # NaN if any number is NaN or infinite, and then no comparison holds.
+    nothing = 0.0 * float(np.einsum('ij->', poses))
+    if float(np.einsum('i,i->', excess, excess)) + nothing < _UNIT_TOLERANCE ** 2:
+        return poses
+    if not squares.min() + nothing > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
+        return None
+    return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
+
+
+def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Return a copy of poses (N, 7) with unit quaternions, and which need no closer look."""
+    poses = poses.copy()
+    q = poses[:, 3:]
+    squares = np.einsum('ij,ij->i', q, q)
+    # NaN where any number is NaN or infinite, and then no comparison holds.
+    with np.errstate(invalid='ignore'):
+        sizes = squares + 0.0 * np.einsum('ij->i', poses)
+    good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
+    rough = good & (np.abs(squares - 1.0) >= _UNIT_TOLERANCE)
+    if rough.any():
+        q[rough] /= np.sqrt(squares[rough])[:, None]
+    return poses, good
+
+
+def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
+    """Return a batch's poses with unit quaternions; None if one needs a closer look."""
+    if len(poses) <= _FEW:
+        for pose in poses:
+            if not is_sound(unpack_pose(pose)):
+                return None
+        return poses
+    array = np.frombuffer(b''.join(poses)).reshape(-1, 7)
+    unit = unit_poses(array)
+    if unit is None or unit is array:
+        return None if unit is None else poses
+    packed = unit.tobytes()
+    return [packed[begin:begin + POSE_BYTES] for begin in range(0, len(packed), POSE_BYTES)]
+
+
+def checked(sample: Sample, authority: str) -> Sample | Incident:
+    """
+    Return a sample fit for the tree, or why there is none.
+
+    Normalises the quaternion, as tf2 does; refuses what tf2 refuses, and infinities,
+    which would become NaN on the first composition.
+
+    :param sample: see ``admitted``.
+    """
+    parent, child, stamp, pose = sample
+
+    def refused(kind: Kind, detail: str) -> Incident:
+        return Incident(kind, parent, child, stamp, authority, detail)
+
+    if not parent or not child:
+        missing = 'child_frame_id' if not child else 'header.frame_id'
+        return refused(Kind.EMPTY_FRAME, f'{missing} is not set')
+    if parent == child:
+        return refused(Kind.SELF_EDGE, 'frame_id and child_frame_id are the same')
+    if not all(map(math.isfinite, (*pose, math.hypot(*pose[3:])))):
+        return refused(Kind.NOT_FINITE, f'(x y z, qx qy qz qw) = {pose}')
+    if is_sound(pose):
+        return Sample(parent, child, stamp, pose)
+    x, y, z, qx, qy, qz, qw = pose
+    if not (qx or qy or qz or qw):
+        return refused(Kind.ZERO_ROTATION, 'a message that nobody filled? No rotation is 0 0 0 1')
+    return Sample(parent, child, stamp, (x, y, z, *so3.normalize((qx, qy, qz, qw))))

@@ -1,0 +1,126 @@
+"""
+Many samples of one edge, checked all at once.
+
+What is refused, and how it is told, is what inserting them one by one would do;
+where that is not plain to see, they are.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .incidents import Incident
+from .sample import checked, judged_poses, Sample
+from ..edges.history import DynamicHistory
+from ..errors import InvalidArgumentException
+from ..geometry.poses import checked_poses
+from ..geometry.so3 import Array
+from ..stamp import format_span
+from ..times import Stamps
+
+_BEGINNING = -2**63
+
+
+class Track(NamedTuple):
+    """
+    Samples of one edge in the order in which they arrive.
+
+    :ivar stamps: (N,) nanoseconds.
+    :ivar poses: (N, 7) ``parent_T_child``.
+    """
+
+    parent: str
+    child: str
+    stamps: Stamps
+    poses: Array
+
+    @property
+    def span(self) -> int:
+        """Return how far the stamps are apart, nanoseconds."""
+        return int(self.stamps.max()) - int(self.stamps.min()) if len(self.stamps) else 0
+
+    def gone(self, window: int) -> str:
+        """Say that a window is too short for all of it."""
+        return (f'Samples of {self.parent!r} -> {self.child!r} span {format_span(self.span)}, and '
+                f'the buffer keeps {format_span(window)}: the older ones are gone already. '
+                'cache_time=UNLIMITED keeps everything')
+
+    def sample(self, number: int) -> Sample:
+        """Return one of them."""
+        x, y, z, qx, qy, qz, qw = self.poses[number].tolist()
+        return Sample(self.parent, self.child, int(self.stamps[number]),
+                      (x, y, z, qx, qy, qz, qw))
+
+    def samples(self, begin: int = 0) -> list[Sample]:
+        """Return them one by one, from a number on."""
+        return [self.sample(number) for number in range(begin, len(self.stamps))]
+
+    def earliest_after(self) -> list[int]:
+        """Return for each sample the earliest stamp of it and those behind it."""
+        earliest: list[int] = np.minimum.accumulate(self.stamps[::-1])[::-1].tolist()
+        return earliest
+
+    def judged(self, authority: str) -> 'Judged':
+        """Return which are fit for the tree, with unit quaternions, and why the others are not."""
+        poses, good = judged_poses(self.poses)
+        refused = {}
+        for number in np.flatnonzero(~good).tolist():
+            sample = checked(self.sample(number), authority)
+            if isinstance(sample, Incident):
+                refused[number] = sample
+            else:  # of an odd size, but sound
+                poses[number], good[number] = sample.pose, True
+        return Judged(self._replace(poses=poses), good, refused)
+
+    def is_within(self, history: DynamicHistory) -> bool:
+        """Return whether none is older than the history's window when its turn comes."""
+        window, latest = history.cache_time, history.latest_stamp
+        assert latest is not None
+        if not len(self.stamps):
+            return True
+        newest = max(latest, int(self.stamps.max()))
+        if newest - int(self.stamps.min()) <= window:
+            return True
+        if window >= 2**63:
+            return False  # one by one: 64 bits do not hold the difference
+        before = np.maximum.accumulate(np.concatenate([[latest], self.stamps[:-1]]))
+        return bool((self.stamps >= np.maximum(before, _BEGINNING + window) - window).all())
+
+
+class Judged(NamedTuple):
+    """
+    A track whose poses were looked at.
+
+    :ivar good: (N,) which of its samples may be taken.
+    :ivar refused: why the others may not, by number.
+    """
+
+    track: Track
+    good: npt.NDArray[np.bool_]
+    refused: dict[int, Incident]
+
+    def after(self, number: int) -> tuple[Track, list[Incident]]:
+        """Return the good ones from a number on, and why the others there are refused."""
+        track, good = self.track, self.good[number:]
+        stamps, poses = track.stamps[number:], track.poses[number:]
+        if self.refused:
+            stamps, poses = stamps[good], poses[good]
+        return (track._replace(stamps=stamps, poses=poses),
+                [incident for index, incident in self.refused.items() if index >= number])
+
+
+def checked_track(parent: str, child: str, stamps: Stamps, poses: Any) -> Track:
+    """
+    Return a caller's samples.
+
+    :raises InvalidArgumentException: names that are no strings, or shapes that do not fit.
+    """
+    for name, frame in (('parent', parent), ('child', child)):
+        if not isinstance(frame, str):
+            raise InvalidArgumentException(f'{name} is the name of a frame, not {frame!r}')
+    array = checked_poses(poses) if len(stamps) or np.size(poses) else np.empty((0, 7))
+    if len(array) != len(stamps):
+        raise InvalidArgumentException(
+            f'stamps (N,) and poses (N, 7) are one for each, not {len(stamps)} and {len(array)}')
+    return Track(parent.removeprefix('/'), child.removeprefix('/'), stamps, array)

@@ -1,0 +1,5 @@
+"""
+Rotations and poses: formulas on plain floats, and the same on arrays.
+
+No frames, no time.
+"""

@@ -1,0 +1,5 @@
+"""
+What a buffer holds and how it is used, as data and as text.
+
+Nothing here changes it.
+"""

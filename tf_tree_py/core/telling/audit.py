@@ -1,0 +1,292 @@
+"""
+The lookup audit: which line of code asked for which time, and what that is worth.
+
+Asking for the latest, or for a stamp taken too late, gives a good pose of the
+wrong moment, and nothing raises. While an audit watches a buffer's lookups, each
+calling line's stamps are held against the newest data and against now, and the way
+that the source went in the target meanwhile is added up: centimetres and degrees.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import asdict, dataclass
+import functools
+import inspect
+import json
+import math
+from pathlib import PurePath
+import sys
+import threading
+import time
+from typing import Any, NamedTuple, TypeVar
+
+from ..errors import TransformException
+from ..geometry import se3, so3
+from ..geometry.se3 import PoseTuple
+from ..stamp import from_seconds, LATEST
+from ..text import shorten
+from ..times import checked_stamp
+from ..tree.queries import Queries
+
+Answer = TypeVar('Answer')
+
+ASSUMED_AGE = from_seconds(0.1)
+"""How old data is taken to be that was looked up with the latest, if nobody tells."""
+
+# Kinds of line that are kept apart; more than any program has, unless it makes up frames.
+_MAX_LINES = 1_000
+# Of a frame; a buffer server is asked by strangers.
+_LONGEST_NAME = 200
+_PACKAGE = __name__.partition('.')[0]
+_data_stamp: ContextVar[int | None] = ContextVar('data_stamp', default=None)
+_LIBRARY = tuple(f'{_PACKAGE}.{layer}.' for layer in ('core', 'ros', 'bag', 'dropin'))
+
+
+class Caller(NamedTuple):
+    """A line of code."""
+
+    file: str
+    line: int
+    function: str
+
+    def __str__(self) -> str:
+        return f'{"/".join(PurePath(self.file).parts[-2:])}:{self.line} {self.function}'
+
+
+class Lookup(NamedTuple):
+    """
+    One lookup, as the audit sees it.
+
+    :ivar asked: the stamp asked for, or ``LATEST``.
+    :ivar newest: the latest common time of the two frames; ``LATEST``: nothing moves.
+    :ivar now: when it was asked.
+    :ivar pose: ``target_T_source`` as answered; None if it raised.
+    :ivar other_stamp: the moment to compare with: of the data if that was told, else
+        the newest, else for the latest ``ASSUMED_AGE`` before.
+    :ivar other_pose: ``target_T_source`` then; None if there is none.
+    :ivar told: whether the stamp of the data was told.
+    """
+
+    caller: Caller
+    target: str
+    source: str
+    asked: int
+    newest: int
+    now: int
+    pose: PoseTuple | None
+    other_stamp: int
+    other_pose: PoseTuple | None
+    told: bool = False
+
+
+@dataclass
+class Line:
+    """
+    What one line of code asked for, about one pair of frames, in one way.
+
+    Times in seconds, means over the answered lookups; metres and radians, the largest
+    of all. ``moved_m`` and ``turned_rad`` are how far the source went in the target
+    between the pose that was given and the moment compared with, which lies ``apart_s``
+    away: see ``meaning``.
+
+    :ivar latest: whether it asked for the latest, and not for a stamp.
+    :ivar told: whether the stamp of the data was told; see ``LookupAudit.data_of``.
+    :ivar behind_newest_s: how much newer the newest data was than the stamp answered for.
+    :ivar behind_now_s: how much later it was.
+    """
+
+    caller: Caller
+    target: str
+    source: str
+    latest: bool
+    told: bool
+    lookups: int = 0
+    failed: int = 0
+    compared: int = 0
+    behind_newest_s: float = 0.0
+    behind_now_s: float = 0.0
+    apart_s: float = 0.0
+    moved_m: float = 0.0
+    turned_rad: float = 0.0
+
+    @property
+    def meaning(self) -> str:
+        """Say what the distance tells."""
+        if self.told:
+            return 'that is what it cost'
+        return 'that is what 100 ms cost' if self.latest else 'the latest would have cost that'
+
+    def add(self, lookup: Lookup) -> None:
+        """Count one more."""
+        self.lookups += 1
+        if lookup.pose is None:
+            self.failed += 1
+            return
+        if lookup.newest == LATEST or lookup.other_pose is None:
+            return
+        self.compared += 1
+        stamp = lookup.newest if lookup.asked == LATEST else lookup.asked
+        for name, span in (('behind_newest_s', lookup.newest - stamp),
+                           ('behind_now_s', lookup.now - stamp),
+                           ('apart_s', abs(stamp - lookup.other_stamp))):
+            mean = getattr(self, name)
+            setattr(self, name, mean + (span / 1e9 - mean) / self.compared)
+        moved, turned = _distance(lookup.pose, lookup.other_pose)
+        self.moved_m = max(self.moved_m, moved)
+        self.turned_rad = max(self.turned_rad, turned)
+
+
+def _distance(a: PoseTuple, b: PoseTuple) -> tuple[float, float]:
+    """Return how far apart two poses are, metres and radians."""
+    difference = se3.compose(se3.inverse(a), b)
+    return math.hypot(*difference[:3]), math.hypot(*so3.log(difference[3:]))
+
+
+class LookupAudit:
+    """
+    What a buffer's lookups ask for, by the line of code that asks.
+
+    May be read and fed from any thread. A lookup that is watched costs two more and
+    some ten microseconds.
+    """
+
+    def __init__(self, buffer: Queries, now: Callable[[], int] = time.time_ns) -> None:
+        """
+        Make an empty audit; ``watch`` says what it hears of.
+
+        :param buffer: where poses at other times are looked up.
+        :param now: the clock, nanoseconds.
+        """
+        self._buffer = buffer
+        self._now = now
+        self._lock = threading.Lock()
+        self._lines: dict[tuple[Any, ...], Line] = {}
+
+    # --- feeding
+
+    def watch(self, lookup: Callable[..., Answer],
+              as_stamp: Callable[[Any], int] = checked_stamp) -> Callable[..., Answer]:
+        """
+        Return a lookup that does the same, and is audited.
+
+        :param lookup: takes a target frame, a source frame, a time, and what else it likes.
+        :param as_stamp: makes nanoseconds of its time.
+        """
+        signature = inspect.signature(lookup)
+
+        @functools.wraps(lookup)
+        def audited(*args: Any, **kwargs: Any) -> Answer:
+            bound = signature.bind(*args, **kwargs)
+            bound.apply_defaults()
+            target, source, moment = list(bound.arguments.values())[:3]
+            asked = _caller(), str(target), str(source), as_stamp(moment)
+            try:
+                answer = lookup(*args, **kwargs)
+            except TransformException:
+                self._observe(*asked, answered=False)
+                raise
+            self._observe(*asked, answered=True)
+            return answer
+
+        return audited
+
+    @contextmanager
+    def data_of(self, stamp: int) -> Iterator[None]:
+        """
+        Tell the stamp of the data that is worked on meanwhile, nanoseconds.
+
+        Then what a lookup with another stamp costs is known, and not guessed.
+        """
+        token = _data_stamp.set(stamp)
+        try:
+            yield
+        finally:
+            _data_stamp.reset(token)
+
+    def record(self, lookup: Lookup) -> None:
+        """Count one lookup."""
+        latest = lookup.asked == LATEST
+        target, source = (shorten(name, _LONGEST_NAME) for name in (lookup.target, lookup.source))
+        key = (lookup.caller, target, source, latest, lookup.told)
+        with self._lock:
+            line = self._lines.get(key)
+            if line is None:
+                if len(self._lines) >= _MAX_LINES:
+                    return
+                line = self._lines[key] = Line(*key)
+            line.add(lookup)
+
+    def _observe(self, caller: Caller, target: str, source: str, asked: int,
+                 answered: bool) -> None:
+        now, told = self._now(), _data_stamp.get()
+        newest, at_newest = LATEST, None
+        with suppress(TransformException):
+            newest, at_newest = self._buffer.lookup_stamped(target, source)
+        pose, other_stamp, other = None, newest, at_newest
+        if answered:
+            pose = at_newest if asked == LATEST else self._pose(target, source, asked)
+            if told is not None:
+                other_stamp = told
+            elif asked == LATEST:
+                other_stamp = newest - ASSUMED_AGE
+            if other_stamp != newest:
+                other = self._pose(target, source, other_stamp)
+        self.record(Lookup(caller, target, source, asked, newest, now, pose, other_stamp, other,
+                           told is not None))
+
+    def _pose(self, target: str, source: str, stamp: int) -> PoseTuple | None:
+        with suppress(TransformException):
+            return self._buffer.lookup_stamped(target, source, stamp)[1]
+        return None
+
+    # --- reading
+
+    def lines(self) -> list[Line]:
+        """Return a copy of what is known: what may be wrong first, the costliest of it first."""
+        with self._lock:
+            lines = [Line(**vars(line)) for line in self._lines.values()]
+        return sorted(lines, key=lambda line: (
+            not (line.latest or line.told), -line.moved_m, line.caller, line.target))
+
+    def clear(self) -> None:
+        """Begin anew."""
+        with self._lock:
+            self._lines.clear()
+
+    def as_text(self) -> str:
+        """Return a table for a terminal."""
+        rows = [_HEADINGS, *map(_cells, self.lines())]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return '\n'.join('  '.join(
+            cell.rjust(width) if number in _NUMBERS else cell.ljust(width)
+            for number, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()
+            for row in rows)
+
+    def as_json(self) -> str:
+        """Return a list of all lines, as JSON: SI units."""
+        return json.dumps([
+            {**asdict(line), 'caller': line.caller._asdict(), 'meaning': line.meaning}
+            for line in self.lines()], indent=2)
+
+
+_HEADINGS = ('line', 'target <- source', 'asked for', 'times', 'failed', 'behind newest [ms]',
+             'behind now [ms]', 'apart [ms]', 'moved at most [cm]', 'turned [deg]', '')
+_NUMBERS = range(3, 10)
+
+
+def _cells(line: Line) -> tuple[str, ...]:
+    found = [f'{line.behind_newest_s * 1e3:.1f}', f'{line.behind_now_s * 1e3:.1f}',
+             f'{line.apart_s * 1e3:.1f}', f'{line.moved_m * 100.0:.2f}',
+             f'{math.degrees(line.turned_rad):.2f}', line.meaning]
+    return (str(line.caller), f'{line.target} <- {line.source}',
+            'latest' if line.latest else 'a stamp', str(line.lookups), str(line.failed),
+            *(found if line.compared else ['-'] * 5 + ['']))
+
+
+def _caller() -> Caller:
+    """Return the nearest line above that is not this library's."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get('__name__', '').startswith(_LIBRARY):
+        frame = frame.f_back
+    return Caller(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)

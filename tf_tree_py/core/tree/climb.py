@@ -1,0 +1,189 @@
+"""
+Climbing from a frame to what it hangs on: at a stamp, now, over a stretch of time.
+
+Pure functions over the histories of a tree. A frame has a parent at a stamp where
+its samples reach over that stamp; elsewhere the climb ends there as at a root, as
+in tf2. "Now" goes by every frame's newest sample.
+"""
+
+from collections.abc import Collection, Container, Mapping
+from typing import NamedTuple
+
+from ..edges.history import DynamicHistory, History
+from ..errors import ANY_STRUCTURE, Blocker
+
+Histories = Mapping[str, History]
+
+FOREVER = 2**63
+"""Behind every stamp: the end of a stretch of time that does not end."""
+
+
+class Climb(NamedTuple):
+    """
+    A way up.
+
+    :ivar edges: from the lowest to the highest.
+    :ivar frames: likewise, with the one it begins at: one more than edges.
+    """
+
+    edges: list[History]
+    frames: list[str]
+
+    @property
+    def top(self) -> str:
+        """Return where it ends."""
+        return self.frames[-1]
+
+
+def climb(histories: Histories, frame: str, stamp: int | None, stop: Container[str] = ()) -> Climb:
+    """
+    Climb from a frame to the first one to stop at, or as far as there is data.
+
+    :param stamp: nanoseconds; None goes by the newest samples.
+    """
+    edges: list[History] = []
+    frames = [frame]
+    # As many steps as there are edges lead to the top, for a tree has no loops.
+    for _ in range(len(histories)):
+        history = None if frame in stop else histories.get(frame)
+        parent = _parent(history, stamp)
+        if history is None or parent is None:
+            break
+        edges.append(history)
+        frames.append(parent)
+        frame = parent
+    return Climb(edges, frames)
+
+
+def _parent(history: History | None, stamp: int | None) -> str | None:
+    if history is None or stamp is None:
+        return history.parent if history else None
+    return history.parent_at(stamp)
+
+
+class Branches(NamedTuple):
+    """The climbs from two frames; from the target no further than to the source's."""
+
+    source: Climb
+    target: Climb
+
+    @property
+    def meet(self) -> bool:
+        """Return whether they lead to one frame."""
+        return self.target.top in self.source.frames
+
+    def edges(self) -> tuple[list[History], list[History]]:
+        """Return the edges of both below the meeting point, the source's first."""
+        return self.source.edges[:self._height()], self.target.edges
+
+    def frames(self) -> list[str]:
+        """Return the frames from the source up to the meeting point and down to the target."""
+        return [*self.source.frames[:self._height()], *reversed(self.target.frames)]
+
+    def _height(self) -> int:
+        return self.source.frames.index(self.target.top)
+
+
+def climb_both(histories: Histories, target: str, source: str, stamp: int | None) -> Branches:
+    """Climb from two frames until they meet, or as far as there is data."""
+    from_source = climb(histories, source, stamp, (target,))
+    return Branches(from_source, climb(histories, target, stamp, set(from_source.frames)))
+
+
+# --- what may yet change
+
+class _Reach(NamedTuple):
+    """
+    What a climb at a stamp may still lead to, when late and new samples arrive.
+
+    :ivar frames: all that it may pass.
+    :ivar ends: whether it leads nowhere else: each of them has lost its data for good, or
+        has a parent. (A frame without any edge may be hung anywhere.)
+    """
+
+    frames: set[str]
+    ends: bool
+
+
+def _reach(histories: Histories, start: str, stamp: int) -> _Reach:
+    frames, to_visit, ends = {start}, [start], True
+    for frame in to_visit:
+        history = histories.get(frame)
+        parents = history.possible_parents(stamp) if history is not None else None
+        if parents is None:
+            ends = False
+            continue
+        to_visit += parents - frames
+        frames |= parents
+    return _Reach(frames, ends)
+
+
+def blockers(histories: Histories, target: str, source: str,
+             stamp: int) -> tuple[Blocker, ...] | None:
+    """
+    Return all that could make two climbs meet, or show that they never will.
+
+    Both sides are followed through every parent that a frame may still turn out to
+    have had at the stamp.
+
+    :return: None when they can no longer meet: the data of one side is gone for good.
+    """
+    from_source = _reach(histories, source, stamp)
+    from_target = _reach(histories, target, stamp)
+    if (from_source.ends or from_target.ends) and not from_source.frames & from_target.frames:
+        return None
+    awaited = [histories[frame] for frame in from_source.frames | from_target.frames
+               if frame in histories]
+    return tuple((history.child, history.next_turn(stamp)) for history in awaited
+                 if isinstance(history, DynamicHistory)) or ANY_STRUCTURE
+
+
+# --- loops
+
+class Loop(NamedTuple):
+    """Edges that lead from a frame up to another that is to hang below it; when they do."""
+
+    edges: list[History]
+    frames: list[str]
+
+
+_Trail = tuple[History, str, '_Trail | None']
+
+
+def find_loop(histories: Histories, parent: str, child: str, begin: int, end: int,
+              without: Collection[History] = ()) -> Loop | None:
+    """
+    Return a way from a parent up to its would-be child at any time in a stretch of time.
+
+    Behind its newest sample an edge is taken to go on, for it will when the next one
+    arrives, unless it has ended.
+
+    :param begin: nanoseconds; ``end`` is no longer part of it.
+    :param without: edges to take for ended.
+    :return: edges from the parent upwards, and the frames that these lead to; None if the
+        child is up there at no time.
+    """
+    Visit = tuple[str, int, int, _Trail | None]
+    to_visit: list[Visit] = [(parent, begin, end, None)]
+    while to_visit:
+        frame, first, last, trail = to_visit.pop()
+        history = histories.get(frame)
+        if history is None or history in without:
+            continue
+        for above, since, until in history.parents_between(first, last):
+            way: _Trail = (history, above, trail)
+            since, until = max(since, first), min(until, last)
+            if since < until and above == child:
+                return _loop(way)
+            if since < until:
+                to_visit.append((above, since, until, way))
+    return None
+
+
+def _loop(trail: _Trail | None) -> Loop:
+    steps = []
+    while trail is not None:
+        history, frame, trail = trail
+        steps.append((history, frame))
+    steps.reverse()
+    return Loop([history for history, _ in steps], [frame for _, frame in steps])

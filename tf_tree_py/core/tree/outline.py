@@ -1,0 +1,87 @@
+"""A buffer's tree for a person to look at: one line, or each frame under its parent."""
+
+from collections.abc import Iterable, Iterator
+import html
+from typing import NamedTuple
+
+from ..stamp import format_span, format_stamp
+
+# More lines nobody reads, and longer names no screen shows.
+_MAX_LINES = 200
+_MAX_NAME = 80
+
+
+class EdgeInfo(NamedTuple):
+    """What is stored of one edge: names, who sent it last, stamps in nanoseconds."""
+
+    parent: str
+    child: str
+    authority: str
+    static: bool
+    samples: int
+    oldest: int
+    latest: int
+
+
+def summary(frames: int, edges: list[EdgeInfo]) -> str:
+    """Return what there is in one line."""
+    if not frames:
+        return 'empty'
+    moving = [edge for edge in edges if not edge.static]
+    text = (f'{_counted(frames, "frame")}, {_counted(len(edges), "edge")} '
+            f'({len(edges) - len(moving)} static)')
+    if not moving:
+        return text
+    oldest, latest = min(edge.oldest for edge in moving), max(edge.latest for edge in moving)
+    return f'{text}, {format_stamp(oldest)} to {format_stamp(latest)} s'
+
+
+def as_html(title: str, edges: list[EdgeInfo]) -> str:
+    """Return a tree for a notebook."""
+    lines = html.escape('\n'.join(outline(edges)))
+    return f'<div>{html.escape(title)}</div><pre>{lines}</pre>'
+
+
+def outline(edges: Iterable[EdgeInfo]) -> list[str]:
+    """Return a line for each frame, under that of its parent."""
+    children: dict[str, list[EdgeInfo]] = {}
+    for edge in edges:
+        children.setdefault(edge.parent, []).append(edge)
+    below = {edge.child for siblings in children.values() for edge in siblings}
+    lines = []
+    for root in children:
+        if root not in below:
+            lines += [_shown(root), *_lines_below(root, children)]
+    if len(lines) > _MAX_LINES:
+        lines[_MAX_LINES:] = [f'and {len(lines) - _MAX_LINES} more']
+    return lines
+
+
+def _lines_below(root: str, children: dict[str, list[EdgeInfo]]) -> Iterator[str]:
+    # What is still to be shown, the next one last: an edge, the lead of its line, and
+    # whether a sibling follows.
+    waiting = [(edge, '', number > 0) for number, edge in enumerate(reversed(children[root]))]
+    while waiting:
+        edge, lead, more = waiting.pop()
+        yield f'{lead}{"├─" if more else "└─"} {_shown(edge.child)}  {_remark(edge)}'
+        lead += '│  ' if more else '   '
+        waiting += [(below, lead, number > 0) for number, below
+                    in enumerate(reversed(children.get(edge.child, ())))]
+
+
+def _remark(edge: EdgeInfo) -> str:
+    if edge.static:
+        return 'static'
+    if edge.samples == 1:
+        return f'1 sample at {format_stamp(edge.latest)}'
+    return (f'{_counted(edge.samples, "sample")} in {format_span(edge.latest - edge.oldest)}, '
+            f'the last at {format_stamp(edge.latest)}')
+
+
+def _shown(name: str) -> str:
+    short = name if len(name) <= _MAX_NAME else name[:_MAX_NAME - 1] + '…'
+    return short if short.isprintable() else repr(short)
+
+
+def _counted(number: int, noun: str) -> str:
+    return f'{number} {noun}' + ('' if number == 1 else 's')

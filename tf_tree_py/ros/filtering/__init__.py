@@ -1,0 +1,5 @@
+"""
+Messages that are held back until their transform is there.
+
+The transforms are the buffer's.
+"""

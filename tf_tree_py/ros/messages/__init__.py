@@ -1,0 +1,5 @@
+"""
+Between messages and plain numbers; messages taken from frame to frame.
+
+No topics, no buffer.
+"""

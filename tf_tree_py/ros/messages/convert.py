@@ -1,0 +1,232 @@
+"""
+Between ROS messages and core's plain numbers: the only file that knows message fields.
+
+A ``TransformStamped`` is filled through its slots, which costs a tenth of the
+checked properties; where the message classes have other slots than those this
+file knows, the public constructors are used. A test holds the two equal. Its
+quaternion has the sign that tf2's would have.
+"""
+
+from collections.abc import Callable
+from datetime import timedelta
+from typing import Any
+
+from builtin_interfaces.msg import Time as TimeMessage
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from rclpy.clock_type import ClockType
+from rclpy.time import Time
+from std_msgs.msg import Header
+from tf_tree_py.core.arrivals.frame_names import Rename
+from tf_tree_py.core.arrivals.sample import as_sec_nanosec, Sample
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry.pose import Pose
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import has_tf2_sign, with_tf2_sign
+from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+
+_ROS_TIME = ClockType.ROS_TIME.value
+_STEADY_TIME = ClockType.STEADY_TIME.value
+# Nanoseconds, thirty years.
+_LONGEST_UPTIME = 10**18
+
+
+def as_nanoseconds(time: Any) -> int:
+    """
+    Return a time or a duration as integer nanoseconds.
+
+    :param time: an rclpy ``Time`` or ``Duration``, their messages, or anything with
+        ``nanoseconds`` or with ``sec`` and ``nanosec``.
+    :raises InvalidArgumentException: none of these.
+    """
+    nanoseconds = getattr(time, 'nanoseconds', None)
+    # What pandas calls so is a part of a second.
+    if nanoseconds is None or isinstance(time, timedelta):
+        try:
+            nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
+        except AttributeError:
+            raise InvalidArgumentException(
+                f'{time!r} is no time: pass an rclpy.time.Time, a header.stamp, '
+                f'or an rclpy.duration.Duration{_duration_hint(time)}') from None
+    return nanoseconds  # type: ignore[no-any-return]
+
+
+def _duration_hint(time: Any) -> str:
+    """Return what to write for a number of seconds."""
+    seconds = time.total_seconds() if isinstance(time, timedelta) else time
+    if isinstance(seconds, bool) or not isinstance(seconds, float | int):
+        return ''
+    return f'; a timeout of {seconds} s is Duration(seconds={seconds})'
+
+
+def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
+    """
+    Return a time to look up as integer nanoseconds.
+
+    Zero is the latest, whatever its clock.
+
+    :param time: an rclpy ``Time``, or a message's, or as ``as_nanoseconds`` takes them.
+    :param is_simulated: tells whether ROS time is another than the system's.
+    :raises InvalidArgumentException: none of these, or a ``Time`` of another clock than
+        that of the stamps.
+    """
+    if type(time) is TimeMessage:  # the common case
+        return time.sec * NANOSECONDS_PER_SECOND + time.nanosec  # type: ignore[no-any-return]
+    stamp = as_nanoseconds(time)
+    # Asking a Time for its clock costs as much as all else here, and steady time counts
+    # from when the machine started.
+    if isinstance(time, Time) and stamp and (stamp < _LONGEST_UPTIME or is_simulated()):
+        # rclpy's enumerations are several times slower to compare.
+        kind = time.clock_type.value
+        if kind != _ROS_TIME and (kind == _STEADY_TIME or is_simulated()):
+            raise InvalidArgumentException(_other_clock(time))
+    return stamp
+
+
+def _other_clock(time: Time) -> str:
+    why = ('counts from when the machine started' if time.clock_type.value == _STEADY_TIME
+           else 'is not that of the stamps while time is simulated')
+    return (f'{time!r} is of a clock that {why}: pass the header.stamp of the message that you '
+            'work on, node.get_clock().now(), or Time() for the latest. A Time that is made by '
+            'hand needs clock_type=ClockType.ROS_TIME')
+
+
+def time_message(stamp: int) -> TimeMessage:
+    """
+    Return nanoseconds as a ``builtin_interfaces/Time``.
+
+    :raises InvalidArgumentException: no message can hold them.
+    """
+    sec, nanosec = as_sec_nanosec(stamp)
+    return TimeMessage(sec=sec, nanosec=nanosec)
+
+
+def as_sample(message: TransformStamped) -> Sample:
+    """Return what a ``TransformStamped`` says, its frames without leading slashes."""
+    header = message.header
+    try:
+        stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
+    except AttributeError:  # an rclpy Time has no business there, but tf2 lets it in
+        stamp = as_nanoseconds(header.stamp)
+    return Sample(header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/'),
+                  stamp, _pose_tuple(message.transform))
+
+
+def as_pose(transform: Transform | TransformStamped) -> Pose:
+    """Return the ``Pose`` of a ``Transform`` or ``TransformStamped``."""
+    return Pose._make(_pose_tuple(getattr(transform, 'transform', transform)))
+
+
+def _pose_tuple(transform: Transform) -> PoseTuple:
+    t, q = transform.translation, transform.rotation
+    # A message takes an int where it wants a float, and then serializes garbage.
+    return (float(t.x), float(t.y), float(t.z),
+            float(q.x), float(q.y), float(q.z), float(q.w))
+
+
+def with_float_fields(message: TransformStamped) -> TransformStamped:
+    """
+    Return the message itself, or, if it holds ints, a copy with floats.
+
+    rclpy writes the memory of an int as if it were a double, so ``translation.x = 1``
+    would be published as 5e-324 or so.
+    """
+    t, q = message.transform.translation, message.transform.rotation
+    if all(type(number) is float for number in (t.x, t.y, t.z, q.x, q.y, q.z, q.w)):
+        return message
+    return TransformStamped(header=message.header, child_frame_id=message.child_frame_id,
+                            transform=transform_message(_pose_tuple(message.transform)))
+
+
+def with_frames(message: TransformStamped, names: Rename) -> TransformStamped:
+    """Return the message itself, or, if its frames get other names, a copy with those."""
+    header = message.header
+    edge = names(header.frame_id, message.child_frame_id)
+    if edge is None or edge == (header.frame_id, message.child_frame_id):
+        return message
+    parent, child = edge
+    return TransformStamped(header=Header(stamp=header.stamp, frame_id=parent),
+                            child_frame_id=child, transform=message.transform)
+
+
+def transform_message(pose: PoseTuple) -> Transform:
+    """Return a pose as a ``geometry_msgs/Transform``."""
+    x, y, z, qx, qy, qz, qw = map(float, pose)
+    return Transform(translation=Vector3(x=x, y=y, z=z),
+                     rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+
+
+def public_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
+                             pose: PoseTuple) -> TransformStamped:
+    """
+    Return a ``TransformStamped``, by its public constructor.
+
+    :raises InvalidArgumentException: a stamp that no message can hold.
+    """
+    x, y, z, *q = pose
+    return TransformStamped(
+        header=Header(stamp=time_message(stamp), frame_id=frame_id),
+        child_frame_id=child_frame_id,
+        transform=transform_message((x, y, z, *with_tf2_sign((q[0], q[1], q[2], q[3])))))
+
+
+def slotted_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
+                              pose: PoseTuple) -> TransformStamped:
+    """Return the same, ten times faster, past constructors and checks."""
+    time = _new(TimeMessage)
+    time._check_fields = _CHECK_FIELDS
+    sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    if sec.bit_length() > 31:  # seldom, and a call costs as much as all of this
+        sec, nanosec = as_sec_nanosec(stamp)
+    time._sec, time._nanosec = sec, nanosec
+    header = _new(Header)
+    header._check_fields = _CHECK_FIELDS
+    header._stamp = time
+    header._frame_id = frame_id
+    translation = _new(Vector3)
+    translation._check_fields = _CHECK_FIELDS
+    rotation = _new(Quaternion)
+    rotation._check_fields = _CHECK_FIELDS
+    translation._x, translation._y, translation._z, x, y, z, w = pose
+    # With w > 0.5 it has tf2's sign; to see that here spares the call.
+    if w > 0.5 or has_tf2_sign(x, y, z, w):
+        rotation._x = x
+        rotation._y = y
+        rotation._z = z
+        rotation._w = w
+    else:
+        rotation._x = -x
+        rotation._y = -y
+        rotation._z = -z
+        rotation._w = -w
+    transform = _new(Transform)
+    transform._check_fields = _CHECK_FIELDS
+    transform._translation = translation
+    transform._rotation = rotation
+    message = _new(TransformStamped)
+    message._check_fields = _CHECK_FIELDS
+    message._header = header
+    message._child_frame_id = child_frame_id
+    message._transform = transform
+    return message
+
+
+_new = object.__new__
+_CHECK_FIELDS = getattr(Vector3(), '_check_fields', None)
+_KNOWN_SLOTS = {
+    TimeMessage: ['_sec', '_nanosec', '_check_fields'],
+    Header: ['_stamp', '_frame_id', '_check_fields'],
+    Vector3: ['_x', '_y', '_z', '_check_fields'],
+    Quaternion: ['_x', '_y', '_z', '_w', '_check_fields'],
+    Transform: ['_translation', '_rotation', '_check_fields'],
+    TransformStamped: ['_header', '_child_frame_id', '_transform', '_check_fields'],
+}
+
+
+def slots_are_known() -> bool:
+    """Return whether the message classes are laid out as this file expects."""
+    return all(list(getattr(kind, '__slots__', ())) == slots
+               for kind, slots in _KNOWN_SLOTS.items())
+
+
+transform_stamped: Callable[[str, str, int, PoseTuple], TransformStamped] = (
+    slotted_transform_stamped if slots_are_known() else public_transform_stamped)

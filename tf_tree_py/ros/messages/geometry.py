@@ -1,0 +1,247 @@
+"""
+What a rigid transform does to each message that has no header.
+
+Every function here takes a message in b and the pose ``a_T_b``, and returns a new
+message in a that shares nothing with the first. Messages may hold ints, or numpy's
+numbers, where they want floats: those that come out hold floats. A quaternion of
+a pose need not be of unit length; one that is all zero, in a message that nobody
+filled, counts as no rotation, as in tf2. Headers are ``stamped``'s.
+"""
+
+from collections.abc import Sequence
+import math
+from typing import Any
+
+from geometry_msgs.msg import (
+    Accel,
+    AccelWithCovariance,
+    Point,
+    Point32,
+    Polygon,
+    PolygonInstance,
+    Pose as PoseMessage,
+    PoseWithCovariance,
+    Quaternion,
+    Transform,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+    Wrench,
+)
+import numpy as np
+from tf_tree_py.core.arrivals.sample import is_sound, unit_poses
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.twist import carry, Screw
+
+from .covariance import carry_covariance, rotate_covariance
+from .message_maker import maker, many_maker, reader
+
+_accel, _accel_with_covariance = maker(Accel), maker(AccelWithCovariance)
+_point, _point32, _vector3, _quaternion = map(maker, (Point, Point32, Vector3, Quaternion))
+_polygon, _polygon_instance = maker(Polygon), maker(PolygonInstance)
+_pose, _pose_with_covariance = maker(PoseMessage), maker(PoseWithCovariance)
+_transform, _wrench = maker(Transform), maker(Wrench)
+_twist, _twist_with_covariance = maker(Twist), maker(TwistWithCovariance)
+
+_points, _quaternions, _poses = map(many_maker, (Point, Quaternion, PoseMessage))
+_points32 = many_maker(Point32)
+_read_points, _read_quaternions, _read_poses = map(reader, (Point, Quaternion, PoseMessage))
+
+
+# --- points and directions
+
+
+def point(message: Point, a_T_b: PoseTuple) -> Point:
+    """Return a point: turned and moved."""
+    return _point(*se3.apply(a_T_b, _xyz(message)))
+
+
+def point32(message: Point32, a_T_b: PoseTuple) -> Point32:
+    """Return a point of single precision: turned and moved."""
+    return _point32(*se3.apply(a_T_b, _xyz(message)))
+
+
+def vector3(message: Vector3, a_T_b: PoseTuple) -> Vector3:
+    """Return a free vector, a direction with a length: turned, not moved."""
+    return _vector3(*so3.rotate(a_T_b[3:], _xyz(message)))
+
+
+def quaternion(message: Quaternion, a_T_b: PoseTuple) -> Quaternion:
+    """Return the orientation of the same thing as seen from a: the product, as it comes."""
+    q = (float(message.x), float(message.y), float(message.z), float(message.w))
+    return _quaternion(*so3.multiply(a_T_b[3:], q))
+
+
+def polygon(message: Polygon, a_T_b: PoseTuple) -> Polygon:
+    """Return a polygon, each of its points turned and moved."""
+    x, y, z, *q = a_T_b
+    a_R_b = np.array(so3.as_matrix((q[0], q[1], q[2], q[3])))
+    moved = a_R_b @ np.array(_read_points(message.points), dtype=float)
+    moved += ((x,), (y,), (z,))
+    return _polygon(_points32(*moved.tolist()))
+
+
+def polygon_instance(message: PolygonInstance, a_T_b: PoseTuple) -> PolygonInstance:
+    """Return a polygon with its id."""
+    return _polygon_instance(polygon(message.polygon, a_T_b), message.id)
+
+
+# --- poses
+
+
+def pose(message: PoseMessage, a_T_b: PoseTuple) -> PoseMessage:
+    """Return a pose: the product, with w >= 0 as in tf2's Python."""
+    return pose_message(se3.compose(a_T_b, pose_values(message)))
+
+
+def poses(messages: Sequence[PoseMessage], a_T_b: PoseTuple) -> list[PoseMessage]:
+    """Return many poses; see ``pose``."""
+    a_T_each = se3.compose_many(np.array(a_T_b), poses_array(messages))
+    a_T_each[a_T_each[:, 6] < 0.0, 3:] *= -1.0
+    columns = a_T_each.T.tolist()
+    messages_in_a: list[PoseMessage] = _poses(_points(*columns[:3]), _quaternions(*columns[3:]))
+    return messages_in_a
+
+
+def pose_with_covariance(message: PoseWithCovariance, a_T_b: PoseTuple) -> PoseWithCovariance:
+    """
+    Return a pose with its covariance, as tf2 does.
+
+    The covariance of position and of rotation about fixed axes (REP 103): it is only
+    turned. That a rotation about a's origin would also move the thing is not in it.
+    """
+    return _pose_with_covariance(
+        pose(message.pose, a_T_b), rotate_covariance(message.covariance, a_T_b[3:]))
+
+
+def transform(message: Transform, a_T_b: PoseTuple) -> Transform:
+    """Return a transform to b as a transform to a: the product, with the sign of tf2's C++."""
+    x, y, z, *q = se3.compose(a_T_b, transform_values(message))
+    return _transform(_vector3(x, y, z), _quaternion(*so3.with_tf2_sign((q[0], q[1], q[2], q[3]))))
+
+
+# --- screws
+
+
+def wrench(message: Wrench, a_T_b: PoseTuple, lever_arm: bool = True) -> Wrench:
+    """
+    Return the same wrench about a's origin: what a sensor there would feel.
+
+    The force is turned, and the torque too; moving the force from b's origin to a's
+    adds the torque t x F, as in tf2's C++ (ROS 1's Python forgets it).
+
+    :param lever_arm: False leaves out that part: the torque stays about b's origin.
+    """
+    tx, ty, tz, fx, fy, fz = _carried((*_xyz(message.torque), *_xyz(message.force)),
+                                      a_T_b, lever_arm)
+    return _wrench(_vector3(fx, fy, fz), _vector3(tx, ty, tz))
+
+
+def twist(message: Twist, a_T_b: PoseTuple, lever_arm: bool = False) -> Twist:
+    """
+    Return a twist in a's axes.
+
+    By default the two are free vectors: still the velocity of the point at b's origin
+    and the rate of turn of that body, only turned into a's axes. That is what a
+    controller means that wants base_link's velocity in map.
+
+    :param lever_arm: True for the velocity of that point of the same rigid body which
+        is at a's origin, v + t x w. That is what is wanted between frames of one body,
+        such as the velocity of base_link from an odometer mounted elsewhere.
+    """
+    vx, vy, vz, wx, wy, wz = _carried((*_xyz(message.linear), *_xyz(message.angular)),
+                                      a_T_b, lever_arm)
+    return _twist(_vector3(vx, vy, vz), _vector3(wx, wy, wz))
+
+
+def twist_with_covariance(message: TwistWithCovariance, a_T_b: PoseTuple,
+                          lever_arm: bool = False) -> TwistWithCovariance:
+    """Return a twist and its covariance in a's axes; see ``twist``."""
+    covariance = (carry_covariance(message.covariance, a_T_b) if lever_arm
+                  else rotate_covariance(message.covariance, a_T_b[3:]))
+    return _twist_with_covariance(twist(message.twist, a_T_b, lever_arm), covariance)
+
+
+def same_twist(message: TwistWithCovariance) -> TwistWithCovariance:
+    """Return a copy."""
+    linear, angular = message.twist.linear, message.twist.angular
+    return _twist_with_covariance(_twist(_vector3(*_xyz(linear)), _vector3(*_xyz(angular))),
+                                  np.array(message.covariance, dtype=float))
+
+
+def accel(message: Accel, a_T_b: PoseTuple) -> Accel:
+    """
+    Return an acceleration in a's axes: free vectors, only turned.
+
+    It stays that of the point at b's origin. That of another point of the body takes
+    the rate of turn too (w x (w x r)), which the message does not have.
+    """
+    return _accel(vector3(message.linear, a_T_b), vector3(message.angular, a_T_b))
+
+
+def accel_with_covariance(message: AccelWithCovariance,
+                          a_T_b: PoseTuple) -> AccelWithCovariance:
+    """Return an acceleration and its covariance in a's axes; see ``accel``."""
+    return _accel_with_covariance(
+        accel(message.accel, a_T_b), rotate_covariance(message.covariance, a_T_b[3:]))
+
+
+def _carried(screw: Screw, a_T_b: PoseTuple, lever_arm: bool) -> Screw:
+    return carry(a_T_b if lever_arm else (0.0, 0.0, 0.0, *a_T_b[3:]), screw)
+
+
+# --- values of messages
+
+
+def pose_values(message: PoseMessage) -> PoseTuple:
+    """Return the seven numbers of a pose message, the quaternion of unit length."""
+    return _unit(message.position, message.orientation)
+
+
+def transform_values(message: Transform) -> PoseTuple:
+    """Return the seven numbers of a transform message, the quaternion of unit length."""
+    return _unit(message.translation, message.rotation)
+
+
+def _unit(t: Any, q: Any) -> PoseTuple:
+    values = (float(t.x), float(t.y), float(t.z),
+              float(q.x), float(q.y), float(q.z), float(q.w))
+    return values if is_sound(values) else unit(values)
+
+
+def unit(values: PoseTuple) -> PoseTuple:
+    """Return a pose with a unit quaternion; what is not finite stays so, zero is no rotation."""
+    x, y, z, qx, qy, qz, qw = values
+    size = math.hypot(qx, qy, qz, qw)
+    if size == 0.0:
+        return (x, y, z, *so3.IDENTITY)
+    if not math.isfinite(size):
+        return values
+    return (x, y, z, *so3.normalize((qx, qy, qz, qw)))
+
+
+def poses_array(messages: Sequence[PoseMessage]) -> Array:
+    """Return the numbers (N, 7) of pose messages, the quaternions of unit length."""
+    positions, orientations = _read_poses(messages)
+    columns = [*_read_points(positions), *_read_quaternions(orientations)]
+    array = np.array(columns, dtype=float).T
+    sound = unit_poses(array) if len(array) else array
+    return np.array([unit(row) for row in array.tolist()]) if sound is None else sound
+
+
+def points_array(messages: Sequence[Any]) -> Array:
+    """Return the coordinates (N, 3) of messages with x, y and z."""
+    return np.array(_read_points(messages), dtype=float).T
+
+
+def pose_message(values: PoseTuple) -> PoseMessage:
+    """Return a pose message of seven floats, with w >= 0."""
+    x, y, z, qx, qy, qz, qw = values
+    q = (qx, qy, qz, qw) if qw >= 0.0 else (-qx, -qy, -qz, -qw)
+    return _pose(_point(x, y, z), _quaternion(*q))
+
+
+def _xyz(message: Any) -> so3.Vector3:
+    return (float(message.x), float(message.y), float(message.z))

@@ -1,0 +1,204 @@
+"""
+PointCloud2 as it lies in memory: read, moved and written back in place.
+
+Nothing of a cloud's layout changes: padding, organisation in rows, the order of
+fields, byte order, float32 or float64, and what other fields hold stay as they are.
+"""
+
+from array import array
+from collections.abc import Mapping, Sequence
+import sys
+from typing import Any
+
+from geometry_msgs.msg import Transform, TransformStamped
+import numpy as np
+import numpy.typing as npt
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.so3 import Array
+
+from .geometry import transform_values
+from .message_maker import copy_of, maker
+
+POINT = ('x', 'y', 'z')
+NORMAL = ('normal_x', 'normal_y', 'normal_z')
+
+# Type codes and byte orders as numpy writes them.
+_CODES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
+          PointField.UINT16: 'u2', PointField.INT32: 'i4', PointField.UINT32: 'u4',
+          PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
+_DATATYPES = {code: datatype for datatype, code in _CODES.items()}
+
+# Points moved at once: what is at work then fits into a core's cache.
+_BLOCK = 8192
+
+_cloud, _field = maker(PointCloud2), maker(PointField)
+
+
+# --- moving
+
+def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamped,
+                       rotate_normals: bool = False) -> PointCloud2:
+    """
+    Return a cloud in the transform's target frame, its layout and other fields kept.
+
+    Computed in doubles, rounded once. A point with a NaN, or with an infinity, comes
+    out as NaN.
+
+    :param transform: a bare ``Transform`` leaves the header as it is.
+    :param rotate_normals: turn normal_x, normal_y and normal_z too.
+    :raises InvalidArgumentException: no x, y and z of a floating type, normals that are
+        asked for and missing, or a layout that contradicts itself.
+    """
+    header = transform.header if isinstance(transform, TransformStamped) else cloud.header
+    a_T_b = transform_values(getattr(transform, 'transform', transform))
+    moved = copy_of_cloud(cloud, header)
+    a_R_b = so3.as_matrix(a_T_b[3:])
+    _apply(moved, POINT, np.column_stack([a_R_b, a_T_b[:3]]))
+    if rotate_normals:
+        _apply(moved, NORMAL, np.column_stack([a_R_b, (0.0, 0.0, 0.0)]))
+    return moved
+
+
+def transform_points(point_cloud: npt.ArrayLike,
+                     transform: Transform | TransformStamped) -> Array:
+    """Return points (N, 3) in the transform's target frame, in doubles."""
+    return se3.apply_many(transform_values(getattr(transform, 'transform', transform)),
+                          point_cloud)
+
+
+def _apply(cloud: PointCloud2, names: Sequence[str], matrix: Array) -> None:
+    """Multiply three fields, and 1, by a matrix (3, 4), in place."""
+    columns = float_columns(cloud, names)
+    given, moved = np.ones((4, _BLOCK)), np.empty((3, _BLOCK))
+    # Infinities become NaN, and what is beyond a float32 infinity, without a word.
+    with np.errstate(invalid='ignore', over='ignore'):
+        for row in zip(*columns, strict=True):
+            for begin in range(0, len(row[0]), _BLOCK):
+                block = [column[begin:begin + _BLOCK] for column in row]
+                count = len(block[0])
+                for number, values in enumerate(block):
+                    given[number, :count] = values
+                np.matmul(matrix, given[:, :count], out=moved[:, :count])
+                for number, values in enumerate(block):
+                    values[:] = moved[number, :count]
+
+
+# --- reading and writing
+
+
+def point_count(cloud: PointCloud2) -> int:
+    """Return how many points a cloud has, invalid ones included."""
+    return int(cloud.height * cloud.width)
+
+
+def points_of(cloud: PointCloud2) -> npt.NDArray[Any]:
+    """
+    Return a copy of the coordinates, row by row.
+
+    :return: (N, 3), float32 or float64 as the cloud has it.
+    :raises InvalidArgumentException: no x, y and z of a floating type.
+    """
+    columns = float_columns(cloud, POINT)
+    kind = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
+    return np.stack([column.reshape(-1) for column in columns], axis=1, dtype=kind)
+
+
+def write_points(cloud: PointCloud2, points: npt.NDArray[Any]) -> None:
+    """Overwrite the coordinates of a cloud by (N, 3), row by row, in place."""
+    for column, values in zip(float_columns(cloud, POINT), points.T, strict=True):
+        column[:] = values.reshape(column.shape)
+
+
+def float_columns(cloud: PointCloud2, names: Sequence[str]) -> list[npt.NDArray[Any]]:
+    """
+    Return ``field_column`` of several fields, which must have a floating type.
+
+    An empty cloud need not have the fields.
+    """
+    if point_count(cloud) == 0:
+        return [np.empty((0, 0), dtype=np.float32) for _ in names]
+    columns = [field_column(cloud, name) for name in names]
+    for name, column in zip(names, columns, strict=True):
+        if column.dtype.kind != 'f':
+            raise InvalidArgumentException(
+                f'The field {name!r} of the cloud holds {column.dtype.name}; only FLOAT32 and '
+                'FLOAT64 can be transformed')
+    return columns
+
+
+def field_column(cloud: PointCloud2, name: str) -> npt.NDArray[Any]:
+    """
+    Return one field of all points where it lies: writing to it changes the cloud.
+
+    :return: (rows, columns), which are (1, N) where the rows follow without padding.
+    :raises InvalidArgumentException: there is no such field, or it cannot be where the
+        message says.
+    """
+    field = next((field for field in cloud.fields if field.name == name), None)
+    if field is None:
+        names = ', '.join(field.name for field in cloud.fields) or 'none at all'
+        raise InvalidArgumentException(
+            f'The cloud has no field {name!r}; its fields are: {names}')
+    # Some drivers write a count of 0 where they mean 1.
+    if field.datatype not in _CODES or field.count > 1:
+        raise InvalidArgumentException(
+            f'The field {name!r} of the cloud has the datatype {field.datatype} and the count '
+            f'{field.count}, and must be one number of a type from 1 to 8')
+    kind = np.dtype(_CODES[field.datatype]).newbyteorder('>' if cloud.is_bigendian else '<')
+    if field.offset + kind.itemsize > cloud.point_step:
+        raise InvalidArgumentException(
+            f'The field {name!r} of the cloud begins at byte {field.offset} and does not fit '
+            f'into a point of {cloud.point_step} bytes')
+    rows, columns, row_step = _grid(cloud)
+    return np.ndarray((rows, columns), kind, cloud.data, field.offset,
+                      (row_step, cloud.point_step))
+
+
+def _grid(cloud: PointCloud2) -> tuple[int, int, int]:
+    """Return rows, columns, and bytes from row to row; one row where there is no padding."""
+    height, width, point_step = cloud.height, cloud.width, cloud.point_step
+    row_step = width * point_step if height == 1 else cloud.row_step
+    if row_step < width * point_step or len(cloud.data) < (height - 1) * row_step + (
+            width * point_step):
+        raise InvalidArgumentException(
+            f'The cloud says that it has {height} x {width} points of {point_step} bytes, in '
+            f'rows of {cloud.row_step} bytes, and has {len(cloud.data)} bytes of data')
+    if row_step == width * point_step:
+        return 1, height * width, row_step
+    return height, width, row_step
+
+
+# --- making
+
+
+def copy_of_cloud(cloud: PointCloud2, header: Header) -> PointCloud2:
+    """Return a cloud of its own with the same contents and a copy of another header."""
+    data = array('B')
+    data.frombytes(cloud.data)
+    fields = [_field(field.name, field.offset, field.datatype, field.count)
+              for field in cloud.fields]
+    return _cloud(copy_of(header), cloud.height, cloud.width, fields, cloud.is_bigendian,
+                  cloud.point_step, cloud.row_step, data, cloud.is_dense)
+
+
+def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[Any]],
+                 is_dense: bool) -> PointCloud2:
+    """
+    Return an unorganised cloud of columns (N,), packed, in the machine's byte order.
+
+    :param columns: by field name, of types that a PointField can say.
+    """
+    kind = np.dtype([(name, values.dtype) for name, values in columns.items()])
+    points = np.empty(len(next(iter(columns.values()))), kind)
+    fields, offset = [], 0
+    for name, values in columns.items():
+        points[name] = values
+        fields.append(_field(name, offset, _DATATYPES[values.dtype.str[1:]], 1))
+        offset += values.dtype.itemsize
+    data = array('B')
+    data.frombytes(points.tobytes())
+    return _cloud(copy_of(header), 1, len(points), fields, sys.byteorder == 'big',
+                  offset, offset * len(points), data, is_dense)

@@ -1,0 +1,154 @@
+"""tf2's ``BufferClient``: a buffer that lives in another process."""
+
+from collections.abc import Callable
+from threading import current_thread, Event
+from typing import Any
+import weakref
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.clock import ROSClock
+from rclpy.duration import Duration
+from rclpy.node import Node
+from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.errors import TimeoutException
+
+from .goal_client import GoalClient
+from .lookup_call import LookupCall
+from .lookup_goal import full_goal, simple_goal
+from ..buffer.arguments import check_places
+from ..buffer.interface import BufferInterface
+from ..messages.convert import as_nanoseconds, as_stamp
+from ..waiting.futures import LookupCoroutines
+
+_NO_TIME = Duration()
+_PADDING = Duration(seconds=2.0)
+# Seconds, 31 years: the message can say no more than 68.
+_FOREVER_S = 1e9
+
+
+class BufferClient(BufferInterface, LookupCoroutines):
+    """
+    Asks a buffer server, tf2's or ours, for transforms.
+
+    It works from any thread and inside callbacks, also of a single-threaded executor:
+    the answers are taken by one thread of the client's own. Any number of lookups may
+    be on their way at once, without a thread each.
+
+    Timeouts are by the wall here, as in tf2; a server of ours goes by its own clock.
+    The client lives until ``close()`` or the end of its context; it is a context manager.
+
+    :ivar action_client: has ``wait_for_server`` and ``server_is_ready``.
+    """
+
+    def __init__(self, node: Node, ns: str, check_frequency: float = 10.0,
+                 timeout_padding: Any = _PADDING) -> None:
+        """
+        Begin to look for the server.
+
+        :param node: whose context, namespace and remappings to use.
+        :param ns: the action's name, such as ``tf2_buffer_server``.
+        :param check_frequency: how often to look, during a lookup, whether the server
+            is still there and the time is not over, Hz.
+        :param timeout_padding: how much longer than the timeout the answer may take; an
+            rclpy ``Duration``, or seconds.
+        """
+        check_places('BufferClient(node, name)', node=node)
+        self.node = node
+        self.check_frequency = check_frequency
+        self.timeout_padding = timeout_padding
+        self.action_client = GoalClient(node, ns, 1.0 / check_frequency)
+        weakref.finalize(self, self.action_client.stop)
+
+    def close(self) -> None:
+        """Give up what is on its way, and stop."""
+        self.action_client.close()
+
+    def destroy(self) -> None:
+        """Give up what is on its way, and stop: tf2's name for ``close``."""
+        self.close()
+
+    def __enter__(self) -> 'BufferClient':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def wait_for_server(self, timeout: Any = None) -> bool:
+        """
+        Wait until there is a server.
+
+        :param timeout: an rclpy ``Duration``; None: as long as it takes.
+        :return: whether there is one.
+        """
+        return self.action_client.wait_for_server(
+            None if timeout is None else as_nanoseconds(timeout) / 1e9)
+
+    # --- at once
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
+                         timeout: Any = _NO_TIME) -> TransformStamped:
+        """
+        Return the transform that takes coordinates in source to coordinates in target.
+
+        :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the latest.
+        :param timeout: an rclpy ``Duration`` to wait for it, and for a server.
+        :raises TimeoutException: it was not there in time; or there is no server, it went
+            away, or it did not answer: the text says which.
+        :raises TransformException: of the class that the server's buffer raised.
+        """
+        return self._answer(lambda: self.wait_for_transform_async(
+            target_frame, source_frame, time, timeout))
+
+    def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                              source_time: Any, fixed_frame: str,
+                              timeout: Any = _NO_TIME) -> TransformStamped:
+        """
+        Return the transform from a source at one time to a target at another.
+
+        Through a frame that stays put meanwhile. Parameters and errors as
+        ``lookup_transform``.
+        """
+        return self._answer(lambda: self.wait_for_transform_full_async(
+            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
+
+    # --- later
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
+                                 timeout: Any = None) -> LookupCall:
+        """Return a future of the transform; a timeout of None waits as long as it takes."""
+        return self._begin(simple_goal(target_frame, source_frame, self._as_stamp(time)), timeout)
+
+    def wait_for_transform_full_async(
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = None) -> LookupCall:
+        """Return a future of the transform between two times, likewise."""
+        return self._begin(full_goal(
+            target_frame, self._as_stamp(target_time), source_frame, self._as_stamp(source_time),
+            fixed_frame), timeout)
+
+    def _as_stamp(self, time: Any) -> int:
+        return as_stamp(time, self._is_simulated)
+
+    def _is_simulated(self) -> bool:
+        clock = self.node.get_clock()
+        return isinstance(clock, ROSClock) and clock.ros_time_is_active
+
+    def _begin(self, goal: LookupTransform.Goal, timeout: Any) -> LookupCall:
+        timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9
+        padding = self.timeout_padding
+        padding_s = padding if isinstance(padding, (int, float)) else as_nanoseconds(padding) / 1e9
+        return self.action_client.start(
+            LookupCall(self.action_client, goal, max(0.0, timeout_s), padding_s))
+
+    def _answer(self, begin: Callable[[], LookupCall]) -> TransformStamped:
+        if current_thread() is self.action_client.thread:
+            raise TimeoutException(
+                'Not waited: this very thread takes the answers of the buffer server')
+        call = begin()
+        ended = Event()
+        call.add_done_callback(lambda _: ended.set())
+        try:
+            ended.wait()
+        finally:
+            call.cancel()
+        return call.result()

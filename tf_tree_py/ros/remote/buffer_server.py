@@ -1,0 +1,192 @@
+"""Lookups for other processes: the action that tf2's ``BufferClient`` and ours ask."""
+
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import RCLError, ServerGoalHandle
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.errors import TransformException
+
+from .lookup_goal import ACTION_NAME, error_result, service_qos
+from ..buffer.arguments import check_places
+from ..buffer.buffer import Buffer
+from ..buffer.ours import check_is_ours
+from ..messages.convert import as_nanoseconds
+from ..waiting.futures import TransformFuture
+
+# Whoever was accepted asks for the result at once. rclpy's server tells the states of all
+# goals that it still knows whenever one changes: with tf2's 10 s, several hundred lookups a
+# second slow each other down to a third.
+_RESULT_TIMEOUT_S = 2
+
+
+class BufferServer:
+    """
+    Answers the lookups of other processes from a buffer, as tf2's ``buffer_server`` does.
+
+    Each waits in the buffer, without a thread and without polling, until the transform
+    is there, the timeout is over, or it can never be there. Your node's executor sends
+    the answers, so callbacks of yours that block it delay them.
+
+    What tf2's server does not say of a lookup that failed, this one does: one that timed
+    out is aborted with TIMEOUT_ERROR and the reason, not with an identity.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node, ns: str = ACTION_NAME) -> None:
+        """
+        Begin to serve.
+
+        :param buffer: what to look up in; filling it is somebody else's business.
+        :param node: whose executor serves.
+        :param ns: the action's name.
+        :raises TypeError: another buffer than ours, such as tf2's.
+        """
+        check_is_ours(buffer, 'BufferServer')
+        check_places('BufferServer(buffer, node)', node=node)
+        self._buffer = buffer
+        self._node = node
+        self._lookups: dict[bytes, TransformFuture] = {}
+        self._ended: deque[ServerGoalHandle] = deque()
+        # One group: a goal is not executed while it is just being canceled.
+        group = MutuallyExclusiveCallbackGroup()
+        self._bell = node.create_guard_condition(self._execute_ended, group)
+        self._server = _ClosableServer(
+            node, LookupTransform, ns, self._answer, callback_group=group,
+            handle_accepted_callback=self._accept, cancel_callback=self._cancel,
+            goal_service_qos_profile=service_qos(), result_service_qos_profile=service_qos(),
+            cancel_service_qos_profile=service_qos(), result_timeout=_RESULT_TIMEOUT_S)
+
+    def close(self) -> None:
+        """Stop serving; for those who wait the server has gone."""
+        bell, self._bell = self._bell, None
+        if bell is None:
+            return
+        for future in list(self._lookups.values()):
+            future.cancel()
+        self._node.destroy_guard_condition(bell)
+        self._server.destroy()
+
+    def __enter__(self) -> 'BufferServer':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _accept(self, handle: ServerGoalHandle) -> None:
+        future = self._look_up(handle.request)
+        self._lookups[_key(handle)] = future
+        if future.done():
+            handle.execute()
+        else:
+            future.add_done_callback(lambda future: self._note_end(handle, future))
+
+    def _look_up(self, goal: LookupTransform.Goal) -> TransformFuture:
+        if not goal.advanced:
+            return self._buffer.wait_for_transform_async(
+                goal.target_frame, goal.source_frame, goal.source_time, goal.timeout)
+        return self._buffer.wait_for_transform_full_async(
+            goal.target_frame, goal.target_time, goal.source_frame, goal.source_time,
+            goal.fixed_frame, goal.timeout)
+
+    def _note_end(self, handle: ServerGoalHandle, future: TransformFuture) -> None:
+        """Leave the rest to the executor: this may be the thread that delivers transforms."""
+        # If the executor is gone nobody asks any more, of which rclpy would complain.
+        future.exception()
+        self._ended.append(handle)
+        bell = self._bell
+        if bell is not None:
+            with suppress(InvalidHandle):  # the node is gone
+                bell.trigger()
+
+    def _execute_ended(self) -> None:
+        while self._ended:
+            self._ended.popleft().execute()
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        future = self._lookups.get(_key(handle))
+        if future is not None:
+            future.cancel()
+            if future.cancelled():
+                return CancelResponse.ACCEPT
+        return CancelResponse.REJECT
+
+    def _answer(self, handle: ServerGoalHandle) -> LookupTransform.Result:
+        """Say how the lookup of an executing goal has ended, if anybody is still to know."""
+        try:
+            return self._end(handle)
+        except (InvalidHandle, RCLError):
+            if self._bell is not None:
+                raise
+            return LookupTransform.Result()
+
+    def _end(self, handle: ServerGoalHandle) -> LookupTransform.Result:
+        future = self._lookups.pop(_key(handle))
+        if future.cancelled():
+            handle.canceled()
+            return error_result(TransformException('The lookup was canceled'), False)
+        error = future.exception()
+        if error is None:
+            handle.succeed()
+            return LookupTransform.Result(transform=future.result())
+        # As tf2's server: a failure after waiting is one, a failure without is an answer.
+        may_wait = as_nanoseconds(handle.request.timeout) > 0
+        (handle.abort if may_wait else handle.succeed)()
+        return error_result(error, may_wait and error.blocked_on is not None)
+
+
+class _ClosableServer(ActionServer):
+    """
+    An action server that may be destroyed while an executor is just looking at it.
+
+    rclpy's own would make the executor's ``spin`` raise, and live on as long as a goal
+    does that was just being accepted.
+    """
+
+    _is_destroyed = False
+
+    def destroy(self) -> None:
+        self._is_destroyed = True
+        self._destroy_goals()
+        super().destroy()
+
+    def _destroy_goals(self) -> None:
+        while self._goal_handles:
+            self._goal_handles.popitem()[1].destroy()
+
+    def add_to_wait_set(self, wait_set: Any) -> None:
+        with self._unless_destroyed():
+            super().add_to_wait_set(wait_set)
+
+    def is_ready(self, wait_set: Any) -> bool:
+        with self._unless_destroyed():
+            return bool(super().is_ready(wait_set))
+        return False
+
+    def take_data(self) -> dict[str, Any]:
+        with self._unless_destroyed():
+            return super().take_data()  # type: ignore[no-any-return]
+        return {}
+
+    async def execute(self, taken_data: dict[str, Any]) -> None:
+        with self._unless_destroyed():
+            await super().execute(taken_data)
+        if self._is_destroyed:
+            self._destroy_goals()
+
+    @contextmanager
+    def _unless_destroyed(self) -> Iterator[None]:
+        try:
+            yield
+        except (InvalidHandle, RCLError):
+            if not self._is_destroyed:
+                raise
+
+
+def _key(handle: ServerGoalHandle) -> bytes:
+    return bytes(handle.goal_id.uuid)

@@ -1,0 +1,155 @@
+"""One lookup on its way to a buffer server and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import secrets
+import time
+from typing import Any, Protocol
+
+from rclpy.duration import Duration
+from rclpy.task import Future
+from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.errors import TimeoutException, TransformException
+from tf_tree_py.core.stamp import from_seconds
+from unique_identifier_msgs.msg import UUID
+
+from .lookup_goal import transform_of
+from ..waiting.awaitable import AwaitableFuture
+
+# A server accepts a goal at once, however long it takes to fulfil it.
+_ACCEPTANCE_S = 10.0
+# Whoever waits longer asks again, so that a server can forget those whose client died.
+_LEASE_S = 60.0
+# What a server says sooner it will say again.
+_QUICK_S = 0.1
+
+
+class Sender(Protocol):
+    """Who sends the goal of a call."""
+
+    def forget(self, call: LookupCall) -> None:
+        """Let a call go that has ended, at the server too."""
+
+    def send_later(self, call: LookupCall) -> None:
+        """Send a call's goal, behind those that are to be sent already."""
+
+
+class LookupCall(AwaitableFuture):
+    """
+    A future of the ``TransformStamped`` that a server finds.
+
+    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. It
+    lives until it ends, whether or not you keep it.
+
+    A wait longer than a minute is asked for in parts, each a goal of its own.
+
+    :ivar sent: whether the server was asked; it may still have to accept.
+    :ivar accepted: whether it has accepted.
+    :ivar answered: whether it has said how the lookup ended.
+    :ivar over: whether the call has ended, with or without it.
+    :ivar request: what the server was last asked, its future.
+    """
+
+    def __init__(self, client: Sender, goal: LookupTransform.Goal, timeout_s: float,
+                 padding_s: float) -> None:
+        """
+        Note what to ask, and how long to wait for the answer.
+
+        :param goal: its timeout is set when it is sent.
+        :param padding_s: how much longer than its timeout the server may take.
+        """
+        super().__init__()
+        self.goal_id = UUID()
+        self.sent = self.accepted = self.answered = self.over = False
+        self._client = client
+        self._goal = goal
+        self._begin = self._sent_at = time.monotonic()
+        self._lease_s = self._timeout_s = timeout_s
+        self._padding_s = padding_s
+        self._is_part = False
+        self.request: Future | None = None
+
+    def left_s(self) -> float:
+        """Return how long the lookup may still take at a server, or this to appear."""
+        return max(0.0, self._begin + self._timeout_s - time.monotonic())
+
+    def sent_s(self) -> float:
+        """Return how long ago a server was last asked."""
+        return time.monotonic() - self._sent_at if self.sent else 0.0
+
+    def is_late(self) -> bool:
+        """Return whether a server that is there should have answered by now."""
+        limit_s = self._lease_s
+        if self.sent and not self.accepted:
+            limit_s = min(limit_s, _ACCEPTANCE_S)
+        return time.monotonic() >= self._sent_at + limit_s + self._padding_s
+
+    def goal(self) -> LookupTransform.Goal:
+        """Return the goal to send now, under a new ``goal_id``."""
+        self.goal_id = UUID(uuid=list(secrets.token_bytes(16)))
+        self._sent_at = time.monotonic()
+        left_s = self.left_s()
+        self._lease_s = min(left_s, _LEASE_S)
+        self._is_part = self._lease_s < left_s
+        self._goal.timeout = Duration(nanoseconds=from_seconds(self._lease_s)).to_msg()
+        return self._goal
+
+    def follow(self, request: Future, step: Callable[[Any], None]) -> None:
+        """Take a step when a service has answered."""
+        self.request = request
+        request.add_done_callback(
+            lambda request: None if request.cancelled() else step(request.result()))
+        if self.over and self.accepted:
+            request.cancel()
+
+    def answer(self, response: Any) -> None:
+        """Take what the server found, or why it did not."""
+        try:
+            transform = transform_of(response.status, response.result)
+        except TransformException as error:
+            if isinstance(error, TimeoutException) and self._may_ask_again():
+                self.ask_again()
+                return
+            self.answered = True
+            self.set_exception(error.with_traceback(None))
+        else:
+            self.answered = True
+            self.set_result(transform)
+
+    def _may_ask_again(self) -> bool:
+        """Return whether the server timed out because it was asked for a part of the time."""
+        # By its own clock, which may be simulated and fast.
+        took_s = time.monotonic() - self._sent_at
+        return self._is_part and took_s >= min(self._lease_s, _QUICK_S)
+
+    def has_late_part(self) -> bool:
+        """Return whether only a part of the time is over: the server's clock may be slow."""
+        return self.accepted and self._is_part
+
+    def ask_again(self) -> None:
+        """Ask for the next part of the time."""
+        self.sent = self.accepted = False
+        self.drop_request()
+        self._client.send_later(self)
+
+    def give_up(self, why: str) -> None:
+        """End without an answer."""
+        error = TimeoutException(why)
+        error.waited_s = time.monotonic() - self._begin
+        self.set_exception(error)
+
+    def _end(self) -> bool:
+        first = super()._end()
+        if first:
+            self.over = True
+            # A goal can be cancelled once it is accepted, so that is still waited for.
+            if self.accepted:
+                self.drop_request()
+            self._client.forget(self)
+        return first
+
+    def drop_request(self) -> None:
+        """Expect no answer any more to what the server was last asked."""
+        if self.request is not None:
+            self.request.cancel()

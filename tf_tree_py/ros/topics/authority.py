@@ -1,0 +1,78 @@
+"""Who publishes on a topic, as far as the graph tells."""
+
+from contextlib import suppress
+from dataclasses import replace
+import math
+import time
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+from tf_tree_py.core.arrivals.incidents import Incident, one_of
+
+_REFRESH_S = 1.0
+_RETRY_S = 0.05
+# What the graph says of an endpoint before its node has announced itself.
+_UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
+
+
+class Authority:
+    """
+    The name of the node that publishes on a topic, or of those that do.
+
+    A received message does not say who sent it; the graph says who might have. So
+    with several publishers the honest answer is ``one of a, b``. The graph is asked
+    anew at most once a second, and more often while a name is missing (the first
+    message may be here before it) or is about to be told.
+
+    :ivar placeholder: what the name is until then.
+    :ivar endpoints: of the publishers, the bytes by which the middleware knows them.
+    :ivar names: of the publishers, one for each; none while one is missing.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self._node = node
+        self._topic = topic
+        self._ask_at = -math.inf
+        self._corrected_at = -math.inf
+        self.placeholder = self._name = f'unknown publisher of {topic}'
+        self.endpoints: frozenset[bytes] = frozenset()
+        self.names: list[str] = []
+
+    def name(self) -> str:
+        """Return the publisher's full node name, or all candidates."""
+        now = time.monotonic()
+        if now >= self._ask_at:
+            self.ask()
+            self._ask_at = now + (_RETRY_S if self._name == self.placeholder else _REFRESH_S)
+        return self._name
+
+    def ask(self) -> None:
+        """Ask the graph now."""
+        # Once the listener is closed, or ROS has shut down, the last answer stands.
+        if self._node.context.ok():
+            with suppress(InvalidHandle):
+                self._name = self._ask()
+
+    def correct(self, incidents: list[Incident]) -> list[Incident]:
+        """
+        Return incidents with the name as it is now: a second publisher may just have come.
+
+        :param incidents: of this topic, that have just happened.
+        """
+        if not incidents:
+            return incidents
+        now = time.monotonic()
+        if now >= self._corrected_at + _RETRY_S:
+            self._corrected_at = now
+            self._ask_at = now
+        name = self.name()
+        return [replace(incident, authority=name) for incident in incidents]
+
+    def _ask(self) -> str:
+        infos = self._node.get_publishers_info_by_topic(self._topic)
+        endpoints = frozenset(bytes(info.endpoint_gid) for info in infos)
+        if endpoints != self.endpoints:
+            self.endpoints = endpoints
+        names = [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos]
+        self.names = [] if _UNNAMED in names else sorted(names)
+        return one_of(set(names)) if self.names else self.placeholder
