@@ -6,7 +6,7 @@ comes off the wire. What happened is told as an ``Incident`` to whoever inserted
 counted.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -38,6 +38,11 @@ class Kind(Enum):
 
 REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
                      Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+
+
+def count_refused(counts: Mapping[Kind, int]) -> int:
+    """Return how many transforms were not taken, of counts by kind."""
+    return sum(count for kind, count in counts.items() if kind not in REMARKS)
 
 
 class TransformWarning(UserWarning):
@@ -114,6 +119,36 @@ class Incident:
                 f'({self.kind.value}): {self.detail}')
 
 
+@dataclass(frozen=True)
+class IncidentGroup:
+    """
+    The incidents of one kind and one edge.
+
+    :ivar count: how many.
+    :ivar first: the oldest stamp of their transforms, nanoseconds.
+    :ivar last: the newest.
+    """
+
+    count: int
+    first: int
+    last: int
+
+    def __add__(self, other: 'IncidentGroup') -> 'IncidentGroup':
+        """Return the two together; ``merging.merged`` adds whole tables of them."""
+        return IncidentGroup(self.count + other.count, min(self.first, other.first),
+                             max(self.last, other.last))
+
+
+def grouped(incidents: Iterable[Incident]) -> dict[tuple[Kind, str, str], IncidentGroup]:
+    """Return incidents by kind, parent and child."""
+    groups: dict[tuple[Kind, str, str], IncidentGroup] = {}
+    for incident in incidents:
+        key = (incident.kind, incident.parent, incident.child)
+        one = IncidentGroup(1, incident.stamp, incident.stamp)
+        groups[key] = groups[key] + one if key in groups else one
+    return groups
+
+
 @dataclass
 class Statistics:
     """
@@ -131,7 +166,20 @@ class Statistics:
     @property
     def refused(self) -> int:
         """Return how many transforms were not taken, of all kinds."""
-        return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)
+        return count_refused(self.incidents)
+
+    def __add__(self, other: 'Statistics') -> 'Statistics':
+        """
+        Return the counts of two buffers together, of two parts of a recording for instance.
+
+        The frames of the two may be the same ones: the larger number of the two stands.
+        """
+        if not isinstance(other, Statistics):
+            return NotImplemented
+        return Statistics(
+            self.accepted + other.accepted,
+            {kind: self.incidents.get(kind, 0) + other.incidents.get(kind, 0) for kind in Kind},
+            max(self.frames, other.frames))
 
     def __str__(self) -> str:
         text = f'{self.accepted} accepted, {self.refused} refused, {self.frames} frames'

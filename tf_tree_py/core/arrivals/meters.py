@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 import threading
 
-from .incidents import Incident, Kind
+from .incidents import count_refused, Incident, Kind
 
 Edge = tuple[str, str]
 
@@ -40,6 +40,11 @@ class Arrivals:
         """Return the mean delay, nanoseconds; 0 if there is none."""
         return self.total_delay / max(self.timed, 1)
 
+    @property
+    def refused(self) -> int:
+        """Return how many were not taken."""
+        return count_refused(self.incidents)
+
     def add_delay(self, delay: int) -> None:
         """Take note of one more."""
         first = self.timed == 0
@@ -47,6 +52,19 @@ class Arrivals:
         self.shortest_delay = delay if first else min(self.shortest_delay, delay)
         self.total_delay += delay
         self.timed += 1
+
+    def __add__(self, other: 'Arrivals') -> 'Arrivals':
+        """Return what arrived in two times together; ``merging.merged`` adds whole tables."""
+        if not isinstance(other, Arrivals):
+            return NotImplemented
+        timed = [arrivals for arrivals in (self, other) if arrivals.timed]
+        return Arrivals(
+            self.count + other.count,
+            self.timed + other.timed,
+            self.total_delay + other.total_delay,
+            max((arrivals.longest_delay for arrivals in timed), default=0),
+            min((arrivals.shortest_delay for arrivals in timed), default=0),
+            self.incidents + other.incidents)
 
 
 class Meter:
