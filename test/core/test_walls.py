@@ -40,7 +40,7 @@ ORDER = {
         'tree: many climb path tree outline queries',
         'buffer: waiters deadline buffer_core',
         ': deskew twist',
-        'telling: table audit report',
+        'telling: table audit report diagnosis',
     ),
     'ros': rooms(
         'messages: convert times message_maker covariance geometry point_cloud laser_scan arrays '

@@ -35,7 +35,7 @@ def as_yaml(edges: Iterable[EdgeInfo]) -> str:
         f'  rate: {rate_hz(edge):.3f}\n'
         f'  most_recent_transform: {as_seconds(edge.latest):.6f}\n'
         f'  oldest_transform: {as_seconds(edge.oldest):.6f}\n'
-        f'  buffer_length: {as_seconds(edge.latest - edge.oldest):.3f}\n'
+        f'  buffer_length: {as_seconds(edge.span):.3f}\n'
         for edge in edges
     ]
     return ''.join(blocks) or '[]'
@@ -79,7 +79,7 @@ def _dot_label(edge: EdgeInfo) -> str:
         return f'Broadcaster: {edge.authority}\nstatic'
     return (f'Broadcaster: {edge.authority}\nAverage rate: {rate_hz(edge):.3f} Hz\n'
             f'Most recent transform: {as_seconds(edge.latest):.6f}\n'
-            f'Buffer length: {as_seconds(edge.latest - edge.oldest):.3f} s')
+            f'Buffer length: {as_seconds(edge.span):.3f} s')
 
 
 def _quoted(text: str) -> str:
@@ -90,4 +90,4 @@ def _quoted(text: str) -> str:
 
 def rate_hz(edge: EdgeInfo) -> float:
     """Return the samples a second of an edge, as tf2 counts them."""
-    return edge.samples / max(as_seconds(edge.latest - edge.oldest), _SHORTEST_SPAN_S)
+    return edge.samples / max(as_seconds(edge.span), _SHORTEST_SPAN_S)

@@ -22,6 +22,11 @@ class EdgeInfo(NamedTuple):
     oldest: int
     latest: int
 
+    @property
+    def span(self) -> int:
+        """Return the nanoseconds from the oldest sample to the newest."""
+        return self.latest - self.oldest
+
 
 def summary(frames: int, edges: list[EdgeInfo]) -> str:
     """Return what there is in one line."""
@@ -74,7 +79,7 @@ def _remark(edge: EdgeInfo) -> str:
         return 'static'
     if edge.samples == 1:
         return f'1 sample at {format_stamp(edge.latest)}'
-    return (f'{_counted(edge.samples, "sample")} in {format_span(edge.latest - edge.oldest)}, '
+    return (f'{_counted(edge.samples, "sample")} in {format_span(edge.span)}, '
             f'the last at {format_stamp(edge.latest)}')
 
 
