@@ -1,9 +1,9 @@
 """
 What can be wrong, or odd, about a transform that arrives.
 
-Nothing of it raises, unless a caller wants it to: a listener must survive whatever
-comes off the wire. What happened is told as an ``Incident`` to whoever inserted, and
-counted.
+No exception is raised, unless a caller asks for it: a listener must survive whatever
+bytes arrive. An ``Incident`` says what happened. It is returned to the caller who
+inserted, and counted.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ from ..text import LONGEST_TEXT, shorten
 
 
 class Kind(Enum):
-    """The kinds of incident; those in ``REMARKS`` were taken all the same."""
+    """The kinds of incident; a transform whose kind is in ``REMARKS`` was taken."""
 
     MALFORMED = 'malformed message'
     EMPTY_FRAME = 'empty frame name'
@@ -46,14 +46,18 @@ def count_refused(counts: Mapping[Kind, int]) -> int:
 
 
 class TransformWarning(UserWarning):
-    """A transform that a program inserted was refused, or is odd; once for each kind."""
+    """
+    A transform that a program inserted was refused, or is odd.
+
+    A buffer gives one warning for each kind.
+    """
 
 
 class RefusedException(TransformException):
     """
-    Transforms were refused that a program inserted with ``strict=True``.
+    The buffer refused transforms that a program inserted with ``strict=True``.
 
-    :ivar incidents: what was refused, and why.
+    :ivar incidents: the refused ones, each with its reason.
     """
 
     def __init__(self, message: str = '', *, incidents: Sequence['Incident'] = ()) -> None:
@@ -62,14 +66,14 @@ class RefusedException(TransformException):
 
 
 _ONE_OF = 'one of '
-# Of more publishers than these only the number is told.
+# If there are more publishers than this, the rest are only counted.
 _MAX_CANDIDATES = 12
-# Of a longer name only the two ends are told; those that a buffer takes are shorter.
+# An incident shows only the two ends of a longer name.
 _LONGEST_NAME = 1024
 
 
 def one_of(names: Collection[str]) -> str:
-    """Return the authority of what any of several publishers may have sent."""
+    """Return the authority of a transform that one of several publishers has sent."""
     if len(names) == 1:
         return next(iter(names))
     first = sorted(names)[:_MAX_CANDIDATES]
@@ -78,7 +82,7 @@ def one_of(names: Collection[str]) -> str:
 
 
 def is_ambiguous(authority: str) -> bool:
-    """Return whether an authority names several publishers, of which one it was."""
+    """Return whether an authority names several publishers, one of which is the sender."""
     return authority.startswith(_ONE_OF)
 
 
@@ -87,7 +91,8 @@ class Incident:
     """
     One transform that was refused, or taken with a remark.
 
-    Whoever sent it chose its names; what is too long for a log is shortened here.
+    The sender chose the names, so they may be of any length; here they are shortened to
+    what a log can show.
     """
 
     kind: Kind
@@ -96,16 +101,16 @@ class Incident:
     stamp: int
     authority: str
     detail: str
-    """One sentence: why, what was kept, and the likely culprit."""
+    """One sentence: the reason, what the buffer kept, and who is probably at fault."""
     newest: int = LATEST
-    """The newest stamp of the edge, where that is why it was refused."""
+    """The newest stamp of the edge, if the transform was refused for being older."""
 
     def __post_init__(self) -> None:
         for name, most in (('parent', _LONGEST_NAME), ('child', _LONGEST_NAME),
                            ('authority', LONGEST_TEXT), ('detail', LONGEST_TEXT)):
             text = getattr(self, name)
             if len(text) > most:
-                # The only way to set a field of what is frozen.
+                # A frozen dataclass allows no other way to set a field.
                 object.__setattr__(self, name, shorten(text, most))
 
     @property
