@@ -74,7 +74,7 @@ class Track(NamedTuple):
         return Judged(self._replace(poses=poses), good, refused)
 
     def is_within(self, history: DynamicHistory) -> bool:
-        """Return whether no sample would be too old for a history, inserted one by one."""
+        """Return whether none is older than the history's window when its turn comes."""
         window, latest = history.cache_time, history.latest_stamp
         assert latest is not None
         if not len(self.stamps):

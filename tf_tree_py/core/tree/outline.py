@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..stamp import format_span, format_stamp
 
-# More lines nobody reads, and longer names no screen shows.
+# Nobody reads more lines than this, and no screen shows longer names.
 _MAX_LINES = 200
 _MAX_NAME = 80
 
@@ -24,7 +24,7 @@ class EdgeInfo(NamedTuple):
 
     @property
     def span(self) -> int:
-        """Return the nanoseconds from the oldest sample to the newest."""
+        """Return the time from the oldest sample to the newest, nanoseconds."""
         return self.latest - self.oldest
 
 
@@ -63,8 +63,8 @@ def outline(edges: Iterable[EdgeInfo]) -> list[str]:
 
 
 def _lines_below(root: str, children: dict[str, list[EdgeInfo]]) -> Iterator[str]:
-    # What is still to be shown, the next one last: an edge, the lead of its line, and
-    # whether a sibling follows.
+    # The edges still to be shown, the next one at the end. Each has the lead of its line, and
+    # whether a sibling follows it.
     waiting = [(edge, '', number > 0) for number, edge in enumerate(reversed(children[root]))]
     while waiting:
         edge, lead, more = waiting.pop()
