@@ -87,7 +87,7 @@ class Meter:
         self._edges: dict[Edge, Arrivals] = {}
 
     def arrived(self, edges: Iterable[tuple[str, str]], stamps: Sequence[int]) -> None:
-        """Count moving transforms that arrived just now, taken or not."""
+        """Take note of moving transforms that arrived just now, whatever becomes of them."""
         now = self._now()
         with self._lock:
             for (parent, child), stamp in zip(edges, stamps, strict=True):
@@ -97,7 +97,7 @@ class Meter:
                     arrivals.add_delay(now - stamp)
 
     def told(self, incidents: Iterable[Incident]) -> None:
-        """Count incidents."""
+        """Take note of what was refused or odd."""
         with self._lock:
             for incident in incidents:
                 self._of(incident.parent, incident.child).incidents[incident.kind] += 1

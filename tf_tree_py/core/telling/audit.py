@@ -150,8 +150,8 @@ class LookupAudit:
     """
     What a buffer's lookups ask for, by the line of code that asks.
 
-    Safe for any number of threads. A watched lookup costs two more lookups and some ten
-    microseconds.
+    May be read and fed from any thread. A lookup that is watched costs two more and
+    some ten microseconds.
     """
 
     def __init__(self, buffer: Queries, now: Callable[[], int] = time.time_ns) -> None:
@@ -173,8 +173,8 @@ class LookupAudit:
         """
         Return a lookup that does the same, and is audited.
 
-        :param lookup: takes a target frame, a source frame, a time, and then anything.
-        :param as_stamp: turns its time into nanoseconds.
+        :param lookup: takes a target frame, a source frame, a time, and what else it likes.
+        :param as_stamp: makes nanoseconds of its time.
         """
         signature = inspect.signature(lookup)
 
