@@ -27,7 +27,7 @@ _FINER = {'ps': 10**3, 'fs': 10**6, 'as': 10**9}
 STAMP_LIMIT = 2**63
 """Stamps are less than this, and not less than its negative."""
 
-# A window shorter than this was meant in other units.
+# Nobody wants a shorter window, nanoseconds: the caller meant another unit.
 _SHORT_WINDOW = 1_000_000
 
 _HOW = ('Use the .nanoseconds of a Time of rclpy, a sec * 10**9 + nanosec, or '
@@ -39,8 +39,8 @@ def checked_stamp(stamp: Any) -> int:
     Return a caller's stamp as a plain int.
 
     :param stamp: an integer, a ``datetime64``, or a Timestamp of pandas.
-    :raises InvalidArgumentException: none of these (float seconds, most likely), no time
-        at all (NaT), or one that does not fit into 64 bits, as those of messages do.
+    :raises InvalidArgumentException: another type (float seconds, most likely), no time
+        (NaT), or a stamp that does not fit into 64 bits.
     """
     try:
         checked = operator.index(stamp)
@@ -93,7 +93,7 @@ def checked_stamps(stamps: npt.ArrayLike,
 
 
 def without_mask(stamps: npt.ArrayLike) -> tuple[npt.ArrayLike, npt.NDArray[np.bool_] | None]:
-    """Return stamps with zeros where they were masked, and which were not; None: nobody masks."""
+    """Return stamps, zero where masked, and which are not masked; None if there is no mask."""
     if not isinstance(stamps, np.ma.MaskedArray):
         return stamps, None
     masked, data = np.ma.getmaskarray(stamps), np.ma.getdata(stamps)
