@@ -15,13 +15,17 @@ NOW = 100 * SECOND
 def robot():
     """Return a buffer in two pieces, and what arrived of its edges."""
     buffer, meter = BufferCore(), Meter(lambda: NOW)
-    buffer._observe(meter)
     buffer.insert('base', 'camera', 0, Pose(), authority='urdf', static=True)
+
+    def send(parent, child, stamp, authority='default_authority'):
+        meter.arrived([(parent, child)], [stamp])
+        meter.told(buffer.insert(parent, child, stamp, Pose(), authority=authority, strict=False))
+
     for late in (3, 2, 1):
-        buffer.insert('odom', 'base', NOW - late * SECOND // 2, Pose(), authority='/wheels')
-    buffer.insert('odom', 'base', NOW - 60 * SECOND, Pose(), strict=False)
-    buffer.insert('camera', 'odom', NOW, Pose(), strict=False)
-    buffer.insert('map', 'pallet', NOW, Pose())
+        send('odom', 'base', NOW - late * SECOND // 2, '/wheels')
+    send('odom', 'base', NOW - 60 * SECOND)
+    send('camera', 'odom', NOW)
+    send('map', 'pallet', NOW)
     return buffer, meter.take()
 
 

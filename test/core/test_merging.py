@@ -91,12 +91,11 @@ def test_merged_tables_leave_theirs_alone():
 def test_two_takes_of_a_meter_make_one():
     now = 100 * SECOND
     meter, both = Meter(lambda: now), Meter(lambda: now)
-    buffer = BufferCore()
-    buffer._observe(meter)
-    buffer._observe(both)
     taken = []
     for late in (1, 40, 3, 2):
-        buffer.insert('map', 'odom', now - late * SECOND, Pose())
+        for watching in meter, both:
+            watching.arrived([('map', 'odom')], [now - late * SECOND])
+            watching.told([Incident(Kind.OLD_DATA, 'map', 'odom', now, 'me', '')])
         taken.append(meter.take())
     assert merged(*taken) == both.take()
 
