@@ -27,7 +27,7 @@ _FINER = {'ps': 10**3, 'fs': 10**6, 'as': 10**9}
 STAMP_LIMIT = 2**63
 """Stamps are less than this, and not less than its negative."""
 
-# Nobody wants a shorter window, nanoseconds: the caller meant another unit.
+# A window shorter than this was meant in other units.
 _SHORT_WINDOW = 1_000_000
 
 _HOW = ('Use the .nanoseconds of a Time of rclpy, a sec * 10**9 + nanosec, or '
