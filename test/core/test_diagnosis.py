@@ -1,5 +1,6 @@
 """How the edges of a tree are, as data, as text and as JSON."""
 
+from collections import Counter
 import json
 
 from hypothesis import given, strategies as st
@@ -82,6 +83,13 @@ def test_text_has_a_line_for_each_edge():
 
 def test_text_of_nothing():
     assert as_text(diagnose(BufferCore())) == '0 frames, 0 edges, roots: none'
+
+
+def test_what_has_no_names_is_called_others():
+    arrived = {('', ''): Arrivals(3, incidents=Counter({Kind.MALFORMED: 3}))}
+    (line,) = as_text(diagnose(BufferCore(), arrived)).splitlines()[3:]
+    assert line.startswith('others ')
+    assert line.endswith(' 3 malformed message')
 
 
 def test_json_has_the_same_keys_always():

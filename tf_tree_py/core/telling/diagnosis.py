@@ -60,7 +60,8 @@ class Diagnosis:
         in pieces, and no lookup goes from one to another.
     :ivar edges: the edges that the tree holds.
     :ivar absent: the edges of which something arrived, but that the tree does not hold:
-        all was refused, or they were forgotten.
+        all was refused, or they were forgotten. One without names stands for messages that
+        could not be read, and for edges beyond the number that a ``Meter`` tells apart.
     """
 
     frames: tuple[str, ...]
@@ -114,7 +115,8 @@ def _cells(edge: EdgeDiagnosis) -> tuple[str, ...]:
     stored = ['static' if info.static else f'{edge.rate_hz:.3f}', str(info.samples)]
     stored += ['-', '-'] if info.static else [format_span(info.span), format_stamp(info.latest)]
     delays = [f'{delay / 1e6:.1f}' for delay in _delays(arrivals).values()]
-    return (f'{_shown(info.parent)} -> {_shown(info.child)}', _shown(info.authority) or '-',
+    names = f'{_shown(info.parent)} -> {_shown(info.child)}'
+    return (names if info.parent or info.child else 'others', _shown(info.authority) or '-',
             *(stored if info.samples else ['not in the tree', '-', '-', '-']),
             str(arrivals.count), *(delays or ['-'] * 3),
             ', '.join(f'{count} {kind}' for kind, count in _incidents(arrivals).items()))
