@@ -36,11 +36,11 @@ ORDER = {
         'geometry: so3 se3 pose poses se2',
         'edges: history',
         'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
-        'meters',
+        'meters merging',
         'tree: many climb path tree outline queries',
         'buffer: waiters deadline buffer_core',
         ': deskew twist',
-        'telling: audit report',
+        'telling: table audit report diagnosis',
     ),
     'ros': rooms(
         'messages: convert times message_maker covariance geometry point_cloud laser_scan arrays '

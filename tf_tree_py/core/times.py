@@ -39,8 +39,8 @@ def checked_stamp(stamp: Any) -> int:
     Return a caller's stamp as a plain int.
 
     :param stamp: an integer, a ``datetime64``, or a Timestamp of pandas.
-    :raises InvalidArgumentException: none of these (float seconds, most likely), no time
-        at all (NaT), or one that does not fit into 64 bits, as those of messages do.
+    :raises InvalidArgumentException: another type (float seconds, most likely), no time
+        (NaT), or a stamp that does not fit into 64 bits.
     """
     try:
         checked = operator.index(stamp)
@@ -93,7 +93,7 @@ def checked_stamps(stamps: npt.ArrayLike,
 
 
 def without_mask(stamps: npt.ArrayLike) -> tuple[npt.ArrayLike, npt.NDArray[np.bool_] | None]:
-    """Return stamps with zeros where they were masked, and which were not; None: nobody masks."""
+    """Return stamps, zero where masked, and which are not masked; None if there is no mask."""
     if not isinstance(stamps, np.ma.MaskedArray):
         return stamps, None
     masked, data = np.ma.getmaskarray(stamps), np.ma.getdata(stamps)

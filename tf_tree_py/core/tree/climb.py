@@ -20,7 +20,7 @@ FOREVER = 2**63
 
 class Climb(NamedTuple):
     """
-    A way up.
+    The way from a frame up, as far as it goes.
 
     :ivar edges: from the lowest to the highest.
     :ivar frames: likewise, with the one it begins at: one more than edges.
@@ -121,12 +121,12 @@ def _reach(histories: Histories, start: str, stamp: int) -> _Reach:
 def blockers(histories: Histories, target: str, source: str,
              stamp: int) -> tuple[Blocker, ...] | None:
     """
-    Return all that could make two climbs meet, or show that they never will.
+    Return all edges whose next samples may decide whether two climbs meet.
 
-    Both sides are followed through every parent that a frame may still turn out to
-    have had at the stamp.
+    At a stamp without data a frame may still turn out to have had one of several
+    parents. Both climbs are followed through all of these.
 
-    :return: None when they can no longer meet: the data of one side is gone for good.
+    :return: None if they can never meet: the data of one side is gone for good.
     """
     from_source = _reach(histories, source, stamp)
     from_target = _reach(histories, target, stamp)
@@ -155,11 +155,11 @@ def find_loop(histories: Histories, parent: str, child: str, begin: int, end: in
     """
     Return a way from a parent up to its would-be child at any time in a stretch of time.
 
-    Behind its newest sample an edge is taken to go on, for it will when the next one
-    arrives, unless it has ended.
+    An edge that has not ended is taken to go on after its newest sample: when the next one
+    arrives, it will have.
 
-    :param begin: nanoseconds; ``end`` is no longer part of it.
-    :param without: edges to take for ended.
+    :param begin: nanoseconds; the stretch ends before ``end``.
+    :param without: edges that are treated as ended.
     :return: edges from the parent upwards, and the frames that these lead to; None if the
         child is up there at no time.
     """

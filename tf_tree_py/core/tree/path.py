@@ -20,16 +20,16 @@ class Path:
     """
     The two branches from a meeting point down to the source and to the target.
 
-    Runs of static edges are composed once, here; so a path is good only until one
-    of them changes. ``fixed`` tells whether it is good for every stamp, or, since
-    an edge on it changes its parent over time, only for the one it was found for.
+    Runs of static edges are composed once, here; so a path is valid only until one of
+    them changes. ``fixed`` says whether no edge on it changes its parent over time. If
+    one does, the path is valid only for the stamp that it was found for.
     """
 
     __slots__ = ('fixed', '_source_parts', '_target_parts', '_dynamic')
 
     def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History]) -> None:
         """Take the edges of both branches, each from the leaf up to the meeting point."""
-        # Edges above the meeting point do not matter: where these edges lead, they meet.
+        # Edges above the meeting point do not matter: the branches meet below them.
         self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
@@ -73,7 +73,7 @@ class Path:
         return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
 
     def failure(self, stamp: int) -> ExtrapolationException:
-        """Return why a path that never changes has no answer at a stamp, and what may help."""
+        """Return why a fixed path has no answer at a stamp, and what may change that."""
         stuck = self.without_data(stamp)
         error = furthest_from_cure(stuck, stamp).extrapolation(stamp)
         if not any(edge.is_too_old(stamp) for edge in stuck):
@@ -96,9 +96,10 @@ class Path:
 
 def furthest_from_cure(edges: Iterable[DynamicHistory], stamp: int) -> DynamicHistory:
     """
-    Return which of some edges without data for a stamp is the worst.
+    Return the worst of some edges that have no data for a stamp.
 
-    One that is too late to cure, then one that lacks the past, then who is furthest behind.
+    That is first an edge whose data for the stamp is gone for good, then one that has no
+    data as old, then the one whose newest data is the oldest.
     """
     def order(edge: DynamicHistory) -> tuple[int, int]:
         oldest, latest = edge.oldest_stamp, edge.latest_stamp

@@ -1,10 +1,9 @@
 """
 Which frames hang on which: the edges, the way between two frames, the one rule.
 
-The rule: at any time a frame has one parent, and no edge closes a loop. An edge
-that would is refused here, when it arrives, so no lookup ever meets one.
-Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
-``buffer_core``'s.
+The rule: at any time a frame has one parent, and no edge closes a loop. An edge that
+would close one is refused when it arrives, so no lookup ever meets a loop. The samples
+are kept by ``edges``, poses are composed by ``path``, and the lock is the buffer's.
 """
 
 from collections.abc import Sequence
@@ -36,11 +35,11 @@ Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
 Step = tuple[History, str, str, bool]
 
-# Kinds of message whose edges are remembered, and edges of all of them together; who sends ever
-# new ones gains nothing.
+# Kinds of message whose edges are remembered, and edges of all of them together. The limits hold
+# even if a hostile publisher sends new ones all the time.
 _MAX_KNOWN = 256
 _MAX_KNOWN_EDGES = 20_000
-# What is kept to save time, or to tell only once, is thrown away when it is more than that.
+# Paths kept to save time, and fights that were reported: all are forgotten at these numbers.
 _MAX_PATHS = 20_000
 _MAX_FIGHTS = 1_000
 
@@ -51,11 +50,12 @@ class Tree:
 
     The parent belongs to the sample, so the tree may change over time. A path on
     which no edge ever changed its parent is kept until the structure changes;
-    ``version`` counts those changes. An edge that began earlier than was known is one.
+    ``version`` counts those changes. A sample that is older than all others of its edge
+    is such a change, too.
 
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
-    :ivar when_empty: the hint for who asks before there is any.
+    :ivar when_empty: the hint of an error while there is no frame.
     """
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
@@ -77,9 +77,9 @@ class Tree:
 
     def append(self, sample: Sample, authority: str) -> bool:
         """
-        Take the next sample of an edge that did not change: the common case.
+        Take a sample that continues a known edge: the common case.
 
-        :return: False, with nothing done, when it needs a closer look.
+        :return: False, with nothing done, in all other cases: see ``insert``.
         """
         parent, child, stamp, pose = sample
         history = self.histories.get(child)
@@ -91,10 +91,10 @@ class Tree:
 
     def append_batch(self, batch: Batch, authority: str) -> int:
         """
-        Take the next samples of edges that did not change: ``append`` for a message.
+        Take the samples of a message that continue known edges: ``append`` for each.
 
-        :param batch: with sound poses.
-        :return: how many it took, up to the first that needs a closer look.
+        :param batch: with checked poses.
+        :return: how many it took: all before the first that does not continue its edge.
         """
         histories = self._known_edges(batch.edges)
         taken = 0
@@ -106,8 +106,8 @@ class Tree:
         return taken
 
     def _known_edges(self, edges: Sequence[Edge]) -> list[History | None]:
-        """Return the history of each edge that is in the tree just so; kept for the next time."""
-        # The edges stand beside their histories, so that no other object gets their id.
+        """Return each edge's history if its parent is the same; remembered for the next time."""
+        # The edges are kept beside their histories: while they live, no other object has their id.
         kept = self._known.get(id(edges))
         if kept is not None:
             return kept[1]
@@ -115,7 +115,7 @@ class Tree:
         for parent, child in edges:
             history = self.histories.get(child)
             known.append(history if history and history.parent == parent else None)
-        # One that is not in the tree may never be, and its name may be of any length.
+        # An unknown edge may be refused for ever, and its names may be of any length: not kept.
         if None not in known:
             if (len(self._known) >= _MAX_KNOWN
                     or self._known_count + len(known) > _MAX_KNOWN_EDGES):
@@ -130,7 +130,7 @@ class Tree:
         """
         Take one checked sample (see ``sample``), unless it breaks a rule.
 
-        :return: what was refused or is worth telling; empty nearly always.
+        :return: what was refused or is odd; nearly always empty.
         """
         history = self.histories.get(child)
         if isinstance(history, DynamicHistory) and not static and (
@@ -148,9 +148,9 @@ class Tree:
 
     def history_to_extend(self, parent: str, child: str, stamp: int) -> DynamicHistory | None:
         """
-        Return the history of an edge to which samples from a stamp on can just be added.
+        Return the history of an edge if samples from a stamp on can simply be added.
 
-        None where one of them might change who is whose parent, or be refused for that.
+        None if one of them might change the structure, or be refused because of it.
         """
         history = self.histories.get(child)
         if (not isinstance(history, DynamicHistory) or history.latest_stamp is None
@@ -216,14 +216,14 @@ class Tree:
     def _close_loop(self, parent: str, child: str, time: tuple[int, int],
                     silent: list[DynamicHistory]) -> Loop | None:
         """
-        Return the loop that an edge would close at some time, if any.
+        Return the loop that a new edge would close at some time, if any.
 
-        Where it is the newest and goes past edges that fell silent before it, these may
-        give way.
+        If nothing newer is known of the child, an edge of the loop that fell silent may
+        give way to the new one.
 
-        :param time: when the parent is to be the parent: from a stamp to one that is no
-            longer part.
-        :param silent: those are added here.
+        :param time: when the parent would be the parent: from the first stamp up to, but
+            without, the second.
+        :param silent: the edges that give way are added here.
         """
         begin, end = time
         while True:
@@ -238,7 +238,7 @@ class Tree:
 
     def _ended(self, edge: DynamicHistory, parent: str, child: str, stamp: int,
                authority: str) -> Incident:
-        """End an edge that fell silent, for another turns it round."""
+        """End a silent edge because a new edge turns it round; return the incident."""
         assert edge.latest_stamp is not None
         incident = Incident(
             Kind.SILENT_EDGE_ENDED, parent, child, stamp, authority,
@@ -271,7 +271,7 @@ class Tree:
 
     def _remarks(self, history: History | None, parent: str, child: str, stamp: int,
                  authority: str, static: bool) -> list[Incident]:
-        """Return what to tell about a sample that is taken; the same fight only once."""
+        """Return remarks on a sample that is taken; each fight over a parent only once."""
         if history is None or history.parent is None:
             return []
         remarks = []
@@ -323,7 +323,7 @@ class Tree:
             except ExtrapolationException:
                 if not self.was_rehung:
                     raise path.failure(stamp) from None
-                # There may have been another way.
+                # A frame hung elsewhere at some time, so there may be another way.
         return self._find_path(target, source, stamp).pose_at(stamp)
 
     def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
@@ -345,7 +345,7 @@ class Tree:
     def _kept_path(self, target: str, source: str) -> Path | None:
         try:
             return self._paths.get((target, source))
-        except TypeError:  # a list, say: check_frame names it
+        except TypeError:  # not hashable, such as a list: check_frame raises an error for it
             return None
 
     def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
@@ -358,7 +358,7 @@ class Tree:
         return path
 
     def blockers(self, target: str, source: str, stamp: int) -> tuple[Blocker, ...]:
-        """Return what may change the answer at a stamp; nothing where none will ever come."""
+        """Return what may change the answer at a stamp; empty if nothing ever can."""
         return blockers(self.histories, target, source, stamp) or ()
 
     @property
@@ -371,7 +371,7 @@ class Tree:
 
     def check_frame(self, argument: str, frame: str) -> None:
         """
-        Say what is wrong with a frame name in a query, if anything.
+        Raise an error if a query cannot use a frame name.
 
         :raises InvalidArgumentException: empty, or with a leading slash.
         :raises LookupException: not known.
@@ -432,7 +432,7 @@ class Tree:
                  if isinstance(history := self.histories.get(climb.top), DynamicHistory)]
         if not stuck:
             return None
-        # If the frames are joined now, it is an edge between them, not one above.
+        # If the frames are joined now, the edge to name lies between them, not above.
         now = climb_both(self.histories, target, source, None)
         between = Path(*now.edges()).without_data(stamp) if now.meet else []
         return furthest_from_cure(between or stuck, stamp).extrapolation(stamp)
@@ -468,7 +468,7 @@ class Tree:
         return min(stamps, default=LATEST)
 
     def _steps_from(self, target: str, stamp: int | None) -> list[Step]:
-        """Return the edges in an order in which one end is always reached already."""
+        """Return the edges in an order that reaches one end of each before its turn."""
         if target in self._steps:
             return self._steps[target]
         fixed = not self.was_rehung
@@ -530,7 +530,7 @@ def _goes_back(history: History, parent: str, authority: str) -> bool:
 
 
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
-    """Return for which time a sample would say who the parent is."""
+    """Return the stretch of time in which a new sample would name the parent."""
     if static:
         return -FOREVER, FOREVER
     if not isinstance(history, DynamicHistory):
