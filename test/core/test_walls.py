@@ -34,7 +34,7 @@ ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 pose poses se2',
-        'edges: history',
+        'edges: track protocol packed static discrete',
         'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
         'meters',
         'tree: many climb path tree outline queries',

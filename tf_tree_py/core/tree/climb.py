@@ -9,13 +9,10 @@ in tf2. "Now" goes by every frame's newest sample.
 from collections.abc import Collection, Container, Mapping
 from typing import NamedTuple
 
-from ..edges.history import DynamicHistory, History
+from ..edges.protocol import History, moves
 from ..errors import ANY_STRUCTURE, Blocker
 
 Histories = Mapping[str, History]
-
-FOREVER = 2**63
-"""Behind every stamp: the end of a stretch of time that does not end."""
 
 
 class Climb(NamedTuple):
@@ -135,7 +132,7 @@ def blockers(histories: Histories, target: str, source: str,
     awaited = [histories[frame] for frame in from_source.frames | from_target.frames
                if frame in histories]
     return tuple((history.child, history.next_turn(stamp)) for history in awaited
-                 if isinstance(history, DynamicHistory)) or ANY_STRUCTURE
+                 if moves(history)) or ANY_STRUCTURE
 
 
 # --- loops
