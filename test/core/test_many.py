@@ -362,6 +362,7 @@ def test_error_says_which_frames_why_and_how_many(robot):
     lambda buffer, *frames: buffer.lookup_at(*frames, 12),
     lambda buffer, *frames: buffer.lookup_full(frames[0], 12, frames[1], 12, 'map'),
     lambda buffer, *frames: buffer.frames_between(*frames),
+    lambda buffer, *frames: buffer.edges_between(*frames),
     lambda buffer, *frames: buffer.latest_common_time(*frames),
 ])
 @pytest.mark.parametrize('frames', [('map', 'nowhere'), ('nowhere', 'map'), ('map', 'island')])

@@ -77,6 +77,13 @@ class Branches(NamedTuple):
         """Return the frames from the source up to the meeting point and down to the target."""
         return [*self.source.frames[:self._height()], *reversed(self.target.frames)]
 
+    def links(self) -> list[tuple[str, History]]:
+        """Return each edge on that way, in its order, with its parent."""
+        source, target = self.source, self.target
+        up = list(zip(source.frames[1:], source.edges, strict=True))[:self._height()]
+        down = list(zip(target.frames[1:], target.edges, strict=True))
+        return up + down[::-1]
+
     def _height(self) -> int:
         return self.source.frames.index(self.target.top)
 

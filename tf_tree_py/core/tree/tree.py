@@ -350,7 +350,7 @@ class Tree:
 
     def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
         """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
-        path = Path(*self._climb_both(target, source, stamp).edges())
+        path = Path(*self.branches(target, source, stamp).edges())
         if path.fixed:
             if len(self._paths) >= _MAX_PATHS:
                 self._paths.clear()
@@ -390,17 +390,14 @@ class Tree:
             return self.when_empty
         return partial(known_names, frame, tuple(self.frames))
 
-    def frames_between(self, target: str, source: str, stamp: int | None) -> list[str]:
+    def branches(self, target: str, source: str, stamp: int | None) -> Branches:
         """
-        Return the frames from the source up to the meeting point and down to the target.
+        Return the climbs from two frames to where they meet.
 
         :param stamp: nanoseconds; None goes by the newest samples.
 
         Errors are those of ``newest_path`` and ``pose_at``.
         """
-        return self._climb_both(target, source, stamp).frames()
-
-    def _climb_both(self, target: str, source: str, stamp: int | None) -> Branches:
         self.check_frame('target_frame', target)
         self.check_frame('source_frame', source)
         branches = climb_both(self.histories, target, source, stamp)
