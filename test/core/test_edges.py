@@ -39,7 +39,7 @@ class EasedTrack(HeldTrack):
         length = np.maximum(self.knots[after] - self.knots[before], 1)
         elapsed = stamps - self.knots[before] + (0.0 if since is None else since)
         return se3.interpolate_many(
-            self._poses[before], self._poses[after], eased(elapsed / length))
+            self._poses.T[before], self._poses.T[after], eased(elapsed / length)).T
 
     def motion(self, knots):
         return np.inf, np.inf
@@ -115,7 +115,7 @@ def test_track_answers_as_one_by_one(begin, stamps, asked):
     asked = np.array([stamp for stamp in asked if pose_at(history, stamp)], dtype=np.int64)
     if len(asked):
         poses = history.track(int(asked.min()), int(asked.max())).at(asked)
-        for stamp, pose in zip(asked, np.broadcast_to(poses, (len(asked), 7)), strict=True):
+        for stamp, pose in zip(asked, np.broadcast_to(poses.T, (len(asked), 7)), strict=True):
             assert_same_pose(pose, history.sample(int(stamp)), reach=20.0)
 
 
@@ -126,7 +126,7 @@ def test_next_knot_is_approached_from_below(begin, stamps):
     track = history.track(history.oldest_stamp, history.latest_stamp)
     knots = track.knots
     assert len(knots) == (0 if history.is_static else len(history))
-    limits = track.at(knots[:-1], np.diff(knots) - 1.0)
+    limits = track.at(knots[:-1], np.diff(knots) - 1.0).T
     for stamp, limit in zip(knots[1:].tolist(), limits, strict=not history.is_static):
         assert_same_pose(limit, history.sample(stamp - 1), reach=20.0)
 
@@ -142,7 +142,7 @@ def test_track_moves_no_more_than_it_says(begin, stamps):
     angle, distance = track.motion(knots)
     for first, last in zip(knots[:-1], knots[1:], strict=True):
         ends = np.array([first, first])
-        a, b = track.at(ends, np.array([0.0, float(last - first)]))
+        a, b = track.at(ends, np.array([0.0, float(last - first)])).T
         assert np.linalg.norm(b[:3] - a[:3]) <= distance + 1e-9
         assert np.linalg.norm(so3.log(so3.multiply(so3.conjugate(a[3:]), b[3:]))) <= angle + 1e-6
         assert np.linalg.norm(a[:3]) <= track.reach

@@ -189,9 +189,10 @@ class PackedSamples:
         start = self._first()
         begin = max(start, bisect_right(self._stamps, first, start) - 1)
         end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
-        stamps = np.array(self._stamps[begin:end])
-        poses = np.array(self._poses[begin * POSE_FLOATS:end * POSE_FLOATS])
-        return stamps, poses.reshape(-1, POSE_FLOATS)
+        # Views of the arrays keep them from growing: only copies leave this function.
+        stamps = np.frombuffer(self._stamps, dtype=np.int64)
+        poses = np.frombuffer(self._poses).reshape(-1, POSE_FLOATS)
+        return stamps[begin:end].copy(), poses[begin:end].copy()
 
     def has_named(self, parent: str) -> bool:
         """Return whether a stored sample names a parent."""

@@ -1,7 +1,8 @@
 """
 Copies of edges' histories, for many stamps: each kind with its own evaluation.
 
-Made under the buffer's lock, and used without it.
+Made under the buffer's lock, and used without it. Poses have their seven coordinates
+first here, (7, ...): numpy is quickest on long rows.
 """
 
 import math
@@ -10,7 +11,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import se3
+from ..geometry import so3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..times import Stamps
@@ -33,7 +34,7 @@ class EdgeTrack(Protocol):
         :param stamps: (...) nanoseconds.
         :param since: (...) nanoseconds after them, no further than the next knot, which is
             then approached from below; None: none.
-        :return: (..., 7), or (7,) where it never moves.
+        :return: (7, ...), of any shape that broadcasts with that of stamps and since.
         """
 
     @property
@@ -63,8 +64,8 @@ class ConstantTrack:
         self._pose = np.array(pose)
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the pose (7,)."""
-        return self._pose
+        """Return the pose, (7, 1, ...)."""
+        return self._pose.reshape(7, *(1 for _ in stamps.shape))
 
     @property
     def reach(self) -> float:
@@ -86,16 +87,17 @@ class HeldTrack:
 
     def __init__(self, knots: Stamps, poses: Array) -> None:
         self.knots = knots
-        self._poses = poses
+        self._poses = np.ascontiguousarray(poses.T)
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (..., 7) of the samples that hold at stamps."""
-        return self._poses.take(self._before(stamps), axis=0)
+        """Return the poses (7, ...) of the samples that hold at stamps."""
+        return self._poses.take(self._before(stamps), axis=1)
 
     @property
     def reach(self) -> float:
         """Return how far the child is away at most, metres."""
-        return float(np.linalg.norm(self._poses[:, :3], axis=1).max())
+        x, y, z = self._poses[:3]
+        return math.sqrt((x * x + y * y + z * z).max())
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
         """Return that nothing moves between two samples."""
@@ -103,7 +105,7 @@ class HeldTrack:
 
     def _before(self, stamps: Stamps) -> npt.NDArray[np.intp]:
         """Return the index of the last sample at or before each stamp."""
-        return np.searchsorted(self.knots, stamps, side='right') - 1
+        return self.knots.searchsorted(stamps, side='right') - 1
 
 
 class InterpolatedTrack(HeldTrack):
@@ -114,34 +116,44 @@ class InterpolatedTrack(HeldTrack):
     :param poses: (n, 7) ``parent_T_child``.
     """
 
-    def __init__(self, knots: Stamps, poses: Array) -> None:
-        # The last sample once more, so that it too has a successor.
-        super().__init__(knots, np.concatenate([poses, poses[-1:]]))
-        lengths = np.diff(knots, append=knots[-1:])
-        self._inverse_lengths = np.divide(1.0, lengths, where=lengths > 0,
-                                          out=np.zeros(len(knots)))
-
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (..., 7) between the samples before and after."""
-        before = self._before(stamps)
-        elapsed: Array = (stamps - self.knots[before]).astype(float)
-        if since is not None:
-            elapsed = elapsed + since
-        ratios = elapsed * self._inverse_lengths[before]
-        return se3.interpolate_many(
-            self._poses[before], self._poses[before + 1], ratios, as_tf2=True)
+        """Return the poses (7, ...) between the samples before and after."""
+        before, after = self._around(stamps)
+        began = self.knots.take(before)
+        # The last sample is its own successor.
+        lengths = np.maximum(self.knots.take(after) - began, 1)
+        elapsed = stamps - began if since is None else (stamps - began) + since
+        return _between(self._poses.take(before, axis=1), self._poses.take(after, axis=1),
+                        elapsed / lengths)
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
         """Return the greatest angle and distance between two neighbouring knots."""
-        before, lengths = self._before(knots[:-1]), np.diff(knots)
-        turning, going = self._speeds()
-        return (float((turning[before] * lengths).max()),
-                float((going[before] * lengths).max()))
+        before, after = self._around(knots[:-1])
+        a, b = self._poses.take(before, axis=1), self._poses.take(after, axis=1)
+        parts = np.diff(knots) / np.maximum(self.knots.take(after) - self.knots.take(before), 1)
+        turns = 2.0 * np.arccos(np.minimum(np.abs(_dot(a[3:], b[3:])), 1.0))
+        steps = b[:3] - a[:3]
+        return (float((turns * parts).max()),
+                math.sqrt((np.square(steps * parts).sum(axis=0)).max()))
 
-    def _speeds(self) -> tuple[Array, Array]:
-        """Return how fast it turns and goes after each sample, radians and metres a ns."""
-        rotations = self._poses[:, 3:]
-        cosines = np.abs(np.einsum('ij,ij->i', rotations[:-1], rotations[1:]))
-        turns = 2.0 * np.arccos(np.minimum(cosines, 1.0))
-        steps = np.linalg.norm(np.diff(self._poses[:, :3], axis=0), axis=1)
-        return turns * self._inverse_lengths, steps * self._inverse_lengths
+    def _around(self, stamps: Stamps) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Return the indices of the samples before and after each stamp."""
+        after = self.knots.searchsorted(stamps, side='right')
+        return after - 1, np.minimum(after, len(self.knots) - 1)
+
+
+def _between(a: Array, b: Array, ratio: Array) -> Array:
+    """Interpolate between poses (7, ...) as ``se3.interpolate_many`` does, and as tf2."""
+    first, second = so3.slerp_weights_many(_dot(a[3:], b[3:]), ratio, as_tf2=True)
+    poses = np.empty((7, *first.shape))
+    np.multiply(1.0 - ratio, a[:3], out=poses[:3])
+    poses[:3] += ratio * b[:3]
+    np.multiply(first, a[3:], out=poses[3:])
+    poses[3:] += second * b[3:]
+    return poses
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Sum as the scalar form does it, for the last bit decides what is "one" there."""
+    x, y, z, w = a * b
+    return np.asarray(x + y + z + w)

@@ -14,13 +14,14 @@ lock. Two ways lead to the same poses, to rounding:
 """
 
 from collections.abc import Sequence
-from functools import reduce
+from functools import cache, reduce
 import math
+from typing import Any
 
 import numpy as np
 
 from ..edges.track import EdgeTrack
-from ..geometry import se3
+from ..geometry import se3, so3
 from ..geometry.so3 import Array
 from ..times import Stamps
 
@@ -30,7 +31,9 @@ _BLOCK = 8192
 _TOLERANCE = 5e-13
 _ROUNDING = 2.0 ** -52
 # With more, the powers of a polynomial would lose more than it gains.
-_MAX_NODES = 7
+_MIN_NODES, _MAX_NODES = 3, 7
+
+_IDENTITY = np.array(se3.IDENTITY)
 
 
 class PathTrack:
@@ -58,7 +61,10 @@ class PathTrack:
         if not len(stamps):
             return np.empty((0, 7))
         if not self._moving:
-            return np.tile(self._compose_after(stamps), (len(stamps), 1))
+            return np.tile(self._compose_after(stamps[:1]).T, (len(stamps), 1))
+        # About as many knots as that there are at least.
+        if len(stamps) <= 2 * _MIN_NODES * max(len(edge.knots) for edge in self._moving):
+            return self._directly(stamps)
         first, last = stamps.min(), stamps.max()
         knots = np.unique(np.concatenate([
             [first, last], *(edge.knots for edge in self._moving)]))
@@ -72,34 +78,30 @@ class PathTrack:
         poses = np.empty((len(stamps), 7))
         for begin in range(0, len(stamps), _BLOCK):
             block = stamps[begin:begin + _BLOCK]
-            poses[begin:begin + _BLOCK] = self._compose_after(block)
+            poses[begin:begin + _BLOCK] = self._compose_after(block).T
         return poses
 
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
         """Return the poses by way of the interpolating polynomials between the knots."""
-        # Chebyshev's second kind on 0 to 1: the ends are among them.
-        places = 0.5 - 0.5 * np.cos(np.pi * np.arange(nodes) / (nodes - 1))
-        lengths = np.diff(knots).astype(float)
-        values = self._compose_after(knots[:-1, None], lengths[:, None] * places)
-        # Coefficients of the powers of 0 to 1, highest first. Only the change since the knot
-        # goes through the ill-conditioned inverse.
-        to_powers = np.linalg.inv(np.vander(places))
-        coefficients = np.einsum('pn,snc->psc', to_powers, values - values[:, :1])
-        coefficients[-1] = values[:, 0]
+        places, to_powers = _nodes(nodes)
+        # The last piece is a point. It has the last of several samples there, and the piece
+        # before it leads to the first.
+        lengths = np.diff(knots, append=knots[-1:])
+        values = self._compose_after(knots[:, None], lengths[:, None] * places)
+        # Only the change since the knot goes through the ill-conditioned inverse.
+        coefficients = np.einsum('pn,csn->psc', to_powers, values - values[..., :1])
+        coefficients[-1] = values[..., 0].T
+        np.maximum(lengths, 1, out=lengths)
         poses = np.empty((len(stamps), 7))
         for begin in range(0, len(stamps), _BLOCK):
             block = stamps[begin:begin + _BLOCK]
-            pieces = np.searchsorted(knots[1:-1], block, side='right')
-            places = ((block - knots[pieces]) / lengths[pieces])[:, None]
-            block_poses = coefficients[0].take(pieces, axis=0)
+            pieces = knots[1:].searchsorted(block, side='right')
+            since = ((block - knots.take(pieces)) / lengths.take(pieces))[:, None]
+            block_poses = poses[begin:begin + _BLOCK]
+            coefficients[0].take(pieces, axis=0, out=block_poses, mode='clip')
             for coefficient in coefficients[1:]:
-                block_poses *= places
-                block_poses += coefficient.take(pieces, axis=0)
-            poses[begin:begin + _BLOCK] = block_poses
-        # The last piece leads to the first of several samples there; the last one counts.
-        at_end = stamps == knots[-1]
-        if at_end.any():
-            poses[at_end] = self._directly(knots[-1:])
+                block_poses *= since
+                block_poses += coefficient.take(pieces, axis=0, mode='clip')
         return poses
 
     def _nodes_needed(self, knots: Stamps) -> int:
@@ -116,7 +118,7 @@ class PathTrack:
         angle, distance = sum(angles), sum(distances)
         reach = sum(part.reach for part in (*self._source_parts, *self._target_parts))
         tolerance = _TOLERANCE + _ROUNDING * reach
-        for nodes in range(3, _MAX_NODES + 1):
+        for nodes in range(_MIN_NODES, _MAX_NODES + 1):
             derivative = (max(1.0, reach) * angle ** nodes
                           + nodes * distance * angle ** (nodes - 1))
             if 2.0 * derivative / (4.0 ** nodes * math.factorial(nodes)) < tolerance:
@@ -124,15 +126,46 @@ class PathTrack:
         return 0
 
     def _compose_after(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses some time after stamps: (..., 7), or (7,) where nothing moves."""
-        top_T_source = _compose(self._source_parts, stamps, since)
+        """Return the poses (7, ...) some time after stamps."""
+        top_T_source = _product(self._source_parts, stamps, since)
         if not self._target_parts:
             return top_T_source
-        return se3.compose_many(
-            se3.inverse_many(_compose(self._target_parts, stamps, since)), top_T_source)
+        top_T_target = _product(self._target_parts, stamps, since)
+        if not self._source_parts:
+            return _inverse(top_T_target)
+        return _compose(_inverse(top_T_target), top_T_source)
 
 
-def _compose(parts: Sequence[EdgeTrack], stamps: Stamps, since: Array | None) -> Array:
+@cache
+def _nodes(count: int) -> tuple[Array, Array]:
+    """
+    Return Chebyshev's nodes, and what makes coefficients of values there.
+
+    :return: the nodes of the second kind on 0 to 1, (n,), the ends among them; and the
+        matrix (n, n) from values to the coefficients of the powers, highest first.
+    """
+    places = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))
+    return places, np.linalg.inv(np.vander(places))
+
+
+def _product(parts: Sequence[EdgeTrack], stamps: Stamps, since: Array | None) -> Array:
     """Return the product of the edges of one branch, the highest first."""
-    poses = [part.at(stamps, since) for part in parts]
-    return reduce(se3.compose_many, poses) if poses else np.array(se3.IDENTITY)
+    return reduce(_compose, [part.at(stamps, since) for part in parts] or [_IDENTITY])
+
+
+def _compose(a_T_b: Array, b_T_c: Array) -> Array:
+    """Return a_T_c of poses (7, ...); see ``se3.compose``."""
+    # The formulas for plain floats serve rows as well.
+    q: Any = a_T_b[3:]
+    b_t_c: Any = b_T_c[:3]
+    b_q_c: Any = b_T_c[3:]
+    poses = np.stack((*so3.rotate(q, b_t_c), *so3.multiply(q, b_q_c)))
+    poses[:3] += a_T_b[:3]
+    return poses
+
+
+def _inverse(a_T_b: Array) -> Array:
+    """Return b_T_a of poses (7, ...); see ``se3.inverse``."""
+    rows: Any = a_T_b
+    inverse: Any = se3.inverse(rows)
+    return np.stack(inverse)
