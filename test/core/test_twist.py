@@ -3,10 +3,9 @@
 import itertools
 import math
 
-from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from strategies import poses, random_pose, random_poses
+from strategies import random_pose
 from tf_tree_py.core import (
     BufferCore,
     ExtrapolationException,
@@ -18,9 +17,8 @@ from tf_tree_py.core import (
 )
 from tf_tree_py.core.buffer.buffer_core import Queries
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.screws import carry
 from tf_tree_py.core.twist import (
-    carry,
-    carry_many,
     lookup_twist,
     lookup_twist_many,
     lookup_velocity,
@@ -30,8 +28,6 @@ from tf_tree_py.core.twist import (
 SECOND = 1_000_000_000
 START, END, PERIOD = 10 * SECOND, 12 * SECOND, SECOND // 100
 MIDDLE, INTERVAL = 11 * SECOND, SECOND // 10
-
-screws = st.tuples(*[st.floats(-100.0, 100.0, allow_subnormal=False)] * 6)
 
 
 def screw_motion(pose, twist):
@@ -56,48 +52,21 @@ def flat(velocity):
     return (*velocity.linear, *velocity.angular)
 
 
-def skew(v):
-    x, y, z = v
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
-# --- screws
-
-
-@given(poses, screws)
-def test_carry_is_the_adjoint_matrix(pose, screw):
-    rotation = np.array(so3.as_matrix(pose[3:]))
-    matrix = np.block([[rotation, skew(pose[:3]) @ rotation], [np.zeros((3, 3)), rotation]])
-    reach = 1.0 + math.hypot(*pose[:3])
-    assert carry(pose, screw) == pytest.approx(matrix @ screw, abs=1e-12 * reach * 200)
-
-
-@given(poses, poses, screws)
-def test_carrying_twice_is_carrying_by_the_product(a_T_b, b_T_c, screw):
-    reach = (1.0 + math.hypot(*a_T_b[:3])) * (1.0 + math.hypot(*b_T_c[:3]))
-    once = carry(se3.compose(a_T_b, b_T_c), screw)
-    assert carry(a_T_b, carry(b_T_c, screw)) == pytest.approx(once, abs=1e-11 * reach)
-
-
-@given(poses, screws, screws)
-def test_the_power_of_a_wrench_is_the_same_in_every_frame(pose, twist, wrench):
-    def power(twist, wrench):
-        return float(np.dot(twist[:3], wrench[3:]) + np.dot(twist[3:], wrench[:3]))
-
-    reach = 1.0 + math.hypot(*pose[:3])
-    assert power(carry(pose, twist), carry(pose, wrench)) == pytest.approx(
-        power(twist, wrench), abs=1e-9 * reach)
-
-
-def test_many_screws_are_carried_as_one_by_one():
-    rng = np.random.default_rng(1)
-    several, values = random_poses(rng, 50, 10.0), rng.normal(size=(50, 6))
-    one_by_one = [carry(tuple(pose), tuple(screw)) for pose, screw in zip(several, values,
-                                                                          strict=True)]
-    assert carry_many(several, values) == pytest.approx(np.array(one_by_one), abs=1e-13)
-
-
 # --- known motions
+
+
+def test_twist_from_before_a_frame_was_hung_elsewhere():
+    """Nothing joins the two now; they are asked for a time, 0 for one, when something did."""
+    buffer = BufferCore()
+    for stamp in range(-SECOND, SECOND + 1, SECOND // 10):
+        buffer.insert('map', 'base', stamp, Pose(stamp / SECOND))
+    buffer.insert('lift', 'base', 2 * SECOND, Pose())
+    for stamp in (0, SECOND // 2):
+        twists = lookup_twist_many(buffer, 'base', 'map', [stamp], SECOND // 10)
+        assert twists == pytest.approx(np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]]), abs=1e-9)
+    assert lookup_twist_many(buffer, 'base', 'map', [], SECOND).shape == (0, 6)
+    assert lookup_twist(buffer, 'base', 'map', SECOND // 2, SECOND // 10).linear == pytest.approx(
+        (1.0, 0.0, 0.0), abs=1e-9)
 
 
 def test_spinning_in_place_has_no_linear_velocity():

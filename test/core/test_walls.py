@@ -33,8 +33,8 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 pose poses se2',
-        'edges: history',
+        'geometry: so3 se3 screws pose poses se2',
+        'edges: track protocol packed static discrete',
         'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
         'meters merging',
         'tree: many climb path tree outline queries',

@@ -50,7 +50,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.twist import carry
+from tf_tree_py.core.geometry.screws import carry
 from tf_tree_py.ros.messages import geometry, stamped
 from tf_tree_py.ros.messages.stamped import do_transform, TRANSFORMERS
 

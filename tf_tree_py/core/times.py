@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InvalidArgumentException
-from .stamp import format_span
+from .stamp import BEGINNING, FOREVER, format_span
 
 Stamps = npt.NDArray[np.int64]
 
@@ -23,9 +23,6 @@ Stamps = npt.NDArray[np.int64]
 _UNITS = {'ns': 1, 'us': 10**3, 'ms': 10**6, 's': 10**9, 'm': 60 * 10**9, 'h': 3600 * 10**9,
           'D': 86_400 * 10**9, 'W': 7 * 86_400 * 10**9}
 _FINER = {'ps': 10**3, 'fs': 10**6, 'as': 10**9}
-
-STAMP_LIMIT = 2**63
-"""Stamps are less than this, and not less than its negative."""
 
 # A window shorter than this was meant in other units.
 _SHORT_WINDOW = 1_000_000
@@ -46,7 +43,7 @@ def checked_stamp(stamp: Any) -> int:
         checked = operator.index(stamp)
     except TypeError:
         return _from_datetime(stamp)
-    if -STAMP_LIMIT <= checked < STAMP_LIMIT:
+    if BEGINNING <= checked < FOREVER:
         return checked
     raise InvalidArgumentException(
         f'Invalid argument stamp {stamp}: nanoseconds have to fit into 64 bits, with a sign')
@@ -124,7 +121,7 @@ def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
                 "them, for instance with .astype('datetime64[ns]')")
         return np.array([stamp for stamp, _ in exact], dtype=np.int64)
     factor = _UNITS.get(unit, 1) * count  # an empty array may have no unit
-    largest = (STAMP_LIMIT - 1) // factor
+    largest = (FOREVER - 1) // factor
     if len(numbers) and not -largest <= numbers.min() <= numbers.max() <= largest:
         raise InvalidArgumentException(
             f'stamps are nanoseconds since 1970 in 64 bits, which end in 2262: some {array.dtype} '

@@ -2,8 +2,7 @@
 How fast a frame moves, out of the poses in a buffer.
 
 ``lookup_twist`` is right for frames that turn; ``lookup_velocity`` repeats what
-tf2's ``lookupVelocity`` computes, for code that was tuned to it. A twist and a
-wrench are both screws, and ``carry`` takes either from frame to frame.
+tf2's ``lookupVelocity`` computes, for code that was tuned to it.
 """
 
 from itertools import pairwise
@@ -13,16 +12,19 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .errors import ExtrapolationException, InvalidArgumentException, TransformException
+from .errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    TransformException,
+)
 from .geometry import se3, so3
-from .geometry.se3 import PoseTuple
+from .geometry.screws import carry, carry_many, Screw
 from .geometry.so3 import Array, Quaternion, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from .times import checked_stamp
 from .tree.outline import EdgeInfo
 from .tree.queries import Queries
-
-Screw = tuple[float, float, float, float, float, float]
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 _AT_REST: Screw = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -40,34 +42,6 @@ class Velocity(NamedTuple):
     stamp: int
     linear: Vector3
     angular: Vector3
-
-
-# --- screws
-
-
-def carry(a_T_b: PoseTuple, screw: Screw) -> Screw:
-    """
-    Take a screw from b's axes and origin to a's axes and origin.
-
-    The adjoint, (R v + t x R w, R w): Murray, Li, Sastry, "A Mathematical
-    Introduction to Robotic Manipulation", section 2.4. Of a twist, v is the velocity
-    of the body's point at the origin and w its angular velocity; of a wrench, v is
-    the torque about the origin and w the force.
-
-    :param screw: (vx, vy, vz, wx, wy, wz).
-    """
-    tx, ty, tz, *rest = a_T_b
-    q = (rest[0], rest[1], rest[2], rest[3])
-    vx, vy, vz = so3.rotate(q, screw[:3])
-    wx, wy, wz = so3.rotate(q, screw[3:])
-    return (vx + ty * wz - tz * wy, vy + tz * wx - tx * wz, vz + tx * wy - ty * wx, wx, wy, wz)
-
-
-def carry_many(a_T_b: Array, screws: Array) -> Array:
-    """Take screws (..., 6) from b to a by poses (..., 7), elementwise; see ``carry``."""
-    v = so3.rotate_many(a_T_b[..., 3:], screws[..., :3])
-    w = so3.rotate_many(a_T_b[..., 3:], screws[..., 3:])
-    return np.concatenate([v + np.cross(a_T_b[..., :3], w), w], axis=-1)
 
 
 # --- the twist
@@ -102,7 +76,7 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
     """
     interval = _checked_interval(averaging_interval)
     stamp, _ = tree.lookup_stamped(observation_frame, tracking_frame, stamp)
-    frames, moving = _chain(tree, observation_frame, tracking_frame)
+    frames, moving = _chain(tree, observation_frame, tracking_frame, stamp)
     twist = _AT_REST
     if moving:
         oldest, newest, length = _window(moving, interval)
@@ -141,8 +115,10 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
     poses = frozen.lookup_many(axes, tracking_frame, stamps)
     points = frozen.lookup_many(axes, reference_point_frame or tracking_frame, stamps)
     times = frozen._stamps_of(stamps)
-    frames, moving = _chain(frozen, observation_frame, tracking_frame)
     twists = np.zeros((len(times), 6))
+    if not len(times):
+        return twists
+    frames, moving = _chain(frozen, observation_frame, tracking_frame, int(times[0]))
     if moving:
         oldest, newest, length = _window(moving, interval)
         begins = np.clip(times - length // 2, oldest, newest)
@@ -166,31 +142,23 @@ def _checked_interval(averaging_interval: int) -> int:
     return interval
 
 
-def _chain(tree: Queries, first: str, last: str) -> tuple[list[str], list[EdgeInfo]]:
+def _chain(tree: Queries, first: str, last: str,
+           stamp: int) -> tuple[list[str], list[EdgeInfo]]:
     """
     Return the frames from one to another, and those edges between them that move.
 
-    As they hang on each other now. Where they hung otherwise at the time of a lookup,
-    the poses between neighbours in this list still multiply to the one of its ends.
+    As they hang on each other now, and if nothing joins them now, as they hung at a stamp.
+    Where they hung otherwise at the time of a lookup, the poses between neighbours in this
+    list still multiply to the one of its ends.
     """
-    # The buffer's own listing may ask the graph who the publishers are.
-    above = {edge.child: edge for edge in Queries.edges(tree)}
-
-    def climb(frame: str) -> list[str]:
-        frames = [frame]
-        while frames[-1] in above and len(frames) <= len(above):
-            frames.append(above[frames[-1]].parent)
-        return frames
-
-    upwards, downwards = climb(first), climb(last)
-    meeting = next((frame for frame in upwards if frame in downwards), None)
-    if meeting is not None:
-        upwards = upwards[:upwards.index(meeting)]
-        downwards = downwards[:downwards.index(meeting)]
-    moving = [above[frame] for frame in (*upwards, *downwards)
-              if frame in above and not above[frame].static]
-    frames = [first, last] if meeting is None else [*upwards, meeting, *reversed(downwards)]
-    return frames, moving
+    try:
+        edges = tree._edges_between(last, first, None)
+    except ConnectivityException:
+        edges = tree._edges_between(last, first, stamp)
+    frames = [first]
+    for edge in edges:
+        frames.append(edge.parent if edge.child == frames[-1] else edge.child)
+    return frames, [edge for edge in edges if not edge.static]
 
 
 def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.geometry.so3 import log_many, multiply_many
+from tf_tree_py.core.geometry.se3 import distance_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .latency import Motion, pose_at
@@ -47,9 +47,8 @@ def between_samples(motion: Motion, rate_hz: float) -> Gap:
               for number in range(_PER_GAP * (_SAMPLES - 2))]
     found = buffer.lookup_many('odom', 'base_link', stamps)
     truth = np.array([motion(stamp) for stamp in stamps])
-    turned = multiply_many(truth[:, 3:] * (-1.0, -1.0, -1.0, 1.0), found[:, 3:])
-    return Gap(rate_hz, float(np.linalg.norm(found[:, :3] - truth[:, :3], axis=1).max()),
-               float(np.linalg.norm(log_many(turned), axis=1).max()))
+    moved, turned = distance_many(truth, found)
+    return Gap(rate_hz, float(moved.max()), float(turned.max()))
 
 
 def swing(stamp: int) -> Pose:

@@ -3,11 +3,12 @@
 from collections import Counter
 from collections.abc import Iterable
 from functools import partial
-from math import degrees, dist, hypot, radians
+from math import degrees, dist, radians
 from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.queries import Queries
 
@@ -109,17 +110,8 @@ def humanoid() -> BufferCore:
 
 def way(tree: Queries, module: Module) -> list[Edge]:
     """Return the edges between a module's sensor and its target."""
-    parent_of = {edge.child: edge.parent for edge in tree.edges()}
-
-    def climb(frame: str) -> list[Edge]:
-        edges = []
-        while frame in parent_of:
-            edges.append((parent_of[frame], frame))
-            frame = parent_of[frame]
-        return edges
-
-    # What both climb over lies above where they meet.
-    return sorted(set(climb(module.sensor)) ^ set(climb(module.target)))
+    return sorted((edge.parent, edge.child)
+                  for edge in tree.edges_between(module.target, module.sensor))
 
 
 class Forgotten(NamedTuple):
@@ -139,7 +131,7 @@ def forgotten(module: Module, before: Queries, after: Queries) -> Forgotten:
     return Forgotten(
         module, len(way(after, module)), REMOUNTED in way(after, module),
         dist(old @ sensor_p, new @ sensor_p),
-        hypot(*(old.inverse() @ new).as_rotation_vector()))
+        distance(old, new)[1])
 
 
 class Places(NamedTuple):

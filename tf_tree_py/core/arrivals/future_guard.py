@@ -8,14 +8,12 @@ from collections.abc import Callable, Iterable, Mapping
 
 from .incidents import Incident, Kind
 from .sample import Sample
-from ..edges.history import History
-from ..stamp import format_span, format_stamp, from_seconds, LATEST
+from ..edges.protocol import History
+from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, from_seconds, LATEST
 
 FAR = from_seconds(10.0)
 """Without a limit, stamps that are further ahead of the clock are reported: tf2's window."""
 
-_BEGINNING = -2**63
-_NEVER = 2**63
 _LIKELY = ("Most likely a publisher's clock is wrong (chrony or NTP set it), or one side goes by "
            'simulated time and the other does not (use_sim_time)')
 _CURE = 'Buffer(max_future=...) refuses such stamps'
@@ -52,7 +50,7 @@ class FutureGuard:
         self._now = now
         self._max_future = max_future
         self._span = FAR if max_future is None else max_future
-        self.limit = _NEVER if now is None else _BEGINNING
+        self.limit = FOREVER if now is None else BEGINNING
 
     def renewed(self) -> 'FutureGuard':
         """Return one that has not read the clock yet."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from .incidents import Incident, Kind
-from ..edges.history import History
+from ..edges.protocol import History
 from ..stamp import format_span, from_seconds
 
 WHY_OLD = ('A bag that loops, a simulation that was restarted, or a second publisher whose clock '

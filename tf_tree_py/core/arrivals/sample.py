@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .incidents import Incident, Kind
-from ..edges.history import POSE_BYTES, unpack_pose
+from ..edges.packed import POSE_BYTES, unpack_pose
 from ..errors import InvalidArgumentException
 from ..geometry import so3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import format_stamp, NANOSECONDS_PER_SECOND
+from ..stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
 from ..text import shorten
-from ..times import checked_stamp, STAMP_LIMIT
+from ..times import checked_stamp
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
@@ -82,7 +82,7 @@ def admitted(sample: Sample) -> Sample:
     if not isinstance(parent, str) or not isinstance(child, str):
         raise InvalidArgumentException(
             f'Invalid argument: the frames {parent!r} and {child!r} have to be strings')
-    if type(stamp) is int and -STAMP_LIMIT <= stamp < STAMP_LIMIT and (
+    if type(stamp) is int and BEGINNING <= stamp < FOREVER and (
             parent[:1] != '/' != child[:1]):
         return sample
     return Sample(

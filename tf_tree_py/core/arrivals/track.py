@@ -12,14 +12,12 @@ import numpy.typing as npt
 
 from .incidents import Incident
 from .sample import checked, judged_poses, Sample
-from ..edges.history import DynamicHistory
+from ..edges.protocol import MovingHistory
 from ..errors import InvalidArgumentException
 from ..geometry.poses import checked_poses
 from ..geometry.so3 import Array
-from ..stamp import format_span
+from ..stamp import BEGINNING, FOREVER, format_span
 from ..times import Stamps
-
-_BEGINNING = -2**63
 
 
 class Track(NamedTuple):
@@ -73,7 +71,7 @@ class Track(NamedTuple):
                 poses[number], good[number] = sample.pose, True
         return Judged(self._replace(poses=poses), good, refused)
 
-    def is_within(self, history: DynamicHistory) -> bool:
+    def is_within(self, history: MovingHistory) -> bool:
         """Return whether none is older than the history's window when its turn comes."""
         window, latest = history.cache_time, history.latest_stamp
         assert latest is not None
@@ -82,10 +80,10 @@ class Track(NamedTuple):
         newest = max(latest, int(self.stamps.max()))
         if newest - int(self.stamps.min()) <= window:
             return True
-        if window >= 2**63:
+        if window >= FOREVER:
             return False  # one by one: 64 bits do not hold the difference
         before = np.maximum.accumulate(np.concatenate([[latest], self.stamps[:-1]]))
-        return bool((self.stamps >= np.maximum(before, _BEGINNING + window) - window).all())
+        return bool((self.stamps >= np.maximum(before, BEGINNING + window) - window).all())
 
 
 class Judged(NamedTuple):

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from .frame_names import as_published, Rename
 from .sample import as_sec_nanosec, Batch, Sample
-from ..edges.history import pack_pose, POSE_BYTES
+from ..edges.packed import pack_pose, POSE_BYTES
 from ..stamp import NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}

@@ -145,9 +145,15 @@ def slerp_weights_many(cosine: Array, ratio: Array,
     """Return ``slerp_weights`` of arrays that broadcast against each other."""
     near = np.abs(cosine)
     apart = near < 1.0
-    angle = np.arccos(np.where(apart, near, 0.0))
-    second = np.where(apart, np.sin(ratio * angle) / np.sin(angle), 0.0 if as_tf2 else ratio)
-    first = np.where(apart, np.cos(ratio * angle) - near * second, 1.0 - second)
+    if apart.all():
+        angle = np.arccos(near)
+        turned = ratio * angle
+        second = np.sin(turned) / np.sin(angle)
+        first = np.cos(turned) - near * second
+    else:
+        angle = np.arccos(np.where(apart, near, 0.0))
+        second = np.where(apart, np.sin(ratio * angle) / np.sin(angle), 0.0 if as_tf2 else ratio)
+        first = np.where(apart, np.cos(ratio * angle) - near * second, 1.0 - second)
     return first, np.where(cosine >= 0.0, second, -second)
 
 

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from .table import as_lines
 from ..errors import TransformException
-from ..geometry import se3, so3
+from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..text import shorten
@@ -135,15 +135,9 @@ class Line:
                            ('apart_s', abs(stamp - lookup.other_stamp))):
             mean = getattr(self, name)
             setattr(self, name, mean + (span / 1e9 - mean) / self.compared)
-        moved, turned = _distance(lookup.pose, lookup.other_pose)
+        moved, turned = se3.distance(lookup.pose, lookup.other_pose)
         self.moved_m = max(self.moved_m, moved)
         self.turned_rad = max(self.turned_rad, turned)
-
-
-def _distance(a: PoseTuple, b: PoseTuple) -> tuple[float, float]:
-    """Return how far apart two poses are, metres and radians."""
-    difference = se3.compose(se3.inverse(a), b)
-    return math.hypot(*difference[:3]), math.hypot(*so3.log(difference[3:]))
 
 
 class LookupAudit:

@@ -9,13 +9,10 @@ in tf2. "Now" goes by every frame's newest sample.
 from collections.abc import Collection, Container, Mapping
 from typing import NamedTuple
 
-from ..edges.history import DynamicHistory, History
+from ..edges.protocol import History, moves
 from ..errors import ANY_STRUCTURE, Blocker
 
 Histories = Mapping[str, History]
-
-FOREVER = 2**63
-"""Behind every stamp: the end of a stretch of time that does not end."""
 
 
 class Climb(NamedTuple):
@@ -80,6 +77,13 @@ class Branches(NamedTuple):
         """Return the frames from the source up to the meeting point and down to the target."""
         return [*self.source.frames[:self._height()], *reversed(self.target.frames)]
 
+    def links(self) -> list[tuple[str, History]]:
+        """Return each edge on that way, in its order, with its parent."""
+        source, target = self.source, self.target
+        up = list(zip(source.frames[1:], source.edges, strict=True))[:self._height()]
+        down = list(zip(target.frames[1:], target.edges, strict=True))
+        return up + down[::-1]
+
     def _height(self) -> int:
         return self.source.frames.index(self.target.top)
 
@@ -135,7 +139,7 @@ def blockers(histories: Histories, target: str, source: str,
     awaited = [histories[frame] for frame in from_source.frames | from_target.frames
                if frame in histories]
     return tuple((history.child, history.next_turn(stamp)) for history in awaited
-                 if isinstance(history, DynamicHistory)) or ANY_STRUCTURE
+                 if moves(history)) or ANY_STRUCTURE
 
 
 # --- loops

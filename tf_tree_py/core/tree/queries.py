@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .tree import Tree
+from ..edges.protocol import History
 from ..errors import (
     Blocker,
     ConnectivityException,
@@ -179,7 +180,27 @@ class Queries:
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return [source_frame]
-            return self._tree.frames_between(target_frame, source_frame, moment)
+            return self._tree.branches(target_frame, source_frame, moment).frames()
+
+    def edges_between(self, target_frame: str, source_frame: str,
+                      stamp: int = LATEST) -> list[EdgeInfo]:
+        """
+        Return the edges from the source up to the common ancestor and down to the target.
+
+        In that order, each with its parent at the stamp. Raises as ``lookup`` does.
+        """
+        stamp = self._stamp_of(stamp)
+        return self._edges_between(
+            target_frame, source_frame, None if stamp == LATEST else stamp)
+
+    def _edges_between(self, target_frame: str, source_frame: str,
+                       moment: int | None) -> list[EdgeInfo]:
+        """Return them at a stamp, 0 among them; None goes by the newest samples."""
+        with self._lock, _Naming(target_frame, source_frame):
+            if target_frame == source_frame:
+                return []
+            links = self._tree.branches(target_frame, source_frame, moment).links()
+            return [_info(parent, history) for parent, history in links]
 
     # --- many poses
 
@@ -329,8 +350,7 @@ class Queries:
         with self._lock:
             histories = [self._tree.histories[frame] for frame in self._tree.frames
                          if frame in self._tree.histories]
-            return [EdgeInfo(history.parent, history.child, history.authority, history.is_static,
-                             len(history), history.oldest_stamp or 0, history.latest_stamp or 0)
+            return [_info(history.parent, history)
                     for history in histories if history.parent is not None]
 
     def __repr__(self) -> str:
@@ -379,6 +399,11 @@ class _Naming:
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):
             error.target_frame, error.source_frame = self.frames
+
+
+def _info(parent: str, history: History) -> EdgeInfo:
+    return EdgeInfo(parent, history.child, history.authority, history.is_static, len(history),
+                    history.oldest_stamp or 0, history.latest_stamp or 0)
 
 
 def _ends(stamps: Stamps) -> tuple[int, int]:

@@ -9,11 +9,14 @@ are kept by ``edges``, poses are composed by ``path``, and the lock is the buffe
 from collections.abc import Sequence
 from functools import partial
 
-from .climb import blockers, Branches, climb_both, find_loop, FOREVER, Loop
+from .climb import blockers, Branches, climb_both, find_loop, Loop
 from .path import furthest_from_cure, Path
 from ..arrivals.incidents import Incident, is_ambiguous, Kind
 from ..arrivals.sample import bad_name, Batch, is_sound, Sample
-from ..edges.history import DynamicHistory, History, pack_pose, StaticHistory
+from ..edges.discrete import DynamicHistory
+from ..edges.packed import pack_pose
+from ..edges.protocol import History, moves, MovingHistory
+from ..edges.static import StaticHistory
 from ..errors import (
     ANY_STRUCTURE,
     Blocker,
@@ -27,7 +30,7 @@ from ..errors import (
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import format_span, format_stamp, LATEST
+from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, LATEST
 from ..suggest import known_names
 from ..times import Stamps
 
@@ -133,37 +136,34 @@ class Tree:
         :return: what was refused or is odd; nearly always empty.
         """
         history = self.histories.get(child)
-        if isinstance(history, DynamicHistory) and not static and (
-                history.goes_on(parent, stamp) or history.is_too_old(stamp)):
+        if history is not None and history.is_static == static and (
+                history.goes_on(parent, stamp, pose) or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
                 history.authority = authority
                 return []
             return [self._too_old(history, parent, stamp, authority)]
-        if static and isinstance(history, StaticHistory) and (
-                history.parent == parent and history.pose == pose):
-            # Sent again, as a static broadcaster does with all it has when one is new.
-            history.authority = authority
-            return []
         return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
 
-    def history_to_extend(self, parent: str, child: str, stamp: int) -> DynamicHistory | None:
+    def history_to_extend(self, parent: str, child: str, stamp: int) -> MovingHistory | None:
         """
         Return the history of an edge if samples from a stamp on can simply be added.
 
         None if one of them might change the structure, or be refused because of it.
         """
         history = self.histories.get(child)
-        if (not isinstance(history, DynamicHistory) or history.latest_stamp is None
-                or not history.fixed_parent or history.parent != parent):
+        if not moves(history) or not history.fixed_parent or history.parent != parent:
             return None
-        if history.goes_on(parent, stamp) or find_loop(
+        began = history.oldest_stamp
+        if began is None:
+            return None
+        if began <= stamp or find_loop(
                 self.histories, parent, child, stamp, FOREVER, []) is None:
             return history
         return None
 
-    def extend(self, history: DynamicHistory, stamps: Stamps, poses: Array,
+    def extend(self, history: MovingHistory, stamps: Stamps, poses: Array,
                authority: str) -> None:
-        """Take samples of an edge; see ``history_to_extend`` and ``DynamicHistory.extend``."""
+        """Take samples of an edge; see ``history_to_extend`` and ``MovingHistory.extend``."""
         began = history.oldest_stamp
         history.extend(stamps, poses)
         history.authority = authority
@@ -181,7 +181,7 @@ class Tree:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
-        silent: list[DynamicHistory] = []
+        silent: list[MovingHistory] = []
         if child in self.frames:  # else nothing hangs on it
             loop = self._close_loop(parent, child, _time_of(history, stamp, static), silent)
             if loop is not None:
@@ -191,7 +191,7 @@ class Tree:
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
         else:
-            if not isinstance(history, DynamicHistory):
+            if history is None or history.is_static:
                 history = DynamicHistory(child, self.cache_time)
             unchanged = (not history.fixed_parent and history.parent == parent
                          and history.latest_stamp is not None and stamp >= history.latest_stamp)
@@ -214,7 +214,7 @@ class Tree:
         self._steps.clear()
 
     def _close_loop(self, parent: str, child: str, time: tuple[int, int],
-                    silent: list[DynamicHistory]) -> Loop | None:
+                    silent: list[MovingHistory]) -> Loop | None:
         """
         Return the loop that a new edge would close at some time, if any.
 
@@ -231,12 +231,12 @@ class Tree:
             if loop is None or end != FOREVER:
                 return loop
             gives_way = [edge for edge in loop.edges
-                         if isinstance(edge, DynamicHistory) and edge.fell_silent(begin)]
+                         if moves(edge) and edge.fell_silent(begin)]
             if not gives_way:
                 return loop
             silent += gives_way[:1]
 
-    def _ended(self, edge: DynamicHistory, parent: str, child: str, stamp: int,
+    def _ended(self, edge: MovingHistory, parent: str, child: str, stamp: int,
                authority: str) -> Incident:
         """End a silent edge because a new edge turns it round; return the incident."""
         assert edge.latest_stamp is not None
@@ -259,7 +259,7 @@ class Tree:
             f'each frame the child of the next, {way} is a loop; kept: {kept}. '
             'Two nodes disagree about who is whose parent: stop the sender of this, or the other')
 
-    def _too_old(self, history: DynamicHistory, parent: str, stamp: int,
+    def _too_old(self, history: History, parent: str, stamp: int,
                  authority: str) -> Incident:
         assert history.latest_stamp is not None
         return Incident(
@@ -350,7 +350,7 @@ class Tree:
 
     def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
         """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
-        path = Path(*self._climb_both(target, source, stamp).edges())
+        path = Path(*self.branches(target, source, stamp).edges())
         if path.fixed:
             if len(self._paths) >= _MAX_PATHS:
                 self._paths.clear()
@@ -390,17 +390,14 @@ class Tree:
             return self.when_empty
         return partial(known_names, frame, tuple(self.frames))
 
-    def frames_between(self, target: str, source: str, stamp: int | None) -> list[str]:
+    def branches(self, target: str, source: str, stamp: int | None) -> Branches:
         """
-        Return the frames from the source up to the meeting point and down to the target.
+        Return the climbs from two frames to where they meet.
 
         :param stamp: nanoseconds; None goes by the newest samples.
 
         Errors are those of ``newest_path`` and ``pose_at``.
         """
-        return self._climb_both(target, source, stamp).frames()
-
-    def _climb_both(self, target: str, source: str, stamp: int | None) -> Branches:
         self.check_frame('target_frame', target)
         self.check_frame('source_frame', source)
         branches = climb_both(self.histories, target, source, stamp)
@@ -429,7 +426,7 @@ class Tree:
                    stamp: int) -> ExtrapolationException | None:
         """Return which edge has no data for a stamp; None if both climbs got to a root."""
         stuck = [history for climb in branches
-                 if isinstance(history := self.histories.get(climb.top), DynamicHistory)]
+                 if moves(history := self.histories.get(climb.top))]
         if not stuck:
             return None
         # If the frames are joined now, the edge to name lies between them, not above.
@@ -494,8 +491,7 @@ class Tree:
     def copy(self) -> 'Tree':
         """Return a tree of its own with the same samples."""
         twin = Tree(self.cache_time, self.max_frames, self.max_name_bytes)
-        twin.histories = {child: history if isinstance(history, StaticHistory) else history.copy()
-                          for child, history in self.histories.items()}
+        twin.histories = {child: history.copy() for child, history in self.histories.items()}
         twin.frames = dict(self.frames)
         return twin
 
@@ -504,8 +500,7 @@ class Tree:
     def clear(self) -> None:
         """Forget what moves; frame names and static edges stay, as in tf2."""
         for history in self.histories.values():
-            if isinstance(history, DynamicHistory):
-                history.clear()
+            history.clear()
         self._structure_changed()
 
     def remove(self, frame: str) -> bool:
@@ -525,14 +520,12 @@ class Tree:
 
 def _goes_back(history: History, parent: str, authority: str) -> bool:
     """Return whether a frame returns to a parent and several publishers may be behind it."""
-    return (is_ambiguous(authority) and isinstance(history, DynamicHistory)
+    return (is_ambiguous(authority) and moves(history)
             and history.has_named(parent))
 
 
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
     """Return the stretch of time in which a new sample would name the parent."""
     if static:
-        return -FOREVER, FOREVER
-    if not isinstance(history, DynamicHistory):
-        return stamp, FOREVER
-    return stamp, history.next_stamp(stamp)
+        return BEGINNING, FOREVER
+    return stamp, FOREVER if history is None else history.next_stamp(stamp)

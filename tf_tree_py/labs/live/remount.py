@@ -1,13 +1,14 @@
 """Remounting over DDS: one edge is sent anew, and every running module answers otherwise."""
 
 from collections.abc import Sequence
-from math import degrees, dist, hypot
+from math import degrees, dist
 from multiprocessing.connection import Connection, wait
 import time
 from typing import NamedTuple
 
 from rclpy.node import Node
 from tf_tree_py.core import LATEST, Pose, TransformException
+from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
@@ -97,7 +98,7 @@ def _report(before: dict[str, Answer], after: dict[str, Answer], resent: int,
             module.name, module.target, module.sensor,
             None if said is None else (said.when - resent) / 1e9,
             dist(old @ sensor_p, new @ sensor_p),
-            hypot(*(old.inverse() @ new).as_rotation_vector())))
+            distance(old, new)[1]))
     slowest = max((said.when - resent) / 1e9 for said in after.values())
     return Report(
         tables=[Table(

@@ -26,7 +26,7 @@ from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_MAX_NAME_BYTES,
 )
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
 from .arguments import check_places
@@ -278,7 +278,18 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
     def edges(self) -> list[EdgeInfo]:
         """Return every edge that has data, in order of its child's first appearance."""
-        edges = super().edges()
+        return self._with_names(super().edges())
+
+    def edges_between(self, target_frame: str, source_frame: str,
+                      stamp: Any = LATEST) -> list[EdgeInfo]:
+        """
+        Return the edges from the source up to the common ancestor and down to the target.
+
+        See ``BufferCore.edges_between``.
+        """
+        return self._with_names(super().edges_between(target_frame, source_frame, stamp))
+
+    def _with_names(self, edges: list[EdgeInfo]) -> list[EdgeInfo]:
         names = {placeholder: authority.name()
                  for placeholder, authority in self._authorities.items()}
         return [edge._replace(authority=names.get(edge.authority, edge.authority))

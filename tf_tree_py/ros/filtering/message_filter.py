@@ -8,7 +8,6 @@ from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import CallbackGroup
-from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import await_or_execute
 from rclpy.node import Node
@@ -22,12 +21,11 @@ from tf_tree_py.core.stamp import LATEST
 from .drop_reasons import Drop, drop_for, FilterStatistics
 from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
+from ..buffer.interface import NO_TIME
 from ..buffer.ours import check_is_ours
 from ..messages.convert import as_nanoseconds, transform_stamped
 from ..topics.qos import sensor_qos
 from ..waiting.futures import Wait
-
-_NO_TIME = Duration()
 
 # For each target frame its name, the stamp that was found, and target_T_frame.
 _Answer = list[tuple[str, int, PoseTuple]]
@@ -51,7 +49,7 @@ class MessageFilter:
 
     def __init__(self, buffer: Buffer, node: Node, target_frames: str | Sequence[str],
                  callback: Callable[[Any, Any], Any], *, queue_size: int = 10,
-                 tolerance: Any = _NO_TIME, timeout: Any = None,
+                 tolerance: Any = NO_TIME, timeout: Any = None,
                  on_drop: Callable[[Any, Drop, str], None] | None = None,
                  header_of: Callable[[Any], Header] | None = None,
                  callback_group: CallbackGroup | None = None) -> None:

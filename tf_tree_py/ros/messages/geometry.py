@@ -31,9 +31,9 @@ from geometry_msgs.msg import (
 import numpy as np
 from tf_tree_py.core.arrivals.sample import is_sound, unit_poses
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.screws import carry, Screw
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.twist import carry, Screw
 
 from .covariance import carry_covariance, rotate_covariance
 from .message_maker import maker, many_maker, reader

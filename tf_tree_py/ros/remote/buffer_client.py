@@ -16,11 +16,10 @@ from .goal_client import GoalClient
 from .lookup_call import LookupCall
 from .lookup_goal import full_goal, simple_goal
 from ..buffer.arguments import check_places
-from ..buffer.interface import BufferInterface
+from ..buffer.interface import BufferInterface, NO_TIME
 from ..messages.convert import as_nanoseconds, as_stamp
 from ..waiting.futures import LookupCoroutines
 
-_NO_TIME = Duration()
 _PADDING = Duration(seconds=2.0)
 # Seconds, 31 years: the message can say no more than 68.
 _FOREVER_S = 1e9
@@ -86,7 +85,7 @@ class BufferClient(BufferInterface, LookupCoroutines):
     # --- at once
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = _NO_TIME) -> TransformStamped:
+                         timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
@@ -101,7 +100,7 @@ class BufferClient(BufferInterface, LookupCoroutines):
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
                               source_time: Any, fixed_frame: str,
-                              timeout: Any = _NO_TIME) -> TransformStamped:
+                              timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform from a source at one time to a target at another.
 
