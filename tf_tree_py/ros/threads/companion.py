@@ -6,7 +6,6 @@ waits five seconds for each node that it lists and that has none, so they are hi
 """
 
 import secrets
-from typing import Any
 
 import rclpy
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
@@ -19,17 +18,24 @@ _OPTIONS = {'enable_rosout': False, 'start_parameter_services': False}
 _NO_TYPE_DESCRIPTION = Parameter('start_type_description_service', value=False)
 
 
-def companion(node: Node, name: str) -> Node:
-    """Return a node beside another, unseen by its executor, with its namespace and clock."""
-    clock_topic = node.resolve_topic_name('/clock')
-    overrides: list[Any] = [node.get_parameter(USE_SIM_TIME), _NO_TYPE_DESCRIPTION]
+def companion(node: Node, name: str, *, with_clock: bool = True) -> Node:
+    """
+    Return a node beside another, unseen by its executor, with its context and namespace.
+
+    :param with_clock: whether it goes by the other node's clock; then whoever serves it
+        has to take ``/clock`` too.
+    """
+    overrides, arguments = [_NO_TYPE_DESCRIPTION], []
+    if with_clock:
+        overrides.append(node.get_parameter(USE_SIM_TIME))
+        arguments = ['--ros-args', '-r', f'/clock:={node.resolve_topic_name("/clock")}']
     return Node(
         hidden_name(name),
         context=node.context,
         namespace=node.get_namespace(),
         # The topics are resolved by the other node already; a rename is meant for it alone.
         use_global_arguments=False,
-        cli_args=['--ros-args', '-r', f'/clock:={clock_topic}'],
+        cli_args=arguments,
         parameter_overrides=overrides,
         **_OPTIONS,
     )
