@@ -19,7 +19,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
 
-from .drop_reasons import Drop, drop_for, FilterStatistics
+from .drop_reasons import Drop as Drop, drop_for, FilterStatistics
 from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
 from ..buffer.ours import check_is_ours
@@ -77,7 +77,7 @@ class MessageFilter:
         check_is_ours(buffer, 'MessageFilter')
         check_places('MessageFilter(buffer, node, target_frames, callback)', node=node)
         self._several = not isinstance(target_frames, str)
-        targets = target_frames if self._several else [target_frames]
+        targets = [target_frames] if isinstance(target_frames, str) else target_frames
         self._targets = [target.removeprefix('/') for target in targets]
         if not self._targets or '' in self._targets:
             raise ValueError(f'target_frames are {target_frames!r}: name at least one, none empty')

@@ -9,7 +9,9 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import RCLError, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
+from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TransformException
 
@@ -55,7 +57,7 @@ class BufferServer:
         self._ended: deque[ServerGoalHandle] = deque()
         # One group: a goal is not executed while it is just being canceled.
         group = MutuallyExclusiveCallbackGroup()
-        self._bell = node.create_guard_condition(self._execute_ended, group)
+        self._bell: GuardCondition | None = node.create_guard_condition(self._execute_ended, group)
         self._server = _ClosableServer(
             node, LookupTransform, ns, self._answer, callback_group=group,
             handle_accepted_callback=self._accept, cancel_callback=self._cancel,
@@ -84,7 +86,7 @@ class BufferServer:
         if future.done():
             handle.execute()
         else:
-            future.add_done_callback(lambda future: self._note_end(handle, future))
+            future.add_done_callback(lambda ended: self._note_end(handle, ended))
 
     def _look_up(self, goal: LookupTransform.Goal) -> TransformFuture:
         if not goal.advanced:
@@ -94,7 +96,7 @@ class BufferServer:
             goal.target_frame, goal.target_time, goal.source_frame, goal.source_time,
             goal.fixed_frame, goal.timeout)
 
-    def _note_end(self, handle: ServerGoalHandle, future: TransformFuture) -> None:
+    def _note_end(self, handle: ServerGoalHandle, future: Future) -> None:
         """Leave the rest to the executor: this may be the thread that delivers transforms."""
         # If the executor is gone nobody asks any more, of which rclpy would complain.
         future.exception()

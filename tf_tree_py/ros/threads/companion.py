@@ -6,6 +6,7 @@ waits five seconds for each node that it lists and that has none, so they are hi
 """
 
 import secrets
+from typing import Any
 
 import rclpy
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
@@ -13,7 +14,7 @@ from rclpy.parameter import Parameter
 
 USE_SIM_TIME = 'use_sim_time'
 
-_OPTIONS = {'enable_rosout': False, 'start_parameter_services': False}
+_OPTIONS: dict[str, Any] = {'enable_rosout': False, 'start_parameter_services': False}
 # A service that a receiver would never answer.
 _NO_TYPE_DESCRIPTION = Parameter('start_type_description_service', value=False)
 
@@ -25,7 +26,8 @@ def companion(node: Node, name: str, *, with_clock: bool = True) -> Node:
     :param with_clock: whether it goes by the other node's clock; then whoever serves it
         has to take ``/clock`` too.
     """
-    overrides, arguments = [_NO_TYPE_DESCRIPTION], []
+    overrides: list[Any] = [_NO_TYPE_DESCRIPTION]
+    arguments: list[str] = []
     if with_clock:
         overrides.append(node.get_parameter(USE_SIM_TIME))
         arguments = ['--ros-args', '-r', f'/clock:={node.resolve_topic_name("/clock")}']

@@ -13,7 +13,7 @@ from contextlib import ExitStack, suppress
 import inspect
 import threading
 import time
-from typing import Any
+from typing import Any, cast
 import weakref
 
 from rclpy.context import Context
@@ -154,8 +154,8 @@ class Receiver:
 
     def _serve_these(self, subscriptions: list[Subscription], in_use: ExitStack) -> None:
         """Serve subscriptions until somebody wakes us: they may not be all any more."""
-        events = [event for subscription in subscriptions
-                  for event in subscription.event_handlers]
+        events: list[Any] = [event for subscription in subscriptions
+                             for event in cast('Any', subscription.event_handlers)]
         sources = [(subscription, takes_info(subscription.callback))
                    for subscription in subscriptions]
         handles: list[Any] = [subscription.handle for subscription in subscriptions]

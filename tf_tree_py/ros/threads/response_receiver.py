@@ -88,8 +88,9 @@ class Responses(Receiver):
     def _take(self, client: Client) -> None:
         """Take one response, and hand it to whoever waits for it."""
         handle: Any = client.handle
+        kind: Any = client.srv_type
         try:
-            header, response = handle.take_response(client.srv_type.Response)
+            header, response = handle.take_response(kind.Response)
             if header is None:
                 return  # another client's
             with suppress(KeyError):  # nobody waits for it any more

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable
 import copy
 import threading
+from typing import TypeAlias
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -14,7 +15,7 @@ from .qos import dynamic_qos, static_broadcaster_qos, TF_STATIC_TOPIC, TF_TOPIC
 from ..buffer.arguments import check_places
 from ..messages.convert import with_float_fields, with_frames
 
-Transforms = TransformStamped | Iterable[TransformStamped]
+Transforms: TypeAlias = TransformStamped | Iterable[TransformStamped]
 
 
 class TransformBroadcaster:

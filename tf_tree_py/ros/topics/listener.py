@@ -3,7 +3,7 @@
 from collections.abc import Collection
 import functools
 import threading
-from typing import Any
+from typing import Any, cast
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -85,10 +85,11 @@ class TransformListener:
         self.buffer = buffer
         self._receiver: Receiver | None = None
         self._spinner = _Spinner(buffer, self._home)
-        topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
-        topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
+        topics = [(tf_topic, False, qos or dynamic_qos()),
+                  (tf_static_topic, True, static_qos or static_listener_qos())]
         # All before the first subscription: a name that cannot be must not leave one behind.
-        resolved = [(node.resolve_topic_name(topic), *rest) for topic, *rest in topics]
+        resolved = [(node.resolve_topic_name(topic), static, profile)
+                    for topic, static, profile in topics if static or not static_only]
         buffer._log_to(node.get_logger())
         self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner)
                        for topic, static, profile in resolved]
@@ -182,7 +183,7 @@ class _Feed:
         buffer._name_later(self._authority)
         # In a group of its own, for one of the node's callbacks may block and wait for this.
         self._subscription = node.create_subscription(
-            TFMessage, topic, self._receive, qos, raw=True,
+            TFMessage, topic, cast('Any', self._receive), qos, raw=True,
             callback_group=MutuallyExclusiveCallbackGroup())
 
     def close(self) -> None:
