@@ -1,9 +1,9 @@
 """
-Sending ``LookupTransform`` goals from any thread, and following them to their end.
+Sends ``LookupTransform`` goals from any thread, and sees each through to its end.
 
-An action is three services and two topics. rclpy's ``ActionClient`` hears the topics
-too, on one of which the server tells all clients the states of all goals whenever one
-changes: a hundred clients would be busy with nothing else. This one uses the services.
+An action is three services and two topics. On one topic the server publishes the states of
+all goals whenever one of them changes. rclpy's ``ActionClient`` subscribes to it, and would
+keep a hundred clients busy with nothing else. This client uses the services only.
 """
 
 from collections.abc import Callable, Iterable
@@ -32,8 +32,8 @@ from ..threads.response_receiver import Responses
 _SendGoal = LookupTransform.Impl.SendGoalService
 _GetResult = LookupTransform.Impl.GetResultService
 
-# So many goals may be on their way to be accepted: tf2's server holds ten, and would
-# lose what comes on top.
+# So many goals may wait for acceptance at a time: tf2's server has a queue of ten, and
+# loses the goals that do not fit.
 _MAX_UNACCEPTED = 8
 # A new server that does not accept is asked again after this time: it may have heard nothing.
 _AGAIN_S = 0.5
@@ -45,9 +45,9 @@ class GoalClient:
     """
     The client side of the action, on a small node with a thread of its own.
 
-    So answers arrive while a callback of your node waits for one. Every call ends: at
-    the latest a check period after its deadline, or after its server disappeared. Where
-    another server has come, it gets all that is on its way.
+    So an answer arrives even while a callback of your node waits for it. Every call ends:
+    at the latest one check period after its deadline, or after its server disappeared.
+    When a new server appears, all goals are sent to it.
     """
 
     def __init__(self, node: Node, name: str, check_period_s: float) -> None:
@@ -85,9 +85,11 @@ class GoalClient:
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """
-        Wait until a server is there, seconds or as long as it takes; return whether it is.
+        Wait until a server is there, and return whether it is.
 
-        Of what comes and goes on the graph rclpy tells nobody, so this looks again and again.
+        rclpy has no event for that, so this checks once in a period.
+
+        :param timeout_sec: None waits as long as it takes.
         """
         end = math.inf if timeout_sec is None else time.monotonic() + timeout_sec
         while not self.server_is_ready():
@@ -115,7 +117,7 @@ class GoalClient:
         return call
 
     def report(self, call: LookupCall, event: Event) -> None:
-        """Do what is to be done about what has happened to a call."""
+        """Bring a call to its next state, and do what that asks for."""
         with self._lock:
             actions = self._goals.move(call, event)
             request = call.request
@@ -131,7 +133,7 @@ class GoalClient:
             self._send_next()
 
     def _cancel_goal(self, call: LookupCall) -> None:
-        """Let the server drop a call's goal."""
+        """Tell the server to drop a call's goal."""
         with suppress(*GONE):
             goal = GoalInfo(goal_id=call.goal_id)
             request = self._cancel.call_async(CancelGoal.Request(goal_info=goal))
@@ -139,35 +141,35 @@ class GoalClient:
                 self._farewells += [
                     request, self._fetch.call_async(_GetResult.Request(goal_id=call.goal_id))]
             else:
-                # What comes back changes nothing.
+                # Its response changes nothing.
                 self._cancel.remove_pending_request(request)
 
     def stop(self) -> None:
-        """End the thread soon, and with it the calls."""
+        """Tell the thread to end; it ends the calls."""
         self._responses.stop()
 
     def close(self) -> None:
-        """Give up what is on its way, and end the thread."""
+        """End the calls and the thread."""
         self._end_calls()
         if threading.current_thread() is not self.thread and self.server_is_ready():
             self._take_leave()
         self._responses.close()
 
     def destroy(self) -> None:
-        """Give up what is on its way, and stop: rclpy's name for ``close``."""
+        """End the calls and the thread: rclpy's name for ``close``."""
         self.close()
 
     def _take_leave(self) -> None:
-        """Wait until the server has answered, for it cannot answer who is gone."""
+        """Wait for the server's responses: it warns of one that it cannot deliver."""
         end = time.monotonic() + _FAREWELL_S
         requests = [call.request for call in self.goals_in(*UNACCEPTED)
                     if call.request is not None]
         _wait(requests, end)
-        # What was just accepted was then cancelled.
+        # The goals that were accepted meanwhile have been cancelled.
         _wait(self._farewells, end)
 
     def _send_next(self) -> None:
-        """Send the next goals, if a server is there that surely has room for them."""
+        """Send the next goals, if a server is there and has room for them."""
         while True:
             with self._lock:
                 call = self._goals.next_to_send()
@@ -193,7 +195,7 @@ class GoalClient:
 
     def _expect(self, call: LookupCall, goal_id: UUID, request: Future,
                 step: Callable[[LookupCall, Any], None]) -> None:
-        """Take a step when a service has answered, unless nobody wants that any more."""
+        """Take a step when the service answers, unless the call no longer needs it."""
         with self._lock:
             is_wanted = call.sent and call.goal_id is goal_id
             if is_wanted:
@@ -205,7 +207,7 @@ class GoalClient:
             request.cancel()
 
     def _check(self) -> bool:
-        """Look after the calls; return whether there are any."""
+        """Send, resend and give up calls as needed; return whether there are any."""
         if self._closed.is_set():
             return False
         self._send_next()
@@ -217,7 +219,7 @@ class GoalClient:
         return bool(calls)
 
     def _move_to_a_new_server(self, calls: Iterable[LookupCall]) -> None:
-        """Ask a server that has come meanwhile what others were asked before."""
+        """Send the goals again if a new server has appeared, or may not have heard them."""
         is_new = self._servers.has_new()
         # Not those that are sent while this goes on: they go to the new server.
         for call in [call for call in calls if call.sent]:
@@ -228,7 +230,7 @@ class GoalClient:
                 self.report(call, Event.LOST)
 
     def _look_after(self, call: LookupCall, is_ready: bool) -> None:
-        """Give a call up that has become hopeless."""
+        """End a call that can get no answer any more."""
         if is_ready and call.is_late() and call.has_late_part():
             self.report(call, Event.PART_LATE)
             return

@@ -19,27 +19,27 @@ from ..waiting.awaitable import AwaitableFuture
 
 # A server accepts a goal at once, however long it takes to fulfil it.
 _ACCEPTANCE_S = 10.0
-# A longer wait is asked for in parts, so that a server can forget those whose client died.
+# A longer wait is sent in parts, so that a server forgets the goals of a client that died.
 _LEASE_S = 60.0
 # A server that times out sooner than this would do so again.
 _QUICK_S = 0.1
 
 
 class Client(Protocol):
-    """Who sends the goal of a call."""
+    """The client that sends the goal of a call."""
 
     def report(self, call: LookupCall, event: Event) -> None:
-        """Do what is to be done about what has happened to a call."""
+        """Bring a call to its next state, and do what that asks for."""
 
 
 class LookupCall(AwaitableFuture):
     """
     A future of the ``TransformStamped`` that a server finds.
 
-    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. It
-    lives until it ends, whether or not you keep it.
+    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. The
+    call lives until it ends, whether or not you keep it.
 
-    A wait longer than a minute is asked for in parts, each a goal of its own.
+    A wait longer than a minute is sent in parts, each as a goal of its own.
 
     :ivar state: where its goal stands; moved by the client only.
     :ivar goal_id: of the goal that was last sent.
@@ -101,7 +101,7 @@ class LookupCall(AwaitableFuture):
         return self._goal
 
     def answer(self, response: Any) -> None:
-        """Take what the server found, or why it did not."""
+        """End with the transform or the error of a server's response."""
         try:
             transform = transform_of(response.status, response.result)
         except TransformException as error:
@@ -133,6 +133,6 @@ class LookupCall(AwaitableFuture):
     def _end(self) -> bool:
         first = super()._end()
         if first:
-            # After an answer its goal has ended already, and this changes nothing.
+            # After an answer the goal has ended already, and this changes nothing.
             self._client.report(self, Event.CANCELLED)
         return first
