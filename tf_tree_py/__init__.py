@@ -8,7 +8,7 @@ are first used (PEP 562), so that this import works where there is none.
 
 import importlib
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from tf_tree_py.core import (
     BufferCore,
@@ -37,6 +37,28 @@ from tf_tree_py.core import (
 )
 from tf_tree_py.core.deskew import deskew
 from tf_tree_py.core.geometry import se3
+
+if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
+    from tf_tree_py.ros.buffer.buffer import Buffer
+    from tf_tree_py.ros.buffer.interface import BufferInterface
+    from tf_tree_py.ros.buffer.twists import velocity_stamped
+    from tf_tree_py.ros.diagnostics import TransformDiagnostics
+    from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
+    from tf_tree_py.ros.messages.arrays import as_matrix, as_points
+    from tf_tree_py.ros.messages.convert import as_pose
+    from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+    from tf_tree_py.ros.messages.registration import (
+        convert,
+        ConvertRegistration,
+        NotImplementedException,
+        Stamped,
+        TransformRegistration,
+        TypeException,
+    )
+    from tf_tree_py.ros.remote.buffer_client import BufferClient
+    from tf_tree_py.ros.remote.buffer_server import BufferServer
+    from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+    from tf_tree_py.ros.topics.listener import TransformListener
 
 # Which module of the ROS layer has the name.
 _ROS_NAMES = {

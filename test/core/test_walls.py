@@ -49,7 +49,8 @@ ORDER = {
         'waiting: clock alarm_clock awaitable futures',
         'buffer: arguments incident_log interface twists tf2_methods buffer ours',
         'topics: qos authority rivals broadcaster listener',
-        'remote: lookup_goal lookup_call goal_client buffer_client buffer_server',
+        'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
+        'buffer_server',
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),

@@ -305,5 +305,5 @@ def _cache_time(given: Duration | int | None) -> int | None:
     return UNLIMITED if given == UNLIMITED else _nanoseconds_or_none(given)
 
 
-def _nanoseconds_or_none(duration: Duration | None) -> int | None:
+def _nanoseconds_or_none(duration: Duration | int | None) -> int | None:
     return None if duration is None else as_nanoseconds(duration)
