@@ -7,7 +7,7 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 from ros_helpers import with_a_lamp
 from tf_tree_py import Buffer, LookupException, Pose
-from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def test_jump_of_the_clock_calls_what_a_program_may_override():
     buffer.use_clock(clock)
     clock._set_ros_time_is_active(True)
     clock.set_ros_time_override(Time(seconds=9, clock_type=ClockType.ROS_TIME))
-    buffer.set_transform(public_transform_stamped('map', 'odom', 10**9, Pose()), 'test')
+    buffer.set_transform(transform_stamped('map', 'odom', 10**9, Pose()), 'test')
     jumps.clear()
     clock.set_ros_time_override(Time(seconds=7, clock_type=ClockType.ROS_TIME))
     assert jumps == [-2 * 10**9]

@@ -9,7 +9,7 @@ from rclpy.serialization import serialize_message
 from ros_helpers import transform
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.wire import read, WireError, WireReader
-from tf_tree_py.ros.messages.convert import as_sample, public_transform_stamped
+from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
 
 
 def serialized(*transforms):
@@ -24,7 +24,7 @@ def random_transforms(seed, count):
     chance = random.Random(seed)
     name = 'frame_' + 'abcdefghij' * 3
     return [
-        public_transform_stamped(
+        transform_stamped(
             name[:chance.randrange(30)], name[chance.randrange(30):],
             chance.randrange(-2**31, 2**31) * 1_000_000_000 + chance.randrange(1_000_000_000),
             tuple(chance.uniform(-1e6, 1e6) for _ in range(7)))

@@ -7,8 +7,8 @@ Ours knows them without being told.
 from types import ModuleType
 from typing import Any
 
-from tf_tree_py.ros.messages.registration import TransformRegistration
-from tf_tree_py.ros.messages.stamped import TRANSFORMERS
+from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
+from tf_tree_py.ros.messages.registry import TransformRegistration
 
 
 def register(messages: ModuleType) -> None:

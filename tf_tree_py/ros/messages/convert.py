@@ -1,10 +1,7 @@
 """
-Between ROS messages and core's plain numbers: the only file that knows message fields.
+Conversions between ROS messages and core's plain numbers: times, samples, transforms.
 
-A ``TransformStamped`` is filled through its slots, which costs a tenth of the
-checked properties; where the message classes have other slots than those this
-file knows, the public constructors are used. A test holds the two equal. Its
-quaternion has the sign that tf2's would have.
+The messages that have no part in a lookup are in ``geometry``.
 """
 
 from collections.abc import Callable
@@ -21,8 +18,10 @@ from tf_tree_py.core.arrivals.sample import as_sec_nanosec, Sample
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import has_tf2_sign, with_tf2_sign
+from tf_tree_py.core.geometry.so3 import has_tf2_sign
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+
+from .fast_messages import whole_maker
 
 _ROS_TIME = ClockType.ROS_TIME.value
 _STEADY_TIME = ClockType.STEADY_TIME.value
@@ -155,78 +154,23 @@ def transform_message(pose: PoseTuple) -> Transform:
                      rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
-def public_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
-                             pose: PoseTuple) -> TransformStamped:
+def transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
+                      pose: PoseTuple) -> TransformStamped:
     """
-    Return a ``TransformStamped``, by its public constructor.
+    Return a ``TransformStamped``; its quaternion has the sign that tf2's would have.
 
+    :param pose: seven floats; other numbers are not converted.
     :raises InvalidArgumentException: a stamp that no message can hold.
     """
-    x, y, z, *q = pose
-    return TransformStamped(
-        header=Header(stamp=time_message(stamp), frame_id=frame_id),
-        child_frame_id=child_frame_id,
-        transform=transform_message((x, y, z, *with_tf2_sign((q[0], q[1], q[2], q[3])))))
-
-
-def slotted_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
-                              pose: PoseTuple) -> TransformStamped:
-    """Return the same, ten times faster, past constructors and checks."""
-    time = _new(TimeMessage)
-    time._check_fields = _CHECK_FIELDS
     sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
-    if sec.bit_length() > 31:  # seldom, and a call costs as much as all of this
+    if sec.bit_length() > 31:  # seldom, and a call costs as much as this line
         sec, nanosec = as_sec_nanosec(stamp)
-    time._sec, time._nanosec = sec, nanosec
-    header = _new(Header)
-    header._check_fields = _CHECK_FIELDS
-    header._stamp = time
-    header._frame_id = frame_id
-    translation = _new(Vector3)
-    translation._check_fields = _CHECK_FIELDS
-    rotation = _new(Quaternion)
-    rotation._check_fields = _CHECK_FIELDS
-    translation._x, translation._y, translation._z, x, y, z, w = pose
+    x, y, z, qx, qy, qz, qw = pose
     # With w > 0.5 it has tf2's sign; to see that here spares the call.
-    if w > 0.5 or has_tf2_sign(x, y, z, w):
-        rotation._x = x
-        rotation._y = y
-        rotation._z = z
-        rotation._w = w
-    else:
-        rotation._x = -x
-        rotation._y = -y
-        rotation._z = -z
-        rotation._w = -w
-    transform = _new(Transform)
-    transform._check_fields = _CHECK_FIELDS
-    transform._translation = translation
-    transform._rotation = rotation
-    message = _new(TransformStamped)
-    message._check_fields = _CHECK_FIELDS
-    message._header = header
-    message._child_frame_id = child_frame_id
-    message._transform = transform
-    return message
+    if not (qw > 0.5 or has_tf2_sign(qx, qy, qz, qw)):
+        qx, qy, qz, qw = -qx, -qy, -qz, -qw
+    return _transform_stamped(
+        sec, nanosec, frame_id, child_frame_id, x, y, z, qx, qy, qz, qw)
 
 
-_new = object.__new__
-_CHECK_FIELDS = getattr(Vector3(), '_check_fields', None)
-_KNOWN_SLOTS = {
-    TimeMessage: ['_sec', '_nanosec', '_check_fields'],
-    Header: ['_stamp', '_frame_id', '_check_fields'],
-    Vector3: ['_x', '_y', '_z', '_check_fields'],
-    Quaternion: ['_x', '_y', '_z', '_w', '_check_fields'],
-    Transform: ['_translation', '_rotation', '_check_fields'],
-    TransformStamped: ['_header', '_child_frame_id', '_transform', '_check_fields'],
-}
-
-
-def slots_are_known() -> bool:
-    """Return whether the message classes are laid out as this file expects."""
-    return all(list(getattr(kind, '__slots__', ())) == slots
-               for kind, slots in _KNOWN_SLOTS.items())
-
-
-transform_stamped: Callable[[str, str, int, PoseTuple], TransformStamped] = (
-    slotted_transform_stamped if slots_are_known() else public_transform_stamped)
+_transform_stamped = whole_maker(TransformStamped)

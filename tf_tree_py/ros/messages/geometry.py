@@ -5,7 +5,7 @@ Every function here takes a message in b and the pose ``a_T_b``, and returns a n
 message in a that shares nothing with the first. Messages may hold ints, or numpy's
 numbers, where they want floats: those that come out hold floats. A quaternion of
 a pose need not be of unit length; one that is all zero, in a message that nobody
-filled, counts as no rotation, as in tf2. Headers are ``stamped``'s.
+filled, counts as no rotation, as in tf2. Headers are in ``do_transform``.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.twist import carry, Screw
 
 from .covariance import carry_covariance, rotate_covariance
-from .message_maker import maker, many_maker, reader
+from .fast_messages import maker, many_maker, reader
 
 _accel, _accel_with_covariance = maker(Accel), maker(AccelWithCovariance)
 _point, _point32, _vector3, _quaternion = map(maker, (Point, Point32, Vector3, Quaternion))

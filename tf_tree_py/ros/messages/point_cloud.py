@@ -19,8 +19,8 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 
+from .fast_messages import copy_of, maker
 from .geometry import transform_values
-from .message_maker import copy_of, maker
 
 POINT = ('x', 'y', 'z')
 NORMAL = ('normal_x', 'normal_y', 'normal_z')

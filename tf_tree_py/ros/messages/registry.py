@@ -1,19 +1,47 @@
 """
 Objects of one's own that can be transformed and converted, as tf2 registers them.
 
-The names and what they do are tf2's. The messages of ``stamped`` need no
-registration, and one of one's own for such a type goes first.
+The names and what they do are tf2's. The messages of ``do_transform`` need no
+registration; a function that is registered for one of their types is used instead.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from typing import Any
 
+from geometry_msgs.msg import (
+    Accel,
+    AccelStamped,
+    AccelWithCovariance,
+    AccelWithCovarianceStamped,
+    Point,
+    PointStamped,
+    Polygon,
+    PolygonInstance,
+    PolygonInstanceStamped,
+    PolygonStamped,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    QuaternionStamped,
+    Transform,
+    TransformStamped,
+    Twist,
+    TwistStamped,
+    TwistWithCovariance,
+    TwistWithCovarianceStamped,
+    Vector3,
+    Vector3Stamped,
+    Wrench,
+    WrenchStamped,
+)
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import join, JoinableException
 
 from .convert import as_nanoseconds, time_message
-from .stamped import STAMPED_FORMS, Transformer, TRANSFORMERS
+from .do_transform import Transformer, TRANSFORMERS
 
 Converter = Callable[[Any], Any]
 
@@ -22,6 +50,23 @@ _transformers: dict[Any, Transformer] = {}
 _from_msg: dict[Any, Converter] = {}
 _to_msg: dict[Any, Converter] = {}
 _converters: dict[tuple[Any, Any], Converter] = {}
+
+STAMPED_FORMS: Mapping[type, tuple[type, str]] = {
+    Point: (PointStamped, 'point'),
+    Vector3: (Vector3Stamped, 'vector'),
+    Quaternion: (QuaternionStamped, 'quaternion'),
+    Pose: (PoseStamped, 'pose'),
+    PoseWithCovariance: (PoseWithCovarianceStamped, 'pose'),
+    Transform: (TransformStamped, 'transform'),
+    Polygon: (PolygonStamped, 'polygon'),
+    PolygonInstance: (PolygonInstanceStamped, 'polygon'),
+    Wrench: (WrenchStamped, 'wrench'),
+    Twist: (TwistStamped, 'twist'),
+    TwistWithCovariance: (TwistWithCovarianceStamped, 'twist'),
+    Accel: (AccelStamped, 'accel'),
+    AccelWithCovariance: (AccelWithCovarianceStamped, 'accel'),
+}
+"""The message with a header that holds one without, and the field it is in."""
 
 
 class TypeException(JoinableException):

@@ -5,7 +5,7 @@ Everything here is a pure function of a message and a ``TransformStamped``. What
 returns is in the transform's ``header.frame_id``, has its stamp, and shares nothing
 with the message or the transform, neither of which is changed. What happens to the
 parts of a message stands in ``geometry`` and ``point_cloud``; types of one's own go
-into ``registration``.
+into ``registry``.
 """
 
 from collections.abc import Callable, Mapping
@@ -50,7 +50,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 
 from .covariance import rotate_covariance
-from .message_maker import copy_of, maker
+from .fast_messages import copy_of, maker
 from .point_cloud import do_transform_cloud
 from ..messages import geometry, laser_scan
 
@@ -287,21 +287,4 @@ TRANSFORMERS: Mapping[type, Transformer] = {
     Accel: _bare(geometry.accel),
     AccelWithCovariance: _bare(geometry.accel_with_covariance),
 }
-"""What can be transformed without further ado; messages without header stay so."""
-
-STAMPED_FORMS: Mapping[type, tuple[type, str]] = {
-    Point: (PointStamped, 'point'),
-    Vector3: (Vector3Stamped, 'vector'),
-    Quaternion: (QuaternionStamped, 'quaternion'),
-    Pose: (PoseStamped, 'pose'),
-    PoseWithCovariance: (PoseWithCovarianceStamped, 'pose'),
-    Transform: (TransformStamped, 'transform'),
-    Polygon: (PolygonStamped, 'polygon'),
-    PolygonInstance: (PolygonInstanceStamped, 'polygon'),
-    Wrench: (WrenchStamped, 'wrench'),
-    Twist: (TwistStamped, 'twist'),
-    TwistWithCovariance: (TwistWithCovarianceStamped, 'twist'),
-    Accel: (AccelStamped, 'accel'),
-    AccelWithCovariance: (AccelWithCovarianceStamped, 'accel'),
-}
-"""The message with a header that holds one without, and the field it is in."""
+"""What can be transformed without registration; a message without header stays one."""
