@@ -1,14 +1,13 @@
 """A calibration sent at 100 Hz as if it moved, against once as static: the cost, and the end."""
 
 from functools import partial
-import struct
 import time
 from typing import Any, NamedTuple
 
-from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core import BufferCore, LATEST, Pose, Sample, TransformException
+from tf_tree_py.core.arrivals.wire import WireReader, write
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table
@@ -27,13 +26,8 @@ _AFTER_S = (0.01, 0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 9.9, 10.1, 12.0)
 
 
 def message(stamp: int) -> bytes:
-    """Return the calibration as a TFMessage off the wire: CDR, little-endian."""
-    body = struct.pack('<Iii', 1, *divmod(stamp, NANOSECONDS_PER_SECOND))
-    for name in (PARENT, CHILD):
-        text = name.encode() + b'\0'
-        body += bytes(-len(body) % 4) + struct.pack('<I', len(text)) + text
-    body += bytes(-len(body) % 8) + struct.pack('<7d', *POSE)
-    return b'\x00\x01\x00\x00' + body
+    """Return the calibration as the bytes of a TFMessage."""
+    return write([Sample(PARENT, CHILD, stamp, POSE)])
 
 
 class Cost(NamedTuple):
