@@ -40,7 +40,7 @@ ORDER = {
         'tree: many climb path tree outline queries',
         'buffer: waiters deadline buffer_core',
         ': deskew twist',
-        'telling: audit report',
+        'telling: table audit report',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '

@@ -1,9 +1,11 @@
 """What a lab has to tell: tables, the law they show, numbers; as text and as JSON."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import textwrap
 from typing import Any, NamedTuple
+
+from tf_tree_py.core.telling.table import as_lines
 
 _WIDTH = 96
 
@@ -48,16 +50,9 @@ class Table:
         cells = [[column.write(value) for column, value in zip(self.columns, row, strict=True)]
                  for row in self.rows]
         heads = [column.heading for column in self.columns]
-        widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
-        left = [any(isinstance(row[i], str) for row in self.rows) for i in range(len(heads))]
-
-        def line(row: Iterable[str]) -> str:
-            padded = (cell.ljust(width) if to_left else cell.rjust(width)
-                      for cell, width, to_left in zip(row, widths, left, strict=True))
-            return '  '.join(padded).rstrip()
-
-        return '\n'.join([self.title, line(heads), line('-' * width for width in widths),
-                          *map(line, cells)])
+        numbers = [number for number in range(len(heads))
+                   if not any(isinstance(row[number], str) for row in self.rows)]
+        return '\n'.join([self.title, *as_lines([heads, *cells], numbers, rule=True)])
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON: each row by the columns' keys."""

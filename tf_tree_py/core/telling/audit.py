@@ -21,6 +21,7 @@ import threading
 import time
 from typing import Any, NamedTuple, TypeVar
 
+from .table import as_lines
 from ..errors import TransformException
 from ..geometry import se3, so3
 from ..geometry.se3 import PoseTuple
@@ -256,12 +257,7 @@ class LookupAudit:
 
     def as_text(self) -> str:
         """Return a table for a terminal."""
-        rows = [_HEADINGS, *map(_cells, self.lines())]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        return '\n'.join('  '.join(
-            cell.rjust(width) if number in _NUMBERS else cell.ljust(width)
-            for number, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()
-            for row in rows)
+        return '\n'.join(as_lines([_HEADINGS, *map(_cells, self.lines())], _NUMBERS))
 
     def as_json(self) -> str:
         """Return a list of all lines, as JSON: SI units."""
