@@ -9,6 +9,8 @@ import signal
 import sys
 from typing import Any, TYPE_CHECKING
 
+from tf_tree_py.core.telling.table import as_lines
+
 from .pictures import NoPicture, save
 from .progress import progress
 from .report import Report
@@ -75,9 +77,7 @@ def _list(labs: Collection['Lab'], as_json: bool) -> str:
     if as_json:
         return json.dumps([{'name': lab.name, 'summary': lab.summary, 'ros': lab.live}
                            for lab in labs], indent=2)
-    width = max(len(lab.name) for lab in labs)
-    lines = [f'{lab.name:{width}}  {"--ros" if lab.live else "     "}  {lab.summary}'
-             for lab in labs]
+    lines = as_lines([[lab.name, '--ros' if lab.live else '', lab.summary] for lab in labs], ())
     return '\n'.join([*lines, '', f'{NAME} NAME runs one; {NAME} --help tells more.'])
 
 
