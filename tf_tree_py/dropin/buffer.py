@@ -22,7 +22,7 @@ from .waking import Waker
 
 
 class BufferCore(OurBuffer):
-    """``tf2_py.BufferCore``: what is refused, the log and ``statistics()`` tell."""
+    """``tf2_py.BufferCore``; the log and ``statistics()`` say what was refused."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None,
                  **options: Any) -> None:
@@ -36,7 +36,7 @@ class BufferCore(OurBuffer):
         self._wakers: dict[Waker, None] = {}
 
     def _when_empty(self) -> str:
-        # Listeners as tf2 has them do not tell a buffer of themselves.
+        # The buffer cannot know: tf2's kind of listener does not announce itself to it.
         return 'Nothing has been received yet'
 
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]
@@ -50,7 +50,7 @@ class BufferCore(OurBuffer):
         super().set_transform_static(transform, authority)
 
     def insert_batch(self, *batch: Any) -> list[Incident]:
-        """Take what a listener received, and wake those who spin for it."""
+        """Take what a listener received, and let ``rclpy.spin_once`` return."""
         try:
             return super().insert_batch(*batch)
         finally:
@@ -58,16 +58,16 @@ class BufferCore(OurBuffer):
                 waker.wake()
 
     def _is_simulated(self) -> bool:
-        # To tf2 a Time is its nanoseconds, and its programs make such of any clock type.
+        # tf2 only reads the nanoseconds of a Time, so its programs use any clock type.
         return False
 
     def wake_executor_of(self, node: Node) -> Callable[[], None]:
         """
         Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.
 
-        For programs that wait for a transform in a loop of it.
+        Some programs wait for a transform in a loop of ``spin_once``.
 
-        :return: what ends it.
+        :return: call it to stop this.
         """
         waker = Waker(node)
         self._wakers[waker] = None

@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser()
     arguments = parser.parse_args(list(sys.argv if argv is None else argv)[1:])
     try:
-        # Here and not above: this takes a while, in which Ctrl-C is a normal end already.
+        # Imported here, because it takes a while: Ctrl-C during the import is a normal end too.
         from .catalogue import LABS
         if arguments.lab is None:
             print(_list(LABS.values(), arguments.json))
@@ -50,12 +50,12 @@ def main(argv: Sequence[str] | None = None) -> int:
                              f'{", ".join(lab.name for lab in LABS.values() if lab.live)}', 2)
         return _run(lab, arguments.ros, arguments.out, arguments.json)
     except KeyboardInterrupt:
-        # The process ends next, and whoever presses twice does not mean the interpreter's end.
+        # The process ends now: a second Ctrl-C must not interrupt the end of the interpreter.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         return 130
     except BrokenPipeError:
-        # The reader of our output has left, as `| head` does, and the interpreter, which
-        # flushes once more at its end, must not try to.
+        # The reader of our output has closed it, as `| head` does. The interpreter flushes
+        # stdout once more at its end, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
 

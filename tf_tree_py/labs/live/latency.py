@@ -1,4 +1,4 @@
-"""Latency over DDS: a drive in one process, somebody who looks it up late in this one."""
+"""Latency over DDS: a drive in one process publishes, and this one looks it up too late."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -30,7 +30,7 @@ _PATIENCE = Duration(seconds=10)
 
 
 class TimedBuffer(Buffer):
-    """A buffer that notes how old each moving transform is on arrival, nanoseconds."""
+    """A buffer that keeps the age of each moving transform on arrival, nanoseconds."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,7 +38,7 @@ class TimedBuffer(Buffer):
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:
-        """Take a message as it comes off the wire."""
+        """Take a message from the wire."""
         if not static:
             self.ages.append(time.time_ns() - batch.stamps[0])
         return super().insert_batch(batch, authority, static)
@@ -46,9 +46,9 @@ class TimedBuffer(Buffer):
 
 class Look(NamedTuple):
     """
-    What lookups for one image were wrong by, metres, positive where it was not yet.
+    The errors of lookups for one image, metres; positive: ahead of the true position.
 
-    :ivar delay: how long after the image they were really made, nanoseconds.
+    :ivar delay: the measured time from the image to the lookups, nanoseconds.
     """
 
     speed: float
@@ -60,7 +60,7 @@ class Look(NamedTuple):
 
 
 def publish(node: Node, pipe: Connection, begin: int) -> None:
-    """Drive a robot at each speed since ``begin``, and say where it is at 100 Hz."""
+    """Drive a robot at each speed since ``begin``, and publish their poses at 100 Hz."""
     moving, fixed = TransformBroadcaster(node), StaticTransformBroadcaster(node)
     fixed.sendTransform([transform_stamped(_base(speed), _camera(speed), begin, BASE_T_CAMERA)
                          for speed in SPEEDS])
@@ -94,17 +94,17 @@ def run(images: int = _IMAGES) -> Report:
 
 
 def _phases(images: int) -> Iterator[int]:
-    """Yield the stamps of images that come at all phases of the drive's timer alike."""
+    """Yield the stamps of images that are spread evenly over the phases of the drive's timer."""
     start = time.time_ns()
     for number in range(images):
-        # A bit more than the longest delay, and never the same part of a period.
+        # A little more than the longest delay, and each time at another phase of the period.
         image = start + round((number * 12 + number / images) * PERIOD)
         time.sleep(max(0, image - time.time_ns()) / 1e9)
         yield time.time_ns()
 
 
 def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
-    """Look up the camera of an image at once, and after each delay."""
+    """Look up the camera for an image, at once and after each delay."""
     late = []
     for planned in DELAYS:
         time.sleep(max(0, image + planned - time.time_ns()) / 1e9)
@@ -117,7 +117,7 @@ def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
 
 
 def _ahead(buffer: TimedBuffer, speed: float, stamp: int, begin: int, image: int) -> float:
-    """Return how far ahead of the truth the camera of an image is said to be, metres."""
+    """Return how far the looked-up camera is ahead of the true one, metres."""
     found = as_pose(buffer.lookup_transform(
         'odom', _camera(speed), Time(nanoseconds=stamp), _PATIENCE))
     truth = pose_at(speed, 0.0, image - begin) @ BASE_T_CAMERA
@@ -158,7 +158,7 @@ def _report(looks: list[Look], ages: Any) -> Report:
 
 
 def _fit(looks: list[Look], speed: float) -> tuple[float, float]:
-    """Return the slope, m/s, and how old the latest was, seconds, from error = v (delay - age)."""
+    """Return the slope v, m/s, and the age of the latest, seconds, of error = v (delay - age)."""
     delays, errors = zip(*[(as_seconds(look.delay), look.latest)
                            for look in looks if look.speed == speed], strict=True)
     slope, error_at_zero = np.polyfit(delays, errors, 1)

@@ -38,7 +38,7 @@ def as_nanoseconds(time: Any) -> int:
     :raises InvalidArgumentException: none of these.
     """
     nanoseconds = getattr(time, 'nanoseconds', None)
-    # What pandas calls so is a part of a second.
+    # A Timedelta of pandas has an attribute nanoseconds, but it is only the last three digits.
     if nanoseconds is None or isinstance(time, timedelta):
         try:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
@@ -71,10 +71,10 @@ def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
     if type(time) is TimeMessage:  # the common case
         return time.sec * NANOSECONDS_PER_SECOND + time.nanosec  # type: ignore[no-any-return]
     stamp = as_nanoseconds(time)
-    # Asking a Time for its clock costs as much as all else here, and steady time counts
-    # from when the machine started.
+    # Asking for the clock type costs as much as all else here. Steady time counts from when the
+    # machine started, so it is a small number; system time is wrong only if time is simulated.
     if isinstance(time, Time) and stamp and (stamp < _LONGEST_UPTIME or is_simulated()):
-        # rclpy's enumerations are several times slower to compare.
+        # Comparing rclpy's enumerations is several times slower.
         kind = time.clock_type.value
         if kind != _ROS_TIME and (kind == _STEADY_TIME or is_simulated()):
             raise InvalidArgumentException(_other_clock(time))
@@ -104,7 +104,7 @@ def as_sample(message: TransformStamped) -> Sample:
     header = message.header
     try:
         stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
-    except AttributeError:  # an rclpy Time has no business there, but tf2 lets it in
+    except AttributeError:  # it should be a message, but tf2 accepts a Time of rclpy too
         stamp = as_nanoseconds(header.stamp)
     return Sample(header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/'),
                   stamp, _pose_tuple(message.transform))
@@ -117,7 +117,7 @@ def as_pose(transform: Transform | TransformStamped) -> Pose:
 
 def _pose_tuple(transform: Transform) -> PoseTuple:
     t, q = transform.translation, transform.rotation
-    # A message takes an int where it wants a float, and then serializes garbage.
+    # rclpy accepts an int in a float field, but serializes it as another number.
     return (float(t.x), float(t.y), float(t.z),
             float(q.x), float(q.y), float(q.z), float(q.w))
 
@@ -126,8 +126,8 @@ def with_float_fields(message: TransformStamped) -> TransformStamped:
     """
     Return the message itself, or, if it holds ints, a copy with floats.
 
-    rclpy writes the memory of an int as if it were a double, so ``translation.x = 1``
-    would be published as 5e-324 or so.
+    rclpy serializes the memory of an int as if it were a double, so
+    ``translation.x = 1`` would be published as about 5e-324.
     """
     t, q = message.transform.translation, message.transform.rotation
     if all(type(number) is float for number in (t.x, t.y, t.z, q.x, q.y, q.z, q.w)):
@@ -163,10 +163,10 @@ def transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
     :raises InvalidArgumentException: a stamp that no message can hold.
     """
     sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
-    if sec.bit_length() > 31:  # seldom, and a call costs as much as this line
+    if sec.bit_length() > 31:  # seldom; a call each time would cost as much as this line
         sec, nanosec = as_sec_nanosec(stamp)
     x, y, z, qx, qy, qz, qw = pose
-    # With w > 0.5 it has tf2's sign; to see that here spares the call.
+    # With w > 0.5 the sign is always tf2's, and no call is needed to see that.
     if not (qw > 0.5 or has_tf2_sign(qx, qy, qz, qw)):
         qx, qy, qz, qw = -qx, -qy, -qz, -qw
     return _transform_stamped(
