@@ -118,7 +118,7 @@ def way(tree: Queries, module: Module) -> list[Edge]:
             frame = parent_of[frame]
         return edges
 
-    # Edges that both climb over lie above the frame where they meet.
+    # What both climb over lies above where they meet.
     return sorted(set(climb(module.sensor)) ^ set(climb(module.target)))
 
 

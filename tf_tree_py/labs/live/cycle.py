@@ -28,7 +28,7 @@ _PATIENCE_S = 20.0
 
 
 class WatchedBuffer(Buffer):
-    """A buffer that keeps what it refuses, and when."""
+    """A buffer that notes what it refuses, and when."""
 
     def __init__(self) -> None:
         super().__init__()

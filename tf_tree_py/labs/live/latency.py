@@ -30,7 +30,7 @@ _PATIENCE = Duration(seconds=10)
 
 
 class TimedBuffer(Buffer):
-    """A buffer that keeps the age of each moving transform on arrival, nanoseconds."""
+    """A buffer that notes how old each moving transform is on arrival, nanoseconds."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,7 +38,7 @@ class TimedBuffer(Buffer):
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:
-        """Take a message from the wire."""
+        """Take a message as it comes off the wire."""
         if not static:
             self.ages.append(time.time_ns() - batch.stamps[0])
         return super().insert_batch(batch, authority, static)
@@ -104,7 +104,7 @@ def _phases(images: int) -> Iterator[int]:
 
 
 def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
-    """Look up the camera for an image, at once and after each delay."""
+    """Look up the camera of an image at once, and after each delay."""
     late = []
     for planned in DELAYS:
         time.sleep(max(0, image + planned - time.time_ns()) / 1e9)
@@ -117,7 +117,7 @@ def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
 
 
 def _ahead(buffer: TimedBuffer, speed: float, stamp: int, begin: int, image: int) -> float:
-    """Return how far the looked-up camera is ahead of the true one, metres."""
+    """Return how far ahead of the truth the camera of an image is said to be, metres."""
     found = as_pose(buffer.lookup_transform(
         'odom', _camera(speed), Time(nanoseconds=stamp), _PATIENCE))
     truth = pose_at(speed, 0.0, image - begin) @ BASE_T_CAMERA

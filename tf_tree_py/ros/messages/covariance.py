@@ -18,7 +18,7 @@ def rotate_covariance(covariance: Any, a_q_b: Quaternion) -> Array:
 
 
 def carry_covariance(covariance: Any, a_T_b: PoseTuple) -> Array:
-    """Return the covariance (36,) of a twist that ``carry`` takes from b to a."""
+    """Return the covariance (36,) of a twist that the adjoint carried from b to a."""
     adjoint = _diagonal(a_T_b[3:])
     # Column by column: the lever arm is t x R.
     adjoint[:3, 3:] = np.cross(a_T_b[:3], adjoint[:3, :3].T).T
