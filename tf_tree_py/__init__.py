@@ -47,7 +47,7 @@ if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
     from tf_tree_py.ros.messages.arrays import as_matrix, as_points
     from tf_tree_py.ros.messages.convert import as_pose
     from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
-    from tf_tree_py.ros.messages.registration import (
+    from tf_tree_py.ros.messages.registry import (
         convert,
         ConvertRegistration,
         NotImplementedException,
@@ -69,19 +69,19 @@ _ROS_NAMES = {
     'BufferClient': 'remote.buffer_client',
     'BufferInterface': 'buffer.interface',
     'BufferServer': 'remote.buffer_server',
-    'convert': 'messages.registration',
-    'ConvertRegistration': 'messages.registration',
+    'convert': 'messages.registry',
+    'ConvertRegistration': 'messages.registry',
     'deskew_cloud': 'messages.deskew_cloud',
     'Drop': 'filtering.message_filter',
     'MessageFilter': 'filtering.message_filter',
-    'NotImplementedException': 'messages.registration',
-    'Stamped': 'messages.registration',
+    'NotImplementedException': 'messages.registry',
+    'Stamped': 'messages.registry',
     'StaticTransformBroadcaster': 'topics.broadcaster',
     'TransformBroadcaster': 'topics.broadcaster',
     'TransformDiagnostics': 'diagnostics',
     'TransformListener': 'topics.listener',
-    'TransformRegistration': 'messages.registration',
-    'TypeException': 'messages.registration',
+    'TransformRegistration': 'messages.registry',
+    'TypeException': 'messages.registry',
     'velocity_stamped': 'buffer.twists',
 }
 

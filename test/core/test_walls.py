@@ -43,8 +43,8 @@ ORDER = {
         'telling: table audit report diagnosis',
     ),
     'ros': rooms(
-        'messages: convert times message_maker covariance geometry point_cloud laser_scan arrays '
-        'point_times deskew_cloud stamped registration',
+        'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
+        'point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock awaitable futures',
         'buffer: arguments incident_log interface twists tf2_methods buffer ours',

@@ -1,12 +1,11 @@
 """
 How fast a frame moves, out of the poses in a buffer.
 
-``lookup_twist`` is right for frames that turn; ``lookup_velocity`` repeats what
-tf2's ``lookupVelocity`` computes, for code that was tuned to it.
+The answers are right also where frames turn. Velocities as tf2 computes them, its
+faults included, are in the drop-in.
 """
 
 from itertools import pairwise
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +15,10 @@ from .errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
-    TransformException,
 )
-from .geometry import se3, so3
+from .geometry import se3
 from .geometry.screws import carry, carry_many, Screw
-from .geometry.so3 import Array, Quaternion, Vector3
+from .geometry.so3 import Array, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from .times import checked_stamp
 from .tree.outline import EdgeInfo
@@ -185,81 +183,3 @@ def _plus(a: Screw, b: Screw, factor: float) -> Screw:
     bx, by, bz, bu, bv, bw = b
     return (ax + factor * bx, ay + factor * by, az + factor * bz,
             au + factor * bu, av + factor * bv, aw + factor * bw)
-
-
-# --- as tf2 has it
-
-
-def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
-                    averaging_interval: int, *, reference_frame: str | None = None,
-                    reference_point: Vector3 = ORIGIN,
-                    reference_point_frame: str | None = None) -> Velocity:
-    """
-    Return what tf2's ``lookupVelocity`` does, its errors included; see ``lookup_twist``.
-
-    It differs from the truth where frames turn: the displacement, which is already in
-    the observation frame's axes, is turned by reference_R_tracking once more; the
-    velocity is that of the body's point at the reference frame's origin, so that a
-    frame that spins in place three metres away has one; and the lever to the reference
-    point is multiplied element by element, where it takes a cross product. Times go
-    through float seconds, rounded as in Jazzy, which may put the newest stamp of today's
-    clocks some 100 ns beyond the data. ``LATEST`` gives the velocity at the time 0.
-
-    Equal to Jazzy's to 1e-9 while a frame turns by more than 1e-6 rad in the interval:
-    of what turns less the arc cosine returns rounding, in both, and not the same.
-
-    :param stamp: nanoseconds, the middle of the interval unless the data ends before.
-    :param averaging_interval: nanoseconds.
-    :raises TransformException: as ``lookup`` does.
-    """
-    reference_frame = reference_frame or observation_frame
-    reference_point_frame = reference_point_frame or tracking_frame
-    try:
-        latest_s = _as_float_seconds(tree.latest_common_time(observation_frame, tracking_frame))
-    except TransformException:
-        latest_s = 0.0  # The lookups say why.
-    stamp_s, interval_s = _as_float_seconds(stamp), averaging_interval / 1e9
-    end_s = min(stamp_s + interval_s * 0.5, latest_s)
-    start_s = max(0.00001 + interval_s, end_s) - interval_s
-    start = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(start_s))
-    end = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(end_s))
-    rate = 1.0 / (end_s - start_s) if end_s != start_s else math.nan
-    turn = _tf2_rotation_vector(so3.multiply(so3.conjugate(start.rotation), end.rotation))
-    wx, wy, wz = so3.rotate(start.rotation, turn)
-    twist = ((end.x - start.x) * rate, (end.y - start.y) * rate, (end.z - start.z) * rate,
-             wx * rate, wy * rate, wz * rate)
-
-    time = _from_float_seconds(stamp_s)
-    pose = tree.lookup(reference_frame, tracking_frame, time)
-    vx, vy, vz, wx, wy, wz = carry(pose, twist)
-    px, py, pz = se3.apply(
-        tree.lookup(reference_frame, reference_point_frame, time), reference_point)
-    linear = (vx + wx * (px - pose.x), vy + wy * (py - pose.y), vz + wz * (pz - pose.z))
-    return Velocity(_from_float_seconds(start_s + interval_s * 0.5), linear, (wx, wy, wz))
-
-
-def _as_float_seconds(stamp: int) -> float:
-    """Return seconds, rounded as tf2's ``timeToSec`` does it: the two parts by themselves."""
-    whole, rest = divmod(stamp, NANOSECONDS_PER_SECOND)
-    return whole + 1e-9 * rest
-
-
-def _from_float_seconds(seconds: float) -> int:
-    """Return nanoseconds, rounded as tf2's ``timeFromSec`` does it."""
-    whole = math.floor(seconds)
-    return whole * NANOSECONDS_PER_SECOND + math.floor((seconds - whole) * 1e9 + 0.5)
-
-
-def _tf2_rotation_vector(q: Quaternion) -> Vector3:
-    """
-    Return tf2's axis times tf2's angle, of the quaternion that tf2 makes of the matrix.
-
-    Beyond 120 degrees w may be negative there, and then the angle is more than half a
-    turn, the long way round.
-    """
-    x, y, z, w = so3.with_tf2_sign(q)
-    square = 1.0 - w * w
-    if square < 10.0 * np.finfo(float).eps:
-        return (2.0 * math.acos(min(w, 1.0)), 0.0, 0.0)
-    scale = 2.0 * math.acos(w) / math.sqrt(square)
-    return (scale * x, scale * y, scale * z)

@@ -1,4 +1,4 @@
-"""One camera is remounted: how many places change, with hard-coded offsets and with a tree."""
+"""A camera is remounted: how many places must change with hard-coded offsets, and with a tree."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ Edge = tuple[str, str]
 
 
 class Module(NamedTuple):
-    """A perception module: whose data it takes, where it wants it, how far ahead it looks."""
+    """A perception module: its sensor, its target frame, and how far ahead it looks."""
 
     name: str
     target: str
@@ -50,7 +50,7 @@ REMOUNTED: Edge = ('head', 'head_camera')
 
 
 def _limb(top: str, names: Iterable[str]) -> list[Edge]:
-    """Return the edges of a chain of links that hangs on another."""
+    """Return the edges of a chain of links below another link."""
     links = [top, *names]
     return list(zip(links, links[1:], strict=False))
 
@@ -87,7 +87,7 @@ REMOUNT = SENSORS[REMOUNTED] @ Pose.from_xyz_rpy(x=0.02, z=0.03, pitch=radians(5
 
 
 def moving() -> dict[Edge, Pose]:
-    """Return the 32 edges that move: localisation, odometry and the joints, as it stands."""
+    """Return the 32 edges that move (localisation, odometry, joints) of the robot at rest."""
     edges = {('map', 'odom'): Pose.from_xyz_rpy(0.3, -0.1, yaw=0.05),
              ('odom', 'pelvis'): Pose.from_xyz_rpy(4.0, 2.0, 0.9, yaw=0.7)}
     for number, (parent, child) in enumerate(_joints()):
@@ -115,7 +115,7 @@ def way(tree: Queries, module: Module) -> list[Edge]:
 
 
 class Forgotten(NamedTuple):
-    """What a module is wrong by if nobody tells it: at what it looks at metres, radians."""
+    """The error of a module that kept the old offset, where it looks: metres, radians."""
 
     module: Module
     edges: int
@@ -135,7 +135,7 @@ def forgotten(module: Module, before: Queries, after: Queries) -> Forgotten:
 
 
 class Places(NamedTuple):
-    """How many places hold an offset, and how many of them change with the camera."""
+    """The number of places that hold an offset, and of those that change with the camera."""
 
     kept: str
     places: int
@@ -201,7 +201,7 @@ def _forgotten_table(rows: list[Forgotten]) -> Table:
 def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
     left, right = figure.subplots(1, 2)
     heights = np.arange(len(counts))
-    # A logarithmic axis, on which 1 can be seen beside 456; it has no zero, so dots, not bars.
+    # A logarithmic axis shows 1 beside 456. It has no zero, so there are dots instead of bars.
     left.hlines(heights, [count.change for count in counts], [count.places for count in counts],
                 color=GREY, linewidth=1.0)
     for key, fill, label in (('places', 'none', 'places that hold an offset'),

@@ -1,4 +1,4 @@
-"""What a lab has to tell: tables, the law they show, numbers; as text and as JSON."""
+"""The report of a lab: tables, the law that they show, and numbers; as text and as JSON."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,9 +15,9 @@ class Column(NamedTuple):
     One column of a table.
 
     :ivar key: its name in JSON; values there are in SI units.
-    :ivar heading: what stands above it, with the unit of what is shown.
-    :ivar style: how a number is written, such as ``.1f``.
-    :ivar scale: what a value is multiplied with to be shown, such as 100 for centimetres.
+    :ivar heading: its heading, with the unit of the numbers below.
+    :ivar style: the format of a number, such as ``.1f``.
+    :ivar scale: the factor from a value to the number shown, such as 100 for centimetres.
     """
 
     key: str
@@ -26,27 +26,27 @@ class Column(NamedTuple):
     scale: float = 1.0
 
     def write(self, value: Any) -> str:
-        """Return a value as it stands in the table; None is a dash."""
+        """Return a value as text for the table; a dash for None."""
         if value is None:
             return '-'
         if isinstance(value, bool):
             return 'yes' if value else 'no'
         if not isinstance(value, (int, float)):
             return str(value)
-        # Adding 0.0 makes of -0.0 a plain zero, once it is rounded.
+        # Adding 0.0 turns a rounded -0.0 into 0.0.
         return format(round(value * self.scale, 9) + 0.0 if self.style else value, self.style)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings, and one line that says what they are."""
+    """Rows under headings, and a title."""
 
     title: str
     columns: Sequence[Column]
     rows: Sequence[Sequence[Any]]
 
     def as_text(self) -> str:
-        """Return it as lines for a terminal: text to the left, numbers to the right."""
+        """Return it as lines for a terminal: text is aligned left, numbers right."""
         cells = [[column.write(value) for column, value in zip(self.columns, row, strict=True)]
                  for row in self.rows]
         heads = [column.heading for column in self.columns]
@@ -72,8 +72,8 @@ class Report:
     The outcome of a lab.
 
     :ivar law: the law it shows, one sentence with the fitted numbers.
-    :ivar remarks: what else there is to see, a paragraph each.
-    :ivar numbers: what the law was fitted with, by name, for JSON; SI units.
+    :ivar remarks: further results, a paragraph each.
+    :ivar numbers: the fitted numbers of the law, by name, for JSON; SI units.
     :ivar draw: draws the picture into a matplotlib ``Figure``.
     """
 
@@ -96,7 +96,7 @@ class Report:
 
 
 def _wrapped(text: str) -> str:
-    """Fold a paragraph; lines that are indented stay as they are."""
+    """Wrap a paragraph; indented lines stay as they are."""
     lines = []
     for line in text.splitlines():
         lines += [line] if line.startswith(' ') else textwrap.wrap(line, _WIDTH)

@@ -14,7 +14,7 @@ from ..messages.convert import as_nanoseconds, time_message
 
 
 class TwistLookups(BufferCore):
-    """The part of ``Buffer`` that tells how fast frames move; tf2's is in ``core_api``."""
+    """The part of ``Buffer`` that tells how fast frames move."""
 
     _as_stamp: Callable[[Any], int]
 
