@@ -38,7 +38,7 @@ ORDER = {
         'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
         'meters',
         'tree: many climb path tree outline queries',
-        'buffer: waiters deadline buffer_core',
+        'buffer: waiters deadline waiting buffer_core',
         ': deskew twist',
         'telling: audit report',
     ),
@@ -46,7 +46,7 @@ ORDER = {
         'messages: convert times message_maker covariance geometry point_cloud laser_scan arrays '
         'point_times deskew_cloud stamped registration',
         'threads: complaint companion receiver response_receiver',
-        'waiting: clock alarm_clock awaitable futures',
+        'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: arguments incident_log interface twists tf2_methods buffer ours',
         'topics: qos authority rivals broadcaster listener',
         'remote: lookup_goal lookup_call goal_client buffer_client buffer_server',

@@ -52,7 +52,7 @@ def until(condition):
 
 def until_waiting(buffer, count=1):
     """Wait until so many threads wait inside a buffer."""
-    until(lambda: len(buffer._waiters) >= count)
+    until(lambda: len(buffer.waiting) >= count)
 
 
 class Talker:

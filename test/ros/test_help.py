@@ -3,9 +3,9 @@
 from tf_tree_py import Buffer
 
 FOR_THE_PACKAGE = {
-    'alarm_clock', 'begin_feed', 'end_feed', 'fail_waiters', 'fed_by', 'forget_orphans',
-    'leave_orphan', 'log_to', 'name_later', 'no_longer_fed_by', 'note', 'observe', 'record',
-    'refuse', 'sleep_until_waited_for', 'unobserve', 'wake_everybody'}
+    'begin_feed', 'end_feed', 'fed_by',
+    'log_to', 'name_later', 'no_longer_fed_by', 'note', 'observe', 'record',
+    'refuse', 'unobserve'}
 
 
 def test_what_only_the_package_calls_is_not_public():

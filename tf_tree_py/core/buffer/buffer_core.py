@@ -6,24 +6,22 @@ the lock is held, and nothing of a caller's but the query that ``wait_for`` is g
 """
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from copy import copy
 from dataclasses import replace
 from operator import attrgetter
-import threading
 from typing import Any, NoReturn, TypeVar
 import warnings
 
 import numpy.typing as npt
 
 from .deadline import Deadline, WallDeadline
-from .waiters import Waiter, Waiters, wake_all
+from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
 from ..arrivals.meters import Meter
 from ..arrivals.sample import admitted, Batch, checked, Sample, sound_poses
 from ..arrivals.track import checked_track, Judged, Track
-from ..errors import ClockJumpException, TransformException
+from ..errors import ClockJumpException
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
@@ -70,7 +68,8 @@ class BufferCore(Queries):
         super().__init__(Tree(
             DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
             max_frames, max_name_bytes))
-        self._waiters = Waiters()
+        self.waiting = Waiting(self._lock)
+        """All who wait for data; its length is how many."""
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)
         self._jump_back = None if clear_on_jump_back is None else JumpBack(clear_on_jump_back)
@@ -79,8 +78,6 @@ class BufferCore(Queries):
         self._attentive = self._jump_back is not None
         # What a program that inserts by itself was warned of.
         self._warned: set[Hashable] = set()
-        # Why everybody who waited was last made to give up: who began with another one.
-        self._failure: TransformException | None = None
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(f'a {type(self).__name__} can be neither pickled nor copied, for others '
@@ -147,18 +144,9 @@ class BufferCore(Queries):
                                and self._guard.is_too_far(int(track.stamps.max()))):
             return [incident for sample in track.samples()
                     for incident in self._insert([sample], [sample.stamp], authority, False)]
-        judged = track.judged(authority)
-        ready: list[Waiter] = []
-        try:
-            with self._lock:
-                version = self._tree.version
-                try:
-                    incidents = self._insert_track(track, judged, authority)
-                finally:
-                    ready = self._take_ready((track.child,), version)
-        finally:
-            wake_all(ready)
-        return self._explained(incidents)
+        return self._explained(self.waiting.change(
+            self._tree, lambda: (track.child,),
+            self._insert_track, track, track.judged(authority), authority))
 
     def _insert_track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
         incidents: list[Incident] = []
@@ -209,41 +197,30 @@ class BufferCore(Queries):
             return self._insert(batch.samples(), batch.stamps, authority, static)
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
-        incidents: list[Incident] = []
         told: list[Incident] = []
         if self._attentive:
             self._measure(batch.edges, batch.stamps)
             told = self._follow(batch.edges, batch.stamps, authority)
-        ready: list[Waiter] = []
-        try:
-            with self._lock:
-                version = self._tree.version
-                try:
-                    taken = self._tree.append_batch(batch, authority)
-                    self._statistics.accepted += taken
-                    if taken < len(batch.edges):
-                        incidents = self._insert_each(batch.samples()[taken:], authority, static)
-                finally:
-                    ready = self._take_ready((child for _, child in batch.edges), version)
-        finally:
-            wake_all(ready)
+        incidents = self.waiting.change(
+            self._tree, lambda: [child for _, child in batch.edges],
+            self._append, batch, authority)
         return told + self._explained(incidents) if told or incidents else incidents
+
+    def _append(self, batch: Batch, authority: str) -> list[Incident]:
+        taken = self._tree.append_batch(batch, authority)
+        self._statistics.accepted += taken
+        if taken == len(batch.edges):
+            return []
+        return self._insert_each(batch.samples()[taken:], authority, False)
 
     def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
                 static: bool) -> list[Incident]:
         told: list[Incident] = []
         if stamps and not static and (self._attentive or max(stamps) > self._guard.limit):
             samples, told = self._in_time(samples, authority)
-        ready: list[Waiter] = []
-        try:
-            with self._lock:
-                version = self._tree.version
-                try:
-                    incidents = self._insert_each(samples, authority, static)
-                finally:
-                    ready = self._take_ready((sample.child for sample in samples), version)
-        finally:
-            wake_all(ready)
+        incidents = self.waiting.change(
+            self._tree, lambda: [sample.child for sample in samples],
+            self._insert_each, samples, authority, static)
         return told + self._explained(incidents) if told or incidents else incidents
 
     def _insert_each(self, samples: Iterable[Sample], authority: str,
@@ -340,20 +317,6 @@ class BufferCore(Queries):
             counts = self._statistics
             return Statistics(counts.accepted, dict(counts.incidents), len(self._tree.frames))
 
-    def _take_ready(self, touched: Iterable[str], version: int) -> list[Waiter]:
-        """Take out the waiters for whom these insertions may have changed something."""
-        tree, waiters = self._tree, self._waiters
-        if not waiters:
-            return []
-        if tree.version != version:
-            return waiters.take_all()
-        ready: list[Waiter] = []
-        for child in touched:
-            history = tree.histories.get(child)
-            if history is not None and history.latest_stamp is not None:
-                ready += waiters.take_reached(child, history.latest_stamp)
-        return ready
-
     # --- waiting
 
     def wait_for(self, query: Callable[[], Answer], deadline: Deadline) -> Answer:
@@ -368,55 +331,13 @@ class BufferCore(Queries):
         :raises TransformException: the query's own error, with ``waited_s``, when time
             is up; or at once when waiting cannot help (older than the buffer keeps).
         """
-        event = threading.Event()
-        waiter = Waiter(event.set)
-        slept = over = False
-        before = None
-        try:
-            while True:
-                with self._lock:
-                    if slept:
-                        self._raise_failure_since(before)
-                    before = self._failure
-                    event.clear()
-                    try:
-                        return query()
-                    except TransformException as error:
-                        if over or error.blocked_on is None:
-                            raise
-                        self._waiters.add(waiter, error.blocked_on)
-                slept = True
-                over = not deadline.wait(event)
-        except TransformException as error:
-            if slept:
-                error.waited_s = deadline.elapsed_s()
-            raise
-        finally:
-            with self._lock:
-                self._waiters.discard(waiter)
+        return self.waiting.wait_for(query, deadline)
 
     def lookup_within(self, timeout_s: float, target_frame: str, source_frame: str,
                       stamp: int = LATEST) -> Pose:
         """Return ``lookup``, waiting for the data for so many seconds of wall time."""
         return self.wait_for(lambda: self.lookup(target_frame, source_frame, stamp),
                              WallDeadline(timeout_s))
-
-    def _sleep_until_waited_for(self, timeout_s: float) -> None:
-        """Sleep, but not while anybody waits for data: for those who deliver it."""
-        self._waiters.somebody.wait(timeout_s)
-
-    def _fail_waiters(self, failure: TransformException) -> None:
-        """Make everybody who waits give up with an error."""
-        with self._lock:
-            self._failure = copy(failure)
-            waiters = self._waiters.take_all()
-        wake_all(waiters)
-
-    def _raise_failure_since(self, before: TransformException | None) -> None:
-        """Raise why everybody was made to give up, if that was since another time."""
-        if self._failure is not None and self._failure is not before:
-            # A copy, for the same one may be raised in several threads.
-            raise copy(self._failure)
 
     # --- forgetting
 
@@ -426,8 +347,7 @@ class BufferCore(Queries):
             self._forget()
             if self._jump_back:
                 self._jump_back.begin()
-            ready = self._waiters.take_all()
-        wake_all(ready)
+        self.waiting.ask_again()
 
     def start_anew(self, why: str) -> None:
         """
@@ -448,7 +368,7 @@ class BufferCore(Queries):
         self._guard = self._guard.renewed()
 
     def _give_up(self, why: str) -> None:
-        self._fail_waiters(ClockJumpException(
+        self.waiting.fail(ClockJumpException(
             f'{why} while this was waited for; the buffer was cleared'))
 
     def remove_frame(self, frame: str) -> bool:
@@ -459,8 +379,8 @@ class BufferCore(Queries):
         """
         with self._lock:
             known = self._tree.remove(frame)
-            ready = self._waiters.take_all() if known else []
-        wake_all(ready)
+        if known:
+            self.waiting.ask_again()
         return known
 
 

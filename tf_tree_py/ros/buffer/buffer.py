@@ -35,8 +35,9 @@ from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
 from .twists import TwistLookups
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
-from ..waiting.clock import ClockDeadline, ClockWatch
+from ..waiting.clock import ClockWatch
 from ..waiting.futures import AsyncLookups
+from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
 
@@ -93,7 +94,9 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             max_name_bytes=max_name_bytes, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
-        self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
+        self.timeouts = Timeouts(
+            self.waiting, self._watch,
+            None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9)
         self._feeds = 0
         self._tree.when_empty = self._when_empty()
         # Not their identifiers: those are given to other threads later.
@@ -167,7 +170,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             deserted = self._feeds == 0
         if deserted:
             self._watch.release()
-            self._wake_everybody()
+            # Some give up when nobody delivers any more.
+            self.waiting.ask_again()
 
     def _when_empty(self) -> str:
         """Return the hint for who asks before anything has come."""
@@ -267,7 +271,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
                 error.hint = ('Not waited: this very thread delivers the transforms, so waiting '
                               'in it would only delay them')
                 raise
-        deadline = ClockDeadline(self._watch, duration, self._wall_guard_s)
+        deadline = self.timeouts.deadline(duration)
         try:
             return self.wait_for(query, deadline)
         except TransformException as error:

@@ -97,7 +97,7 @@ class TransformListener:
         self._end_feed = functools.partial(buffer._end_feed, *feed_of)
         if spin_thread:
             self._receiver = Receiver(
-                self._home, self._end_feed, rest=buffer._sleep_until_waited_for)
+                self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody)
             buffer._fed_by(self._receiver.thread)
             if lives_with_node:
                 # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
