@@ -35,8 +35,8 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 pose poses se2',
         'edges: history',
-        'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
-        'meters',
+        'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
+        'streams meters',
         'tree: many climb path tree outline queries',
         'buffer: waiters deadline waiting buffer_core',
         ': deskew twist',

@@ -4,8 +4,8 @@ from tf_tree_py import Buffer
 
 FOR_THE_PACKAGE = {
     'begin_feed', 'end_feed', 'fed_by',
-    'log_to', 'name_later', 'no_longer_fed_by', 'note', 'observe', 'record',
-    'refuse', 'unobserve'}
+    'log_to', 'name_later', 'no_longer_fed_by', 'note', 'record',
+    'refuse'}
 
 
 def test_what_only_the_package_calls_is_not_public():

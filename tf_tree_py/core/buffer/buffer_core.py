@@ -18,7 +18,7 @@ from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
-from ..arrivals.meters import Meter
+from ..arrivals.observers import asked, Observers
 from ..arrivals.sample import admitted, Batch, checked, Sample, sound_poses
 from ..arrivals.track import checked_track, Judged, Track
 from ..errors import ClockJumpException
@@ -73,9 +73,7 @@ class BufferCore(Queries):
         self._statistics = Statistics()
         self._guard = FutureGuard(now, max_future)
         self._jump_back = None if clear_on_jump_back is None else JumpBack(clear_on_jump_back)
-        self._meters: tuple[Meter, ...] = ()
-        # Whether more is to be done about a message than to insert it.
-        self._attentive = self._jump_back is not None
+        self.observers = Observers()
         # What a program that inserts by itself was warned of.
         self._warned: set[Hashable] = set()
 
@@ -140,10 +138,13 @@ class BufferCore(Queries):
         return self._told(incidents, strict)
 
     def _take_track(self, track: Track, authority: str) -> list[Incident]:
-        if self._attentive or (len(track.stamps)
+        if self._jump_back or (len(track.stamps)
                                and self._guard.is_too_far(int(track.stamps.max()))):
             return [incident for sample in track.samples()
                     for incident in self._insert([sample], [sample.stamp], authority, False)]
+        if self.observers.of_arrivals and len(track.stamps):
+            self.observers.tell_arrived(
+                [(track.parent, track.child)] * len(track.stamps), track.stamps.tolist())
         return self._explained(self.waiting.change(
             self._tree, lambda: (track.child,),
             self._insert_track, track, track.judged(authority), authority))
@@ -198,8 +199,9 @@ class BufferCore(Queries):
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
         told: list[Incident] = []
-        if self._attentive:
-            self._measure(batch.edges, batch.stamps)
+        if batch.edges and self.observers.of_arrivals:
+            self.observers.tell_arrived(batch.edges, batch.stamps)
+        if self._jump_back:
             told = self._follow(batch.edges, batch.stamps, authority)
         incidents = self.waiting.change(
             self._tree, lambda: [child for _, child in batch.edges],
@@ -216,7 +218,8 @@ class BufferCore(Queries):
     def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
                 static: bool) -> list[Incident]:
         told: list[Incident] = []
-        if stamps and not static and (self._attentive or max(stamps) > self._guard.limit):
+        if stamps and not static and (self._jump_back or self.observers.of_arrivals
+                                      or max(stamps) > self._guard.limit):
             samples, told = self._in_time(samples, authority)
         incidents = self.waiting.change(
             self._tree, lambda: [sample.child for sample in samples],
@@ -247,8 +250,9 @@ class BufferCore(Queries):
                  authority: str) -> tuple[list[Sample], list[Incident]]:
         """Return the samples that are not refused for their stamps, and what to tell."""
         told: list[Incident] = []
-        if self._attentive:
-            self._measure(_edges_of(samples), [sample.stamp for sample in samples])
+        if self.observers.of_arrivals:
+            self.observers.tell_arrived(
+                _edges_of(samples), [sample.stamp for sample in samples])
         guard = self._guard
         if guard.is_too_far(max(map(_stamp_of, samples))):
             with self._lock:
@@ -258,10 +262,6 @@ class BufferCore(Queries):
             told += self._follow(_edges_of(samples), [sample.stamp for sample in samples],
                                  authority)
         return samples, told
-
-    def _measure(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
-        for meter in self._meters:
-            meter.arrived(edges, stamps)
 
     def _follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
                 authority: str) -> list[Incident]:
@@ -296,20 +296,7 @@ class BufferCore(Queries):
         for incident in incidents:
             self._statistics.incidents[incident.kind] += 1
         if incidents:
-            for meter in self._meters:
-                meter.told(incidents)
-
-    def _observe(self, meter: Meter) -> None:
-        """Let a meter count what arrives from now on."""
-        with self._lock:
-            self._meters += (meter,)
-            self._attentive = True
-
-    def _unobserve(self, meter: Meter) -> None:
-        """Let a meter go."""
-        with self._lock:
-            self._meters = tuple(other for other in self._meters if other is not meter)
-            self._attentive = bool(self._meters or self._jump_back)
+            self.observers.tell_incidents(incidents)
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""
@@ -336,8 +323,9 @@ class BufferCore(Queries):
     def lookup_within(self, timeout_s: float, target_frame: str, source_frame: str,
                       stamp: int = LATEST) -> Pose:
         """Return ``lookup``, waiting for the data for so many seconds of wall time."""
-        return self.wait_for(lambda: self.lookup(target_frame, source_frame, stamp),
-                             WallDeadline(timeout_s))
+        return self.observers.watch(
+            [asked(target_frame, source_frame, stamp)], lambda: self.wait_for(
+                lambda: self.lookup(target_frame, source_frame, stamp), WallDeadline(timeout_s)))
 
     # --- forgetting
 

@@ -5,7 +5,7 @@ Only translation happens here; every answer is ``BufferCore``'s. What neither
 waits nor needs a clock is in ``core_api``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import threading
 import time
 from typing import Any, Protocol, TypeVar
@@ -20,6 +20,7 @@ from rclpy.node import Node
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.observers import Asked, asked, halves
 from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_AUTHORITY,
     DEFAULT_MAX_FRAMES,
@@ -96,7 +97,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
         self.timeouts = Timeouts(
             self.waiting, self._watch,
-            None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9)
+            None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
         self._feeds = 0
         self._tree.when_empty = self._when_empty()
         # Not their identifiers: those are given to other threads later.
@@ -109,9 +110,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
-            # On this object only: a buffer without an audit pays nothing for it.
-            self.lookup = self.audit.watch(self.lookup, self._stamp_of)
-            self.lookup_transform = self.audit.watch(self.lookup_transform, as_nanoseconds)
+            self.observers.add(self.audit)
 
     def now(self) -> int:
         """Return the time by the clock that stamps go by, nanoseconds."""
@@ -240,7 +239,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
         else:
             found, pose = self._within(
-                timeout, lambda: self.lookup_stamped(target_frame, source_frame, stamp))
+                timeout, [asked(target_frame, source_frame, stamp)],
+                lambda: self.lookup_stamped(target_frame, source_frame, stamp))
         return transform_stamped(target_frame, source_frame, found, pose)
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
@@ -253,15 +253,23 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         (fixed <- source at source_time). Parameters and errors as ``lookup_transform``.
         """
         stamps = self._as_stamp(target_time), self._as_stamp(source_time)
-        found, pose = self._within(timeout, lambda: self.lookup_full_stamped(
-            target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
+        found, pose = self._within(
+            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self.lookup_full_stamped(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
         return transform_stamped(target_frame, source_frame, found, pose)
 
-    def _within(self, timeout: Any, query: Callable[[], Answer]) -> Answer:
-        """Answer a query within a timeout by the buffer's clock."""
+    def _within(self, timeout: Any, lookups: Sequence[Asked],
+                query: Callable[[], Answer]) -> Answer:
+        """Answer a query within a timeout by the buffer's clock; it is these lookups."""
         duration = as_nanoseconds(timeout)
         if duration <= 0:
             return query()
+        if self.observers.hear_lookups():
+            return self.observers.watch(lookups, self._wait, duration, query)
+        return self._wait(duration, query)
+
+    def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
         try:
             return query()
         except TransformException as error:

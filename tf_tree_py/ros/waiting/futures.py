@@ -1,10 +1,11 @@
 """Waiting without a thread of one's own: what ``Buffer``'s ``..._async`` methods return."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.task import Future
+from tf_tree_py.core.arrivals.observers import Asked, asked, halves
 from tf_tree_py.core.buffer.buffer_core import BufferCore
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
@@ -22,13 +23,14 @@ class TransformFuture(AwaitableFuture):
     than the buffer keeps, when the clock jumps back, and when the last listener closes.
     """
 
-    def __init__(self, timeouts: Timeouts, frames: tuple[str, str],
+    def __init__(self, timeouts: Timeouts, frames: tuple[str, str], lookups: Sequence[Asked],
                  query: Callable[[], tuple[int, PoseTuple]], timeout: Any) -> None:
         """
         Ask for the first time.
 
         :param timeouts: those of the buffer that is asked.
         :param frames: target and source.
+        :param lookups: what observers are told that it asks.
         :param query: returns a stamp and ``target_T_source``.
         """
         super().__init__()
@@ -36,6 +38,7 @@ class TransformFuture(AwaitableFuture):
         self._wait = Wait(
             timeouts, self, query, None if timeout is None else as_nanoseconds(timeout))
         timeouts.forget_orphans()
+        self._tell_end = timeouts.observers.begin(*lookups)
         self._wait.ask()
 
     def answered(self, answer: tuple[int, PoseTuple]) -> None:
@@ -46,10 +49,12 @@ class TransformFuture(AwaitableFuture):
             self.failed(error)
         else:
             self.set_result(transform)
+            self._tell_end(None)
 
     def failed(self, error: TransformException) -> None:
         """End with the reason why nothing will be found."""
         self.set_exception(error)
+        self._tell_end(error)
         if self._wait.released:
             # Who would have asked has ended too, of which rclpy would complain.
             self.exception()
@@ -112,6 +117,7 @@ class AsyncLookups(LookupCoroutines, BufferCore):
         stamp = self._as_stamp(time)
         return TransformFuture(
             self.timeouts, (target_frame, source_frame),
+            [asked(target_frame, source_frame, stamp)],
             lambda: self.lookup_stamped(target_frame, source_frame, stamp), timeout)
 
     def wait_for_transform_full_async(
@@ -121,5 +127,6 @@ class AsyncLookups(LookupCoroutines, BufferCore):
         stamps = self._as_stamp(target_time), self._as_stamp(source_time)
         return TransformFuture(
             self.timeouts, (target_frame, source_frame),
+            halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
             lambda: self.lookup_full_stamped(
                 target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)

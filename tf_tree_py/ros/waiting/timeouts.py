@@ -11,6 +11,7 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any, Generic, Protocol, TypeVar
 import weakref
 
+from tf_tree_py.core.arrivals.observers import Observers
 from tf_tree_py.core.buffer.waiting import Inquiry, Pending, Waiting
 from tf_tree_py.core.errors import TransformException
 
@@ -30,9 +31,11 @@ class Timeouts:
 
     :ivar waiting: the line that they stand in.
     :ivar watch: the clock to go by.
+    :ivar observers: those of the buffer.
     """
 
-    def __init__(self, waiting: Waiting, watch: ClockWatch, wall_guard_s: float | None) -> None:
+    def __init__(self, waiting: Waiting, watch: ClockWatch, wall_guard_s: float | None,
+                 observers: Observers) -> None:
         """
         Begin with nobody.
 
@@ -40,6 +43,7 @@ class Timeouts:
         """
         self.waiting = waiting
         self.watch = watch
+        self.observers = observers
         self._wall_guard_s = wall_guard_s
         self._alarms = Alarms(watch, self.forget_orphans)
         # What is left of waits that nobody refers to any more.
@@ -153,8 +157,9 @@ class Wait(Generic[Answer]):
             if deadline is not None and deadline.is_over():
                 once_more = False
             try:
-                answer = self._inquiry.ask(
-                    once_more=once_more, may_wait=self._may_wait)
+                # A lookup is told of where it begins, and not whenever it tries.
+                with self._timeouts.observers.quiet():
+                    answer = self._inquiry.ask(once_more=once_more, may_wait=self._may_wait)
             except TransformException as error:
                 if deadline is not None:
                     error.waited_s = deadline.elapsed_s()
