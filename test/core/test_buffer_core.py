@@ -490,5 +490,5 @@ def test_statistics_count_each_kind_once(robot):
 
 def test_what_could_not_be_read_is_counted_too(robot):
     (incident,) = robot.insert('a', 'a', 1, Pose())
-    robot._record(incident)
+    robot.intake.refuse(incident)
     assert robot.statistics().incidents[Kind.SELF_EDGE] == 2

@@ -38,7 +38,7 @@ ORDER = {
         'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
         'streams meters',
         'tree: many climb path tree outline queries',
-        'buffer: waiters deadline waiting buffer_core',
+        'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: audit report',
     ),
@@ -47,7 +47,7 @@ ORDER = {
         'point_times deskew_cloud stamped registration',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
-        'buffer: arguments incident_log interface twists tf2_methods buffer ours',
+        'buffer: arguments incident_log feeds interface twists tf2_methods buffer ours',
         'topics: qos authority rivals broadcaster listener',
         'remote: lookup_goal lookup_call goal_client buffer_client buffer_server',
         'filtering: drop_reasons message_filter',

@@ -100,5 +100,5 @@ class SimClock:
 
 def simulated_seconds(buffer):
     """Return the simulated time that a buffer goes by, None if it goes by the wall."""
-    now = buffer._watch.simulated_now()
+    now = buffer.timeouts.watch.simulated_now()
     return None if now is None else now / 1e9

@@ -321,5 +321,5 @@ def test_transform_without_an_authority_has_tf2s_default():
 
 def test_incident_can_be_recorded_by_others():
     buffer = Buffer()
-    buffer._refuse(Incident(Kind.MALFORMED, 'a', 'b', 0, 'me', 'because'))
+    buffer.feeds.refuse(Incident(Kind.MALFORMED, 'a', 'b', 0, 'me', 'because'))
     assert buffer.statistics().incidents[Kind.MALFORMED] == 1

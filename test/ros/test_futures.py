@@ -306,7 +306,7 @@ def test_timeouts_end_in_their_order_whatever_the_order_they_began_in(buffer):
 
 def test_short_timeout_is_not_held_up_by_a_long_one(buffer):
     long = wait_for(buffer, 3.0, HOUR)
-    until(lambda: buffer._watch._sleepers)
+    until(lambda: buffer.timeouts.watch._sleepers)
     short = wait_for(buffer, 3.0, lasting(0.02))
     assert ended(short).wait(PATIENCE_S)
     long.cancel()

@@ -26,7 +26,7 @@ class BufferCore(OurBuffer):
         super().__init__(cache_time, node, **options)
         self._wakers: dict[Waker, None] = {}
 
-    def _when_empty(self) -> str:
+    def _when_empty(self, fed: bool) -> str:
         # Listeners as tf2 has them do not tell a buffer of themselves.
         return 'Nothing has been received yet'
 

@@ -5,23 +5,21 @@ Every public method may be called from any thread. No long computation runs whil
 the lock is held, and nothing of a caller's but the query that ``wait_for`` is given.
 """
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import replace
-from operator import attrgetter
+from collections.abc import Callable, Hashable, Iterable
 from typing import Any, NoReturn, TypeVar
 import warnings
 
 import numpy.typing as npt
 
 from .deadline import Deadline, WallDeadline
+from .intake import Intake
 from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
-from ..arrivals.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
-from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
+from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
+from ..arrivals.jump_back import JumpBack
 from ..arrivals.observers import asked, Observers
-from ..arrivals.sample import admitted, Batch, checked, Sample, sound_poses
-from ..arrivals.track import checked_track, Judged, Track
-from ..errors import ClockJumpException
+from ..arrivals.sample import admitted, Batch, Sample
+from ..arrivals.track import checked_track
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
@@ -36,8 +34,6 @@ DEFAULT_CACHE_TIME = from_seconds(10.0)
 DEFAULT_MAX_FRAMES = 20_000
 DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
-
-_stamp_of = attrgetter('stamp')
 
 
 class BufferCore(Queries):
@@ -70,10 +66,11 @@ class BufferCore(Queries):
             max_frames, max_name_bytes))
         self.waiting = Waiting(self._lock)
         """All who wait for data; its length is how many."""
-        self._statistics = Statistics()
-        self._guard = FutureGuard(now, max_future)
-        self._jump_back = None if clear_on_jump_back is None else JumpBack(clear_on_jump_back)
         self.observers = Observers()
+        self.intake = Intake(
+            self._tree, self.waiting, self.observers, FutureGuard(now, max_future),
+            None if clear_on_jump_back is None else JumpBack(clear_on_jump_back))
+        """The way in, for those who feed the buffer what was checked already."""
         # What a program that inserts by itself was warned of.
         self._warned: set[Hashable] = set()
 
@@ -101,7 +98,7 @@ class BufferCore(Queries):
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self._told(self._insert([sample], [sample.stamp], authority, static), strict)
+        return self._told(self.intake.take([sample], authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False, *, strict: bool | None = None) -> list[Incident]:
@@ -111,8 +108,7 @@ class BufferCore(Queries):
         Where a name or a stamp is none, nothing is taken.
         """
         samples = [admitted(sample) for sample in samples]
-        return self._told(self._insert(
-            samples, [sample.stamp for sample in samples], authority, static), strict)
+        return self._told(self.intake.take(samples, authority, static), strict)
 
     def insert_track(self, parent: str, child: str, stamps: npt.ArrayLike, poses: Any, *,
                      authority: str = DEFAULT_AUTHORITY,
@@ -132,41 +128,10 @@ class BufferCore(Queries):
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         track = checked_track(parent, child, self._stamps_of(stamps), poses)
-        incidents = self._take_track(track, authority)
+        incidents = self.intake.take_track(track, authority)
         if strict is not False and track.span > self.cache_time:
             self._warn('window', track.gone(self.cache_time), 2)
         return self._told(incidents, strict)
-
-    def _take_track(self, track: Track, authority: str) -> list[Incident]:
-        if self._jump_back or (len(track.stamps)
-                               and self._guard.is_too_far(int(track.stamps.max()))):
-            return [incident for sample in track.samples()
-                    for incident in self._insert([sample], [sample.stamp], authority, False)]
-        if self.observers.of_arrivals and len(track.stamps):
-            self.observers.tell_arrived(
-                [(track.parent, track.child)] * len(track.stamps), track.stamps.tolist())
-        return self._explained(self.waiting.change(
-            self._tree, lambda: (track.child,),
-            self._insert_track, track, track.judged(authority), authority))
-
-    def _insert_track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
-        incidents: list[Incident] = []
-        tree, earliest, history = self._tree, track.earliest_after(), None
-        # One by one until there is an edge that only needs more samples: one, nearly always.
-        for number in range(len(track.stamps)):
-            history = tree.history_to_extend(track.parent, track.child, earliest[number])
-            if history is not None:
-                break
-            incidents += self._insert_each([track.sample(number)], authority, False)
-        if history is None:
-            return incidents
-        rest, refused = judged.after(number)
-        if not rest.is_within(history):
-            return incidents + self._insert_each(track.samples(number), authority, False)
-        if len(rest.stamps):
-            tree.extend(history, rest.stamps, rest.poses, authority)
-        self._count(len(rest.stamps), refused)
-        return incidents + refused
 
     def _told(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
         """Return what happened, having told a caller of it who may not look at that."""
@@ -191,118 +156,11 @@ class BufferCore(Queries):
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:
         """Take a whole message under one lock; see ``insert``."""
-        poses = None
-        if not static and not self._guard.is_too_far(max(batch.stamps, default=LATEST)):
-            poses = sound_poses(batch.poses)
-        if poses is None:
-            return self._insert(batch.samples(), batch.stamps, authority, static)
-        if poses is not batch.poses:
-            batch = batch._replace(poses=poses)
-        told: list[Incident] = []
-        if batch.edges and self.observers.of_arrivals:
-            self.observers.tell_arrived(batch.edges, batch.stamps)
-        if self._jump_back:
-            told = self._follow(batch.edges, batch.stamps, authority)
-        incidents = self.waiting.change(
-            self._tree, lambda: [child for _, child in batch.edges],
-            self._append, batch, authority)
-        return told + self._explained(incidents) if told or incidents else incidents
-
-    def _append(self, batch: Batch, authority: str) -> list[Incident]:
-        taken = self._tree.append_batch(batch, authority)
-        self._statistics.accepted += taken
-        if taken == len(batch.edges):
-            return []
-        return self._insert_each(batch.samples()[taken:], authority, False)
-
-    def _insert(self, samples: list[Sample], stamps: Sequence[int], authority: str,
-                static: bool) -> list[Incident]:
-        told: list[Incident] = []
-        if stamps and not static and (self._jump_back or self.observers.of_arrivals
-                                      or max(stamps) > self._guard.limit):
-            samples, told = self._in_time(samples, authority)
-        incidents = self.waiting.change(
-            self._tree, lambda: [sample.child for sample in samples],
-            self._insert_each, samples, authority, static)
-        return told + self._explained(incidents) if told or incidents else incidents
-
-    def _insert_each(self, samples: Iterable[Sample], authority: str,
-                     static: bool) -> list[Incident]:
-        incidents: list[Incident] = []
-        tree, accepted = self._tree, 0
-        try:
-            for sample in samples:
-                if not static and tree.append(sample, authority):
-                    accepted += 1
-                    continue
-                sound = checked(sample, authority)
-                if isinstance(sound, Incident):
-                    incidents.append(sound)
-                    continue
-                told = tree.insert(*sound, authority, static)
-                incidents += told
-                accepted += not (told and told[-1].refused)
-        finally:
-            self._count(accepted, incidents)
-        return incidents
-
-    def _in_time(self, samples: list[Sample],
-                 authority: str) -> tuple[list[Sample], list[Incident]]:
-        """Return the samples that are not refused for their stamps, and what to tell."""
-        told: list[Incident] = []
-        if self.observers.of_arrivals:
-            self.observers.tell_arrived(
-                _edges_of(samples), [sample.stamp for sample in samples])
-        guard = self._guard
-        if guard.is_too_far(max(map(_stamp_of, samples))):
-            with self._lock:
-                samples, told = guard.part(samples, authority, self._tree.histories)
-                self._count(0, told)
-        if self._jump_back:
-            told += self._follow(_edges_of(samples), [sample.stamp for sample in samples],
-                                 authority)
-        return samples, told
-
-    def _follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
-                authority: str) -> list[Incident]:
-        """Forget what moves if these stamps show that another run has begun, and tell it."""
-        if not self._jump_back or not edges:
-            return []
-        with self._lock:
-            incident = self._jump_back.follow(edges, stamps, authority, self._tree.histories)
-            if incident is None:
-                return []
-            self._count(0, [incident])
-            self._forget()
-        self._give_up('All stamps went back, as those of a bag that loops,')
-        return [incident]
-
-    def _explained(self, incidents: list[Incident]) -> list[Incident]:
-        """Return incidents that say why data is old."""
-        return [replace(incident, detail=f'{incident.detail}. {self._why_old(incident.newest)}')
-                if incident.kind is Kind.OLD_DATA else incident for incident in incidents]
-
-    def _why_old(self, newest: int) -> str:
-        return self._guard.why_old(newest) or (
-            WHY_OLD if self._jump_back else f'{WHY_OLD}. {CURE}')
-
-    def _record(self, incident: Incident) -> None:
-        """Count something that went wrong before there was a sample to insert."""
-        with self._lock:
-            self._count(0, [incident])
-
-    def _count(self, accepted: int, incidents: list[Incident]) -> None:
-        self._statistics.accepted += accepted
-        for incident in incidents:
-            self._statistics.incidents[incident.kind] += 1
-        if incidents:
-            self.observers.tell_incidents(incidents)
+        return self.intake.take_batch(batch, authority, static)
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""
-        with self._lock:
-            counts = self._statistics
-            return Statistics(counts.accepted, dict(counts.incidents), len(self._tree.frames))
+        return self.intake.statistics()
 
     # --- waiting
 
@@ -331,11 +189,7 @@ class BufferCore(Queries):
 
     def clear(self) -> None:
         """Forget what moves; frame names and static edges stay, as in tf2."""
-        with self._lock:
-            self._forget()
-            if self._jump_back:
-                self._jump_back.begin()
-        self.waiting.ask_again()
+        self.intake.clear()
 
     def start_anew(self, why: str) -> None:
         """
@@ -343,21 +197,7 @@ class BufferCore(Queries):
 
         :param why: the beginning of a sentence.
         """
-        self.clear()
-        self._give_up(why)
-
-    def _forget(self) -> None:
-        self._tree.clear()
-        self._read_clock_anew()
-
-    def _read_clock_anew(self) -> None:
-        """Forget what the clock was: it jumped back, or is another one now."""
-        # A new one, so that a thread that just read the clock does not spoil it.
-        self._guard = self._guard.renewed()
-
-    def _give_up(self, why: str) -> None:
-        self.waiting.fail(ClockJumpException(
-            f'{why} while this was waited for; the buffer was cleared'))
+        self.intake.start_anew(why)
 
     def remove_frame(self, frame: str) -> bool:
         """
@@ -370,7 +210,3 @@ class BufferCore(Queries):
         if known:
             self.waiting.ask_again()
         return known
-
-
-def _edges_of(samples: Iterable[Sample]) -> list[tuple[str, str]]:
-    return [(sample.parent, sample.child) for sample in samples]

@@ -8,18 +8,15 @@ waits nor needs a clock is in ``core_api``.
 from collections.abc import Callable, Sequence
 import threading
 import time
-from typing import Any, Protocol, TypeVar
-import weakref
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, TimeJump
-from rclpy.context import Context
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Asked, asked, halves
 from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_AUTHORITY,
@@ -31,7 +28,7 @@ from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
 from .arguments import check_places
-from .incident_log import IncidentLog
+from .feeds import Feeds
 from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
 from .twists import TwistLookups
@@ -41,15 +38,6 @@ from ..waiting.futures import AsyncLookups
 from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
-
-
-class Authority(Protocol):
-    """Who publishes on a topic: a name that may be known later."""
-
-    placeholder: str
-
-    def name(self) -> str:
-        """Return the name as it is now."""
 
 
 class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
@@ -98,14 +86,11 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         self.timeouts = Timeouts(
             self.waiting, self._watch,
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
-        self._feeds = 0
-        self._tree.when_empty = self._when_empty()
-        # Not their identifiers: those are given to other threads later.
-        self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
-        self._authorities: dict[str, Authority] = {}
-        self._log_to(rclpy.logging.get_logger('tf_tree_py'))
+        self.feeds = Feeds(self.intake, self.waiting, self._watch, self._say_when_empty,
+                           rclpy.logging.get_logger('tf_tree_py'))
+        """Who fills it, for those who do."""
         if node is not None:
-            self._log_to(node.get_logger())
+            self.feeds.log_to(node.get_logger())
             self._watch.follow(node.get_clock(), node.context)
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
@@ -126,8 +111,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        sample = as_sample(transform)
-        return self._note(self._insert([sample], [sample.stamp], authority, False))
+        return self.feeds.note(self.intake.take([as_sample(transform)], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
@@ -136,72 +120,26 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self._note(self.insert_many([as_sample(transform)], authority, static=True,
-                                           strict=False))
+        return self.feeds.note(self.insert_many(
+            [as_sample(transform)], authority, static=True, strict=False))
 
-    def _note(self, incidents: list[Incident]) -> bool:
-        """Log what was odd about an insertion; return whether all of it was taken."""
-        if not incidents:
-            return True
-        self._incident_log.report(incidents)
-        return not any(incident.refused for incident in incidents)
+    def _say_when_empty(self, fed: bool) -> None:
+        self._tree.when_empty = self._when_empty(fed)
 
-    def _refuse(self, incident: Incident) -> None:
-        """Count and log what does not come from inserting: what is no transform, say."""
-        self._record(incident)
-        self._incident_log.report([incident])
-
-    def _begin_feed(self, clock: Clock, context: Context) -> None:
-        """Go by the clock of a listener, as long as it delivers transforms."""
-        with self._lock:
-            self._feeds += 1
-            self._tree.when_empty = self._when_empty()
-        self._watch.follow(clock, context)
-        self._read_clock_anew()
-
-    def _end_feed(self, clock: Clock, context: Context) -> None:
-        """Let a listener go; after the last one nobody waits any longer."""
-        self._watch.leave(clock, context)
-        self._read_clock_anew()
-        with self._lock:
-            self._feeds -= 1
-            self._tree.when_empty = self._when_empty()
-            deserted = self._feeds == 0
-        if deserted:
-            self._watch.release()
-            # Some give up when nobody delivers any more.
-            self.waiting.ask_again()
-
-    def _when_empty(self) -> str:
+    def _when_empty(self, fed: bool) -> str:
         """Return the hint for who asks before anything has come."""
-        if self._feeds:
+        if fed:
             return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
                     'with the same ROS_DOMAIN_ID?')
         return ('Nothing has been received yet, and no listener feeds this buffer: '
                 'TransformListener(buffer, node) does')
-
-    def _fed_by(self, thread: threading.Thread) -> None:
-        """Note a thread that delivers transforms, and therefore must not wait for them."""
-        self._feeding_threads.add(thread)
-
-    def _no_longer_fed_by(self, thread: threading.Thread) -> None:
-        """Let a thread wait again that delivered transforms."""
-        self._feeding_threads.discard(thread)
-
-    def _name_later(self, authority: Authority) -> None:
-        """Ask an authority for the name that it did not know yet, when it is wanted."""
-        self._authorities[authority.placeholder] = authority
-
-    def _log_to(self, logger: Any) -> None:
-        """Write what is odd about arriving transforms to an rclpy logger."""
-        self._incident_log = IncidentLog(logger)
 
     # --- clock
 
     def use_clock(self, clock: Clock) -> None:
         """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
         self._watch.follow(clock)
-        self._read_clock_anew()
+        self.intake.read_clock_anew()
 
     def _is_simulated(self) -> bool:
         return self._watch.simulated
@@ -275,7 +213,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         except TransformException as error:
             if error.blocked_on is None:
                 raise
-            if threading.current_thread() in self._feeding_threads:
+            if self.feeds.deliver_in(threading.current_thread()):
                 error.hint = ('Not waited: this very thread delivers the transforms, so waiting '
                               'in it would only delay them')
                 raise
@@ -290,9 +228,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
     def edges(self) -> list[EdgeInfo]:
         """Return every edge that has data, in order of its child's first appearance."""
-        edges = super().edges()
-        names = {placeholder: authority.name()
-                 for placeholder, authority in self._authorities.items()}
+        edges, names = super().edges(), self.feeds.names()
         return [edge._replace(authority=names.get(edge.authority, edge.authority))
                 for edge in edges]
 
