@@ -137,7 +137,7 @@ def _message_at(edges: list[motion.Edge], sample: int) -> TFMessage:
 
 
 def _insert_message(buffer: Buffer, message: TFMessage) -> None:
-    buffer._note(buffer.insert_many(map(as_sample, message.transforms)))
+    buffer.feeds.note(buffer.insert_many(map(as_sample, message.transforms)))
 
 
 def _bytes_inserter(frame_filter: Collection[str] | None = None
@@ -146,7 +146,7 @@ def _bytes_inserter(frame_filter: Collection[str] | None = None
     read = WireReader(rename(frame_filter=frame_filter)).read
 
     def insert(buffer: Buffer, data: bytes) -> None:
-        buffer._note(buffer.insert_batch(read(data)))
+        buffer.feeds.note(buffer.insert_batch(read(data)))
 
     return insert
 

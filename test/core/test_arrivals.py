@@ -34,7 +34,7 @@ def meter(clock):
 @pytest.fixture
 def buffer(meter):
     buffer = BufferCore()
-    buffer._observe(meter)
+    buffer.observers.add(meter)
     return buffer
 
 
@@ -82,7 +82,7 @@ def test_what_is_refused_is_counted_with_its_reason(buffer, meter, clock):
 
 def test_refused_future_arrives_too(meter, clock):
     buffer = BufferCore(now=clock, max_future=SECOND)
-    buffer._observe(meter)
+    buffer.observers.add(meter)
     sample = Sample('map', 'odom', clock.now + 60 * SECOND, tuple(Pose()))
     buffer.insert_many([sample])
     buffer.insert_batch(
@@ -107,9 +107,9 @@ def test_clock_that_has_not_begun_gives_no_delays(buffer, meter, clock):
 
 def test_meter_that_was_let_go_hears_no_more(buffer, meter, clock):
     other = Meter(clock)
-    buffer._observe(other)
-    buffer._unobserve(meter)
-    buffer._unobserve(meter)
+    buffer.observers.add(other)
+    buffer.observers.remove(meter)
+    buffer.observers.remove(meter)
     buffer.insert('map', 'odom', clock.now, Pose())
     assert meter.take() == {}
     assert other.take()

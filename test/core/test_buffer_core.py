@@ -21,7 +21,7 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
-from tf_tree_py.core.buffer.waiters import Waiter
+from tf_tree_py.core.buffer.waiting import Inquiry
 from tf_tree_py.core.geometry import se3
 
 SECOND = 1_000_000_000
@@ -232,7 +232,8 @@ def test_what_was_taken_before_something_broke_is_counted_and_wakes(broken, stat
     buffer = BufferCore()
     buffer.insert('map', 'base', 10, Pose())
     woken = []
-    buffer._waiters.add(Waiter(lambda: woken.append(True)), [('base', 11)])
+    Inquiry(buffer.waiting, lambda: buffer.lookup('map', 'base', 11),
+            lambda: woken.append(True)).ask()
     before = buffer.statistics().accepted
     with pytest.raises((TypeError, ValueError)):
         buffer.insert_many([Sample('map', 'base', 11, Pose()), broken], static=static)
@@ -499,5 +500,5 @@ def test_statistics_count_each_kind_once(robot):
 
 def test_what_could_not_be_read_is_counted_too(robot):
     (incident,) = robot.insert('a', 'a', 1, Pose())
-    robot._record(incident)
+    robot.intake.refuse(incident)
     assert robot.statistics().incidents[Kind.SELF_EDGE] == 2

@@ -45,7 +45,7 @@ class Listening:
     def __init__(self, **options):
         self.buffer = BufferCore(clear_on_jump_back=10**9, **options)
         self.meter = Meter(lambda: 10)
-        self.buffer._observe(self.meter)
+        self.buffer.observers.add(self.meter)
         self.reader = WireReader()
 
     def hear(self, *samples):
@@ -220,10 +220,10 @@ def test_paths_between_all_frames_are_not_kept_for_ever():
 def test_audit_of_strangers_lookups_is_short():
     buffer = BufferCore()
     audit = LookupAudit(buffer)
-    lookup = audit.watch(buffer.lookup)
+    buffer.observers.add(audit)
     for name in long_names():
         with pytest.raises(TransformException):
-            lookup(name, 'map', LATEST)
+            buffer.lookup(name, 'map', LATEST)
     assert bytes_of(audit._lines) < 1_000_000
     assert len(audit.lines()) == 200
 

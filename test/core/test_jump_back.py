@@ -104,7 +104,7 @@ def test_who_waits_is_told(buffer):
         asked = pool.submit(
             buffer.wait_for, lambda: buffer.lookup('map', 'arm', START + 61 * SECOND),
             WallDeadline(PATIENCE_S))
-        assert buffer._waiters.somebody.wait(PATIENCE_S)
+        assert buffer.waiting.sleep_until_somebody(PATIENCE_S)
         play(buffer, START, 1)
         with pytest.raises(ClockJumpException, match='All stamps went back, as those of a bag '):
             asked.result(PATIENCE_S)

@@ -191,7 +191,7 @@ def test_waiting_lookups_all_get_their_own_stamp():
     for first in range(8):
         crew.write(ask, first)
     crew.run()
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
 
 
 def test_no_answer_outlives_a_clear():
@@ -209,7 +209,7 @@ def test_no_answer_outlives_a_clear():
             buffer.clear()
             if tick % 10 == 0:
                 buffer.remove_frame('c')
-                buffer._fail_waiters(LookupException('forgotten'))
+                buffer.waiting.fail(LookupException('forgotten'))
 
     def read():
         try:
@@ -230,4 +230,4 @@ def test_no_answer_outlives_a_clear():
     crew.read(read)
     crew.read(wait)
     crew.run()
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0

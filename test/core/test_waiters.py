@@ -18,8 +18,9 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.arrivals.sample import Batch
-from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.core.buffer import waiting
 from tf_tree_py.core.buffer.waiters import Waiter, Waiters
+from tf_tree_py.core.buffer.waiting import Inquiry
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
 
@@ -154,7 +155,7 @@ def buffer():
     buffer = BufferCore(10 * SECOND)
     buffer.insert('map', 'base', 10 * SECOND, Pose(1.0))
     yield buffer
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
 
 
 def test_what_is_there_is_not_waited_for(buffer):
@@ -211,12 +212,12 @@ def test_query_is_tried_once_more_when_time_is_up(buffer):
 def test_only_those_whose_stamp_was_reached_are_woken(buffer):
     buffer.insert('map', 'other', SECOND, Pose())
     askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (14, 12, 13, 11)]
-    assert len(buffer._waiters) == 4
+    assert len(buffer.waiting) == 4
     # Another edge wakes nobody.
     buffer.insert('map', 'other', 99 * SECOND, Pose())
-    assert len(buffer._waiters) == 4
+    assert len(buffer.waiting) == 4
     buffer.insert('map', 'base', 12 * SECOND, Pose(3.0))
-    assert len(buffer._waiters) == 2
+    assert len(buffer.waiting) == 2
     assert [askers[i].joined() for i in (1, 3)] == [Pose(3.0), Pose(2.0)]
     buffer.insert('map', 'base', 20 * SECOND, Pose(3.0))
     assert [askers[i].joined() for i in (0, 2)] == [Pose(3.0)] * 2
@@ -228,7 +229,7 @@ def test_next_sample_of_a_frame_that_once_changed_parents_wakes_nobody_else(buff
     buffer.insert('base', 'box', 11 * SECOND, Pose(1.0))
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
     buffer.insert('base', 'box', 12 * SECOND, Pose(1.0))
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     # That it changes again concerns all.
     buffer.insert('map', 'box', 13 * SECOND, Pose(1.0))
     asker.sleeps()
@@ -270,7 +271,7 @@ def test_lookup_that_needs_two_edges_wakes_for_each(buffer):
     asker = Asker(buffer, 'map', 'arm', 11 * SECOND).sleeps()
     buffer.insert('map', 'base', 11 * SECOND, Pose(1.0))
     asker.sleeps()
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     buffer.insert('base', 'arm', 11 * SECOND, Pose(1.0))
     assert asker.joined() == Pose(2.0)
 
@@ -297,7 +298,7 @@ def test_refused_sample_wakes_nobody(buffer):
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
     assert buffer.insert('map', 'base', 11 * SECOND, Pose(float('nan')))
     assert buffer.insert('base', 'map', 11 * SECOND, Pose())
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
     assert asker.joined() == Pose(2.0)
     assert asker.tries == 2
@@ -387,7 +388,7 @@ def test_failed_waiters_get_the_reason_each_for_itself(buffer):
     askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (11, 12)]
     askers.append(Asker(buffer, 'map', 'nowhere', LATEST).sleeps())
     reason = TransformException('the clock jumped back')
-    buffer._fail_waiters(reason)
+    buffer.waiting.fail(reason)
     errors = [asker.joined() for asker in askers]
     for error in errors:
         assert type(error) is TransformException
@@ -398,21 +399,21 @@ def test_failed_waiters_get_the_reason_each_for_itself(buffer):
 
 def test_failure_reaches_who_is_just_being_woken(buffer, monkeypatch):
     """As when the clock jumps back between the arrival of a transform and its effect."""
-    wake_all = buffer_core.wake_all
+    wake_all = waiting.wake_all
 
     def wake_later(waiters):
         monkeypatch.undo()
-        buffer._fail_waiters(TransformException('the clock jumped back'))
+        buffer.waiting.fail(TransformException('the clock jumped back'))
         wake_all(waiters)
 
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
-    monkeypatch.setattr(buffer_core, 'wake_all', wake_later)
+    monkeypatch.setattr(waiting, 'wake_all', wake_later)
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
     assert 'the clock jumped back (waited' in str(asker.joined())
 
 
 def test_those_who_come_after_a_failure_wait_again(buffer):
-    buffer._fail_waiters(TransformException('nobody is there'))
+    buffer.waiting.fail(TransformException('nobody is there'))
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
     assert asker.joined() == Pose(2.0)
@@ -430,7 +431,7 @@ def test_interrupted_wait_leaves_nobody_behind(buffer):
     deadline = WatchedDeadline()
 
     def interrupt(event):
-        assert len(buffer._waiters) == 1
+        assert len(buffer.waiting) == 1
         raise KeyboardInterrupt
 
     deadline.wait = interrupt
@@ -448,7 +449,7 @@ def test_wake_is_called_without_the_lock(buffer):
         thread.start()
         thread.join(LONG_S)
 
-    buffer._waiters.add(Waiter(wake), [('base', 11 * SECOND)])
+    Inquiry(buffer.waiting, lambda: buffer.lookup('map', 'base', 11 * SECOND), wake).ask()
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
     assert answers.get_nowait() == Pose(1.0)
 

@@ -6,6 +6,7 @@ for this and that: after every operation, who is still asleep is compared with w
 lookup says at that moment.
 """
 
+from contextlib import suppress
 from itertools import pairwise
 
 from hypothesis import settings, strategies as st
@@ -17,7 +18,7 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
-from tf_tree_py.core.buffer.waiters import Waiter
+from tf_tree_py.core.buffer.waiting import Inquiry
 
 CACHE_TIME = 20
 FRAMES = ['a', 'b', 'c', 'd', 'e']
@@ -30,23 +31,26 @@ class Sleeper:
 
     def __init__(self, buffer, name, query):
         self.buffer, self.name, self.query = buffer, name, query
-        self.waiter = Waiter(self.ask)
+        self.inquiry = Inquiry(buffer.waiting, self.noted, self.ask)
         self.tries = 0
         self.ask()
 
     def ask(self):
         self.tries += 1
-        with self.buffer._lock:
-            try:
-                self.answer = self.query()
-            except TransformException as error:
-                self.answer = error
-                if error.blocked_on is not None:
-                    self.buffer._waiters.add(self.waiter, error.blocked_on)
+        with suppress(TransformException):
+            self.inquiry.ask()
+
+    def noted(self):
+        try:
+            self.answer = self.query()
+        except TransformException as error:
+            self.answer = error
+            raise
+        return self.answer
 
     @property
     def sleeps(self):
-        return self.waiter.waits
+        return self.inquiry.waits
 
     def should_sleep(self):
         """Return whether a lookup now fails with something that may yet be cured."""
@@ -139,7 +143,7 @@ class WaitsMachine(RuleBasedStateMachine):
         for sleeper in self.sleepers:
             assert not sleeper.sleeps or sleeper.should_sleep(), sleeper.name
         self.sleepers = [sleeper for sleeper in self.sleepers if sleeper.sleeps]
-        assert len(self.buffer._waiters) == len(self.sleepers)
+        assert len(self.buffer.waiting) == len(self.sleepers)
 
 
 TestNobodySleepsWithoutReason = WaitsMachine.TestCase

@@ -35,10 +35,10 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents sample track frame_names wire future_guard jump_back streams '
-        'meters merging',
+        'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
+        'streams meters merging',
         'tree: many climb path tree outline queries',
-        'buffer: waiters deadline buffer_core',
+        'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
     ),
@@ -46,8 +46,8 @@ ORDER = {
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
         'point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
-        'waiting: clock alarm_clock awaitable futures',
-        'buffer: arguments incident_log interface twists tf2_methods buffer ours',
+        'waiting: clock alarm_clock timeouts awaitable futures',
+        'buffer: arguments incident_log feeds interface twists tf2_methods buffer ours',
         'topics: qos authority rivals broadcaster listener',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',

@@ -13,7 +13,7 @@ from serialized import serialize
 from tf_tree_py.core import BufferCore, TransformException
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.core.arrivals.wire import read, WireError, WireReader, write
-from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.core.buffer import intake
 
 FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
 
@@ -221,8 +221,8 @@ def assert_all_poses_are_sound(buffer):
 def test_messages_with_leading_slashes_take_the_short_way(monkeypatch):
     """Only the first is looked at closely: the slashes are gone before the tree sees the names."""
     looked_at = []
-    closely = buffer_core.checked
-    monkeypatch.setattr(buffer_core, 'checked', lambda sample, authority: (
+    closely = intake.checked
+    monkeypatch.setattr(intake, 'checked', lambda sample, authority: (
         looked_at.append(sample) or closely(sample, authority)))
     reader, buffer = WireReader(), BufferCore()
     for sec in range(1, 6):

@@ -33,7 +33,8 @@ def audit(buffer):
 
 @pytest.fixture
 def lookup(audit, buffer):
-    return audit.watch(buffer.lookup)
+    buffer.observers.add(audit)
+    return buffer.lookup
 
 
 def test_watched_lookup_says_and_raises_what_the_lookup_does(lookup, buffer):
@@ -144,7 +145,7 @@ def test_cleared_it_begins_anew(audit, lookup):
 
 def test_program_that_makes_up_frames_does_not_fill_the_memory(audit):
     for number in range(_MAX_LINES + 10):
-        audit.record(Lookup(Caller('f.py', 1, 'f'), 'odom', f'{number}', LATEST, LATEST, NOW,
+        audit.record(Lookup(Caller('f.py', 1, 'f'), 'odom', f'{number}', None, LATEST, NOW,
                             None, LATEST, None))
     assert len(audit.lines()) == _MAX_LINES
 

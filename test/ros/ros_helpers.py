@@ -74,7 +74,7 @@ def until(condition):
 
 def until_waiting(buffer, count=1):
     """Wait until so many threads wait inside a buffer."""
-    until(lambda: len(buffer._waiters) >= count)
+    until(lambda: len(buffer.waiting) >= count)
 
 
 class Talker:
@@ -122,5 +122,5 @@ class SimClock:
 
 def simulated_seconds(buffer):
     """Return the simulated time that a buffer goes by, None if it goes by the wall."""
-    now = buffer._watch.simulated_now()
+    now = buffer.timeouts.watch.simulated_now()
     return None if now is None else now / 1e9

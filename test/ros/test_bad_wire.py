@@ -288,7 +288,7 @@ def test_hostile_name_stays_on_its_line_of_the_log(buffer, talker, log):
 
 def test_rubbish_does_not_disturb_those_who_wait(buffer, talker, pool):
     asked = pool.submit(buffer.lookup_transform, 'map', 'odom', at(2.0), PATIENCE)
-    until(lambda: len(buffer._waiters))
+    until(lambda: len(buffer.waiting))
     send_and_settle(talker, buffer, message(with_numbers('odom', x=NAN)), b'\0\1',
                     message(transform('map', 'odom', 1.0)))
     assert not asked.done()
@@ -321,5 +321,5 @@ def test_transform_without_an_authority_has_tf2s_default():
 
 def test_incident_can_be_recorded_by_others():
     buffer = Buffer()
-    buffer._refuse(Incident(Kind.MALFORMED, 'a', 'b', 0, 'me', 'because'))
+    buffer.feeds.refuse(Incident(Kind.MALFORMED, 'a', 'b', 0, 'me', 'because'))
     assert buffer.statistics().incidents[Kind.MALFORMED] == 1

@@ -64,7 +64,7 @@ def buffer():
     move(buffer, 1.0)
     move(buffer, 2.0)
     yield buffer
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)
 
 
 @pytest.fixture
@@ -376,7 +376,7 @@ def simulated(make_node, listen, sim_clock, spin, client):
         spin(node)
         assert client.wait_for_server(PATIENCE)
         yield buffer
-        until(lambda: len(buffer._waiters) == 0)
+        until(lambda: len(buffer.waiting) == 0)
 
 
 def test_long_wait_outlasts_a_server_whose_clock_stands_still(
@@ -462,7 +462,7 @@ def test_cancelled_call_cancels_its_goal(ready, buffer):
     call = ready.wait_for_transform_async('map', 'base', at(3.0))
     until_waiting(buffer)
     call.cancel()
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)
     with pytest.raises(CancelledError):
         call.result()
 
@@ -473,10 +473,10 @@ def test_call_that_is_cancelled_before_it_is_accepted_is_cancelled_then(ready, b
         ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
     home = ready.action_client
     until(lambda: not home.goals_in(*UNACCEPTED))
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)
     # Whoever asks now stands behind all of these.
     ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     for service in (home._send, home._fetch, home._cancel):
         assert not service._pending_requests
 
@@ -517,7 +517,7 @@ def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
     monkeypatch.setattr(buffer_client, 'Event', Interrupted)
     with pytest.raises(KeyboardInterrupt):
         ready.lookup_transform('map', 'base', at(3.0), PATIENCE)
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)
 
 
 @pytest.mark.filterwarnings('error:failed to send response')
@@ -526,7 +526,7 @@ def test_closing_waits_for_what_is_just_being_accepted(ready, buffer):
         ready.wait_for_transform_async('map', 'base', at(3.0))
     ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
     ready.close()
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     assert not ready.action_client.goals_in(*UNACCEPTED)
 
 
@@ -539,7 +539,7 @@ def test_closing_ends_what_is_on_its_way(ready, buffer, node):
         with pytest.raises(TransformException, match='was closed'):
             call.result()
     # The server was told, and could answer.
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     assert not ready.action_client.thread.is_alive()
     ready.close()
     with pytest.raises(TransformException, match='was closed'):
@@ -555,7 +555,7 @@ def test_end_of_ros_ends_what_is_on_its_way(ready, buffer, context, pool):
     context.shutdown()
     with pytest.raises(TransformException, match='or ROS shut down'):
         asked.result(PATIENCE_S)
-    buffer._fail_waiters(TransformException('the test is over'))
+    buffer.waiting.fail(TransformException('the test is over'))
 
 
 @pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')

@@ -84,7 +84,7 @@ def test_wait_that_was_accepted_goes_to_the_new_server(client, old_server, respa
     kill(old_server)
     buffer = respawn()
     # They wait at the new one too, until it has the answer.
-    until(lambda: len(buffer._waiters) == len(calls))
+    until(lambda: len(buffer.waiting) == len(calls))
     fill(buffer)
     until(lambda: all(call.done() for call in calls))
     assert {call.result().transform.translation.x for call in calls} == {1.0}
@@ -145,16 +145,16 @@ def test_goals_leave_nothing_behind_at_a_server_that_lives_on(client, respawn):
     first = respawn()
     assert client.wait_for_server(PATIENCE)
     calls = [long_wait(client) for _ in range(5)]
-    until(lambda: len(first._waiters) == len(calls))
+    until(lambda: len(first.waiting) == len(calls))
     asked_before = [call.goal_id for call in calls]
     second = respawn()
     until(lambda: all(call.accepted and call.goal_id != before
                       for call, before in zip(calls, asked_before, strict=True)))
     # It drops what it was asked before.
-    until(lambda: len(first._waiters) == len(calls))
+    until(lambda: len(first.waiting) == len(calls))
     for call in calls:
         call.cancel()
-    until(lambda: len(first._waiters) == len(second._waiters) == 0)
+    until(lambda: len(first.waiting) == len(second.waiting) == 0)
 
 
 def test_cancelled_wait_is_cancelled_at_the_new_server(client, old_server, respawn):
@@ -162,6 +162,6 @@ def test_cancelled_wait_is_cancelled_at_the_new_server(client, old_server, respa
     until(lambda: call.accepted)
     kill(old_server)
     buffer = respawn()
-    until(lambda: len(buffer._waiters) == 1)
+    until(lambda: len(buffer.waiting) == 1)
     call.cancel()
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)

@@ -71,7 +71,7 @@ def buffer():
     move(buffer, 1.0)
     move(buffer, 2.0)
     yield buffer
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
 
 
 @pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
@@ -240,7 +240,7 @@ def test_cancelled_goal_waits_no_longer(asker, buffer):
     response = settled(future)
     assert response.status == CANCELED
     assert response.result.error.error == TF2Error.TRANSFORM_ERROR
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     settled(other.cancel_goal_async())
 
 
@@ -256,7 +256,7 @@ def test_closed_server_is_gone_and_holds_nothing(server, asker, buffer):
     until_waiting(buffer)
     server.close()
     server.close()
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     until(lambda: not asker.client.server_is_ready())
 
 
@@ -268,7 +268,7 @@ def test_what_cannot_be_answered_any_more_is_no_complaint(asker, buffer, make_no
         asker.send(goal(seconds=3.0, timeout=3600.0))
         until_waiting(buffer)
         executor.remove_node(node)
-        buffer._fail_waiters(TransformException('the test is over'))
+        buffer.waiting.fail(TransformException('the test is over'))
     server._lookups.clear()
     assert 'never retrieved' not in capfd.readouterr().err
 

@@ -83,7 +83,7 @@ def test_longest_timeout_is_no_error(pool):
     buffer = Buffer()
     forever = Duration(nanoseconds=2**63 - 1)
     asked = pool.submit(buffer.lookup_transform, 'map', 'base', Moment(SECOND), forever)
-    assert buffer._waiters.somebody.wait(PATIENCE.nanoseconds / SECOND)
+    assert buffer.waiting.sleep_until_somebody(PATIENCE.nanoseconds / SECOND)
     buffer.insert('map', 'base', SECOND, Pose())
     assert asked.result(PATIENCE.nanoseconds / SECOND).header.stamp.sec == 1
     waited = buffer.wait_for_transform_async('map', 'base', Moment(2 * SECOND), forever)

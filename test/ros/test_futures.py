@@ -33,9 +33,9 @@ from tf_tree_py import (
     TransformException,
     TransformListener,
 )
-from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.core.buffer import waiting
 from tf_tree_py.ros.waiting import awaitable
-from tf_tree_py.ros.waiting.alarm_clock import Alarms, Deadline
+from tf_tree_py.ros.waiting.alarm_clock import AlarmDeadline, Alarms
 from tf_tree_py.ros.waiting.clock import ClockWatch
 
 EXECUTORS = pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
@@ -49,9 +49,9 @@ def buffer():
     move(buffer, 1.0)
     move(buffer, 2.0)
     yield buffer
-    buffer._forget_orphans()
-    assert len(buffer._waiters) == 0
-    assert len(buffer._alarm_clock()) == 0
+    buffer.timeouts.forget_orphans()
+    assert len(buffer.waiting) == 0
+    assert buffer.timeouts.alarms == 0
 
 
 def move(buffer, seconds):
@@ -306,7 +306,7 @@ def test_timeouts_end_in_their_order_whatever_the_order_they_began_in(buffer):
 
 def test_short_timeout_is_not_held_up_by_a_long_one(buffer):
     long = wait_for(buffer, 3.0, HOUR)
-    until(lambda: buffer._watch._sleepers)
+    until(lambda: buffer.timeouts.watch._sleepers)
     short = wait_for(buffer, 3.0, lasting(0.02))
     assert ended(short).wait(PATIENCE_S)
     long.cancel()
@@ -338,7 +338,7 @@ def test_tick_just_before_the_alarms_sleep_is_not_missed():
             rang.set()
 
     sleeper = Sleeper()
-    alarms.add(sleeper, Deadline(watch, 5, None))
+    alarms.add(sleeper, AlarmDeadline(watch, 5, None))
     assert rang.wait(PATIENCE_S)
 
 
@@ -394,16 +394,16 @@ def test_clock_that_jumps_back_ends_the_wait(make_node, listen, sim_clock):
 
 
 def test_clock_that_jumps_back_while_it_is_just_being_woken_ends_the_wait(buffer, monkeypatch):
-    wake_all = buffer_core.wake_all
+    wake_all = waiting.wake_all
 
     def wake_later(waiters):
         monkeypatch.undo()
         buffer.clear()
-        buffer._fail_waiters(ClockJumpException('jumped'))
+        buffer.waiting.fail(ClockJumpException('jumped'))
         wake_all(waiters)
 
     future = wait_for(buffer, 3.0)
-    monkeypatch.setattr(buffer_core, 'wake_all', wake_later)
+    monkeypatch.setattr(waiting, 'wake_all', wake_later)
     move(buffer, 3.0)
     with pytest.raises(ClockJumpException, match='jumped'):
         future.result()
@@ -486,7 +486,7 @@ def test_cancelled_future_waits_no_longer_and_says_so(buffer, make_node, spin):
     future.cancel()
     assert told.is_set()
     assert future.cancelled()
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     move(buffer, 3.0)
     with pytest.raises(CancelledError):
         future.result()
@@ -497,7 +497,7 @@ def test_cancelling_a_task_forgets_what_it_waited_for(buffer, make_node, spin):
     task = executor.create_task(buffer.lookup_transform_async('map', 'base', at(3.0)))
     until_waiting(buffer)
     task.cancel()
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)
 
 
 def test_future_ends_once_whoever_is_first(buffer, pool):
@@ -520,15 +520,15 @@ def test_future_ends_once_whoever_is_first(buffer, pool):
 def test_who_was_just_going_to_ask_when_it_ended_leaves_it_alone(buffer):
     future = wait_for(buffer, 3.0)
     future.cancel()
-    future.ask()
-    assert len(buffer._waiters) == 0
+    future._wait.ask()
+    assert len(buffer.waiting) == 0
     assert future.cancelled()
 
 
 def test_whoever_ends_it_by_hand_ends_it(buffer):
     future = wait_for(buffer, 3.0)
     future.set_result('by hand')
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     future.set_exception(ValueError('too late'))
     future.cancel()
     move(buffer, 3.0)
@@ -619,7 +619,7 @@ def test_asyncio_cancels_and_times_out(buffer):
     async def main():
         with pytest.raises(asyncio.TimeoutError):
             await asyncio.wait_for(buffer.lookup_transform_async('map', 'base', at(3.0)), 0.02)
-        assert len(buffer._waiters) == 0
+        assert len(buffer.waiting) == 0
         future = wait_for(buffer, 3.0, HOUR)
         task = asyncio.ensure_future(future)
         await asyncio.sleep(0)
@@ -649,7 +649,7 @@ def test_executor_inside_a_running_asyncio_loop_is_still_the_one_that_awaits(buf
         executor = SingleThreadedExecutor(context=context)
         task = executor.create_task(buffer.lookup_transform_async, 'map', 'base', at(3.0))
         executor.spin_once(timeout_sec=0.0)
-        assert len(buffer._waiters) == 1
+        assert len(buffer.waiting) == 1
         threading.Timer(0.01, move, (buffer, 3.0)).start()
         executor.spin_until_future_complete(task, PATIENCE_S)
         executor.shutdown()
@@ -665,14 +665,14 @@ def test_future_that_nobody_keeps_is_forgotten(buffer):
     wait_for(buffer, 3.0)
     wait_for(buffer, 3.0)
     other = wait_for(buffer, 4.0)
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     other.cancel()
 
 
 def test_future_that_nobody_keeps_loses_its_alarm_soon(buffer):
     wait_for(buffer, 3.0, HOUR)
-    until(lambda: len(buffer._waiters) == 0)
-    assert len(buffer._alarm_clock()) == 0
+    until(lambda: len(buffer.waiting) == 0)
+    assert buffer.timeouts.alarms == 0
 
 
 def test_future_with_a_callback_lives_until_it_ends(buffer):
@@ -690,12 +690,12 @@ def test_coroutine_that_is_dropped_leaves_nothing(buffer, context):
     executor = SingleThreadedExecutor(context=context)
     executor.create_task(ask)
     executor.spin_once(timeout_sec=0.0)
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     executor.shutdown()
     del executor
     gc.collect()
-    buffer._forget_orphans()
-    assert len(buffer._waiters) == 0
+    buffer.timeouts.forget_orphans()
+    assert len(buffer.waiting) == 0
 
 
 def test_future_with_a_callback_needs_no_collection(buffer):
@@ -750,7 +750,7 @@ def end_by_arrival(buffer, futures):
 
 
 def end_by_failure(buffer, futures):
-    buffer._fail_waiters(TransformException('given up'))
+    buffer.waiting.fail(TransformException('given up'))
     assert all(future.exception() for future in futures)
 
 
@@ -763,7 +763,7 @@ def make_and_end(buffer, end, count, timeout):
     """Make futures and end them; return weak references to them."""
     nanoseconds = itertools.count(int(3e9))
     futures = [wait_for(buffer, next(nanoseconds) / 1e9, timeout) for _ in range(count)]
-    assert len(buffer._waiters) == count
+    assert len(buffer.waiting) == count
     references = [weakref.ref(future) for future in futures]
     end(buffer, futures)
     return references
@@ -784,10 +784,10 @@ def test_hundred_thousand_futures_leave_nothing(buffer, end, timeout, count):
         blocks = sys.getallocatedblocks()
         references = make_and_end(buffer, end, count, timeout)
         # Those that were dropped are taken out by another thread.
-        until(lambda: len(buffer._waiters) == 0)
+        until(lambda: len(buffer.waiting) == 0)
         assert not any(reference() for reference in references)
         del references
-        until(lambda: len(buffer._alarm_clock()) == 0)
+        until(lambda: buffer.timeouts.alarms == 0)
         assert sys.getallocatedblocks() - blocks < 1_000
     finally:
         gc.enable()

@@ -539,7 +539,7 @@ def test_callback_that_waits_in_a_multi_threaded_executor_gets_what_arrives(
 
     found = call_in_executor(node, ask, callback_group=group)
     assert found.header.stamp.sec == 2
-    assert not list(buffer._feeding_threads), 'each of the threads may wait for the others'
+    assert not buffer.feeds.threads, 'each of the threads may wait for the others'
 
 
 def test_topic_that_cannot_be_leaves_no_subscription_behind(node):
@@ -557,7 +557,7 @@ def test_thread_that_spun_once_may_wait_when_another_spins(node, talker, listen,
     while not buffer.statistics().accepted:
         begin.spin_once(PATIENCE_S)
     begin.shutdown()
-    assert threading.current_thread() in buffer._feeding_threads
+    assert threading.current_thread() in buffer.feeds.threads
     spin(node)
     talker.move(transform('map', 'base', 1.0))
     until(lambda: buffer.statistics().accepted == 2)

@@ -256,7 +256,7 @@ def test_one_arrival_wakes_only_those_who_can_go_on(buffer, talker, pool):
     talker.move(transform('map', 'odom', 3.5))
     assert not wait(soon, PATIENCE_S).not_done
     assert not later.done()
-    assert len(buffer._waiters) == 1
+    assert len(buffer.waiting) == 1
     talker.move(transform('map', 'odom', 4.0))
     later.result(PATIENCE_S)
 
@@ -267,7 +267,7 @@ def test_nobody_is_left_in_the_line_after_a_wait(buffer):
             buffer.lookup_transform('map', 'odom', at(stamp), lasting(0.01))
     with pytest.raises(LookupException):
         buffer.lookup_transform('map', 'nowhere', LATEST, lasting(0.01))
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
 
 
 def test_transforms_set_by_hand_end_a_wait(pool):
@@ -335,4 +335,4 @@ def test_latency_from_publishing_to_the_answer(buffer, talker, record_property, 
     record_property('latency_us', {'p50': p50, 'p99': p99})
     with capsys.disabled():
         print(f'\n    publish to answer: p50 {p50:.0f} us, p99 {p99:.0f} us of {count}')
-    until(lambda: len(buffer._waiters) == 0)
+    until(lambda: len(buffer.waiting) == 0)

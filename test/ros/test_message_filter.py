@@ -34,7 +34,7 @@ from tf_tree_py import (
     TransformException,
     TransformListener,
 )
-from tf_tree_py.core.buffer import buffer_core
+from tf_tree_py.core.buffer import waiting
 from tf_tree_py.ros.filtering.drop_reasons import Drop
 from tf_tree_py.ros.filtering.message_filter import MessageFilter
 
@@ -46,8 +46,8 @@ def buffer():
     move(buffer, 1.0)
     move(buffer, 2.0)
     yield buffer
-    assert len(buffer._waiters) == 0
-    assert len(buffer._alarm_clock()) == 0
+    assert len(buffer.waiting) == 0
+    assert buffer.timeouts.alarms == 0
 
 
 @pytest.fixture
@@ -330,7 +330,7 @@ def test_message_without_an_answer_does_not_hold_up_those_behind_it(
 def test_message_added_while_others_are_woken_does_not_overtake_them(
         make_filter, buffer, settle, inbox, monkeypatch):
     """A sensor's next message comes between the arrival of a transform and its effect."""
-    wake_all = buffer_core.wake_all
+    wake_all = waiting.wake_all
     each = make_filter()
     for seconds in (3.0, 4.0, 9.0):
         each.add(point(seconds))
@@ -340,7 +340,7 @@ def test_message_added_while_others_are_woken_does_not_overtake_them(
         each.add(point(5.0))
         wake_all(waiters)
 
-    monkeypatch.setattr(buffer_core, 'wake_all', wake_later)
+    monkeypatch.setattr(waiting, 'wake_all', wake_later)
     move(buffer, 6.0)
     settle(each)
     assert inbox.stamps() == [3, 4, 5]

@@ -108,7 +108,7 @@ def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False)
 
     def jump():
         buffer.clear()
-        buffer._fail_waiters(ClockJumpException('jumped'))
+        buffer.waiting.fail(ClockJumpException('jumped'))
 
     def add(frame, seconds):
         each.add(point(seconds, frame, x=float(model.number)))
@@ -123,7 +123,7 @@ def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False)
         check(each.statistics())
     each.close()
     model.close()
-    assert len(buffer._waiters) == 0
+    assert len(buffer.waiting) == 0
     return model, inbox
 
 

@@ -346,7 +346,7 @@ def test_receiver_rests_between_messages_that_come_fast(make_node, context):
 
     def rest(seconds):
         rests.append(seconds)
-        buffer._sleep_until_waited_for(seconds)
+        buffer.waiting.sleep_until_somebody(seconds)
 
     home = make_node('home')
     receiver = Receiver(home, lambda: None, rest=rest)
@@ -374,9 +374,9 @@ def test_nobody_sleeps_while_somebody_waits():
     thread = threading.Thread(target=wait)
     thread.start()
     began.wait(PATIENCE_S)
-    until(lambda: len(buffer._waiters) == 1)
+    until(lambda: len(buffer.waiting) == 1)
     # It would sleep for an hour.
-    buffer._sleep_until_waited_for(3600.0)
-    buffer._fail_waiters(TransformException('enough'))
+    buffer.waiting.sleep_until_somebody(3600.0)
+    buffer.waiting.fail(TransformException('enough'))
     thread.join(PATIENCE_S)
-    assert not buffer._waiters.somebody.is_set()
+    assert not buffer.waiting.sleep_until_somebody(0.0)

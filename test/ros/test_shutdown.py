@@ -41,7 +41,7 @@ BEGIN = """
             print(type(error).__name__, error, flush=True)
 
     def until_waiting():
-        while not len(buffer._waiters):
+        while not len(buffer.waiting):
             threading.Event().wait(0.001)
 
     rclpy.init()

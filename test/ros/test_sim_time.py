@@ -94,7 +94,7 @@ def test_clock_ticks_while_the_users_executor_is_blocked(node, listen, sim_clock
 
     timer = node.create_timer(0.001, ask)
     # A timer of a simulated clock needs a tick of its own.
-    until(lambda: sim_clock.show(11.0, buffer) or len(buffer._waiters))
+    until(lambda: sim_clock.show(11.0, buffer) or len(buffer.waiting))
     sim_clock.show(20.0, buffer)
     assert ended.wait(PATIENCE_S)
     assert failure[0].waited_s >= 2.0

@@ -35,8 +35,8 @@ class BufferCore(OurBuffer):
         super().__init__(cache_time, node, **options)
         self._wakers: dict[Waker, None] = {}
 
-    def _when_empty(self) -> str:
-        # The buffer cannot know: tf2's kind of listener does not announce itself to it.
+    def _when_empty(self, fed: bool) -> str:
+        # Listeners as tf2 has them do not tell a buffer of themselves.
         return 'Nothing has been received yet'
 
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]

@@ -42,7 +42,8 @@ class Forklift:
         self.now = 0
         self.buffer = BufferCore()
         self.audit = LookupAudit(self.buffer, lambda: self.now)
-        self.lookup = self.audit.watch(self.buffer.lookup)
+        self.buffer.observers.add(self.audit)
+        self.lookup = self.buffer.lookup
 
     def map_T_base(self, stamp: int) -> Pose:
         """Return its true pose: it has driven at constant speeds since the stamp 0."""

@@ -102,7 +102,7 @@ class FiveFrameListener(Node):
     def give_up(self, _: object = None) -> None:
         """Wait no longer, nor say why: it is over. From any thread."""
         self._silent = True
-        self.buffer._fail_waiters(TransformException('given up'))
+        self.buffer.waiting.fail(TransformException('given up'))
 
     def _ask(self) -> None:
         self.asked += 1

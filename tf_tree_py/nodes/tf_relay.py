@@ -8,11 +8,10 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.frame_names import rename
-from tf_tree_py.core.arrivals.incidents import Incident, Kind
+from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.sample import bad_name, checked, Sample
-from tf_tree_py.core.arrivals.wire import WireError, WireReader
+from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.ros.buffer.incident_log import IncidentLog
 from tf_tree_py.ros.threads.companion import companion
 from tf_tree_py.ros.threads.receiver import Receiver
@@ -93,10 +92,9 @@ class TfRelay(Node):
 
         def receive(data: bytes) -> None:
             publisher = authority.name()
-            try:
-                arrived = [_fit(sample, publisher) for sample in reader.read(data).samples()]
-            except WireError as error:
-                arrived = [Incident(Kind.MALFORMED, '', '', LATEST, publisher, str(error))]
+            batch = reader.read_or_refuse(data, publisher)
+            arrived = [batch] if isinstance(batch, Incident) else [
+                _fit(sample, publisher) for sample in batch.samples()]
             self._log.report(each for each in arrived if isinstance(each, Incident))
             take([each for each in arrived if isinstance(each, Sample)])
 

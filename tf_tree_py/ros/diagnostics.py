@@ -72,11 +72,11 @@ class TransformDiagnostics:
         self._timer = node.create_timer(
             as_seconds(self._period), self._publish, MutuallyExclusiveCallbackGroup(),
             Clock(clock_type=ClockType.STEADY_TIME))
-        buffer._observe(self._meter)
+        buffer.observers.add(self._meter)
 
     def close(self) -> None:
         """Stop publishing; calling it again is harmless."""
-        self._buffer._unobserve(self._meter)
+        self._buffer.observers.remove(self._meter)
         self._node.destroy_timer(self._timer)
         self._node.destroy_publisher(self._publisher)
 

@@ -20,9 +20,10 @@ import sys
 from typing import Any, NamedTuple
 
 from .frame_names import as_published, Rename
+from .incidents import Incident, Kind
 from .sample import as_sec_nanosec, Batch, Sample
 from ..edges.packed import pack_pose, POSE_BYTES
-from ..stamp import NANOSECONDS_PER_SECOND
+from ..stamp import LATEST, NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
 _ENCAPSULATION_BYTES = 4
@@ -87,6 +88,13 @@ class WireReader:
         batch = layout.read(data)
         assert batch is not None
         return batch
+
+    def read_or_refuse(self, data: bytes, authority: str) -> Batch | Incident:
+        """Return the transforms of a message, or why it is none, for who counts and logs."""
+        try:
+            return self.read(data)
+        except WireError as error:
+            return Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
 
     def _remember(self, layout: '_Layout') -> None:
         if layout.size > _MAX_REMEMBERED:

@@ -11,26 +11,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass
-import functools
-import inspect
 import json
 import math
 from pathlib import PurePath
 import sys
 import threading
 import time
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from .table import as_lines
+from ..arrivals.observers import End, Observer
 from ..errors import TransformException
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..text import shorten
-from ..times import checked_stamp
 from ..tree.queries import Queries
-
-Answer = TypeVar('Answer')
 
 ASSUMED_AGE = from_seconds(0.1)
 """The assumed age of data whose pose was looked up with ``LATEST``, if it is not known."""
@@ -59,7 +55,7 @@ class Lookup(NamedTuple):
     """
     One lookup, as the audit sees it.
 
-    :ivar asked: the stamp asked for, or ``LATEST``.
+    :ivar asked: the stamp asked for; None: the latest.
     :ivar newest: the latest common time of the two frames; ``LATEST``: nothing moves.
     :ivar now: when it was asked.
     :ivar pose: ``target_T_source`` as answered; None if it raised.
@@ -72,7 +68,7 @@ class Lookup(NamedTuple):
     caller: Caller
     target: str
     source: str
-    asked: int
+    asked: int | None
     newest: int
     now: int
     pose: PoseTuple | None
@@ -129,7 +125,7 @@ class Line:
         if lookup.newest == LATEST or lookup.other_pose is None:
             return
         self.compared += 1
-        stamp = lookup.newest if lookup.asked == LATEST else lookup.asked
+        stamp = lookup.newest if lookup.asked is None else lookup.asked
         for name, span in (('behind_newest_s', lookup.newest - stamp),
                            ('behind_now_s', lookup.now - stamp),
                            ('apart_s', abs(stamp - lookup.other_stamp))):
@@ -140,17 +136,18 @@ class Line:
         self.turned_rad = max(self.turned_rad, turned)
 
 
-class LookupAudit:
+class LookupAudit(Observer):
     """
     What a buffer's lookups ask for, by the line of code that asks.
 
+    It hears of them as one of the buffer's ``observers``.
     May be read and fed from any thread. A lookup that is watched costs two more and
     some ten microseconds.
     """
 
     def __init__(self, buffer: Queries, now: Callable[[], int] = time.time_ns) -> None:
         """
-        Make an empty audit; ``watch`` says what it hears of.
+        Make an empty audit; ``buffer.observers.add`` lets it hear.
 
         :param buffer: where poses at other times are looked up.
         :param now: the clock, nanoseconds.
@@ -162,31 +159,10 @@ class LookupAudit:
 
     # --- feeding
 
-    def watch(self, lookup: Callable[..., Answer],
-              as_stamp: Callable[[Any], int] = checked_stamp) -> Callable[..., Answer]:
-        """
-        Return a lookup that does the same, and is audited.
-
-        :param lookup: takes a target frame, a source frame, a time, and what else it likes.
-        :param as_stamp: makes nanoseconds of its time.
-        """
-        signature = inspect.signature(lookup)
-
-        @functools.wraps(lookup)
-        def audited(*args: Any, **kwargs: Any) -> Answer:
-            bound = signature.bind(*args, **kwargs)
-            bound.apply_defaults()
-            target, source, moment = list(bound.arguments.values())[:3]
-            asked = _caller(), str(target), str(source), as_stamp(moment)
-            try:
-                answer = lookup(*args, **kwargs)
-            except TransformException:
-                self._observe(*asked, answered=False)
-                raise
-            self._observe(*asked, answered=True)
-            return answer
-
-        return audited
+    def asked(self, target: str, source: str, stamp: int | None) -> End:
+        """Hear of a lookup that begins; return what to call when it has ended."""
+        begun = _caller(), str(target), str(source), stamp, _data_stamp.get()
+        return lambda error: self._ended(*begun, answered=error is None)
 
     @contextmanager
     def data_of(self, stamp: int) -> Iterator[None]:
@@ -203,7 +179,7 @@ class LookupAudit:
 
     def record(self, lookup: Lookup) -> None:
         """Count one lookup."""
-        latest = lookup.asked == LATEST
+        latest = lookup.asked is None
         target, source = (shorten(name, _LONGEST_NAME) for name in (lookup.target, lookup.source))
         key = (lookup.caller, target, source, latest, lookup.told)
         with self._lock:
@@ -214,18 +190,18 @@ class LookupAudit:
                 line = self._lines[key] = Line(*key)
             line.add(lookup)
 
-    def _observe(self, caller: Caller, target: str, source: str, asked: int,
-                 answered: bool) -> None:
-        now, told = self._now(), _data_stamp.get()
+    def _ended(self, caller: Caller, target: str, source: str, asked: int | None,
+               told: int | None, answered: bool) -> None:
+        now = self._now()
         newest, at_newest = LATEST, None
         with suppress(TransformException):
             newest, at_newest = self._buffer.lookup_stamped(target, source)
         pose, other_stamp, other = None, newest, at_newest
         if answered:
-            pose = at_newest if asked == LATEST else self._pose(target, source, asked)
+            pose = at_newest if asked is None else self._pose(target, source, asked)
             if told is not None:
                 other_stamp = told
-            elif asked == LATEST:
+            elif asked is None:
                 other_stamp = newest - ASSUMED_AGE
             if other_stamp != newest:
                 other = self._pose(target, source, other_stamp)
@@ -234,7 +210,7 @@ class LookupAudit:
 
     def _pose(self, target: str, source: str, stamp: int) -> PoseTuple | None:
         with suppress(TransformException):
-            return self._buffer.lookup_stamped(target, source, stamp)[1]
+            return self._buffer.lookup_at(target, source, stamp)
         return None
 
     # --- reading

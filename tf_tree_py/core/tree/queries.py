@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .tree import Tree
+from ..arrivals.observers import asked, halves, NOBODY, Observers
 from ..edges.protocol import History
 from ..errors import (
     Blocker,
@@ -47,6 +48,10 @@ class Queries:
         self._lock = threading.RLock()
         self._tree = tree
 
+    # Nobody watches a snapshot.
+    observers: Observers = NOBODY
+    """Who is told of every lookup; see ``Observer``."""
+
     # What callers give as stamps, as integers; ``ros`` takes ROS times as well.
     _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
 
@@ -78,6 +83,10 @@ class Queries:
         """Return the stamp that ``LATEST`` came to, and the pose; see ``lookup``."""
         if type(stamp) is not int:
             stamp = self._stamp_of(stamp)
+        if self.observers.of_lookups and self.observers.hear_lookups():
+            return self.observers.watch(
+                [asked(target_frame, source_frame, stamp)],
+                self.lookup_stamped, target_frame, source_frame, stamp)
         try:
             with self._lock:
                 if target_frame == source_frame:
@@ -96,6 +105,9 @@ class Queries:
         Otherwise as ``lookup``.
         """
         stamp = self._stamp_of(stamp)
+        if self.observers.hear_lookups():
+            return self.observers.watch([(target_frame, source_frame, stamp)],
+                                        self.lookup_at, target_frame, source_frame, stamp)
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return Pose._make(se3.IDENTITY)
@@ -116,13 +128,19 @@ class Queries:
     def lookup_full_stamped(self, target_frame: str, target_stamp: int, source_frame: str,
                             source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
         """Return what ``target_stamp`` came to, and the pose; see ``lookup_full``."""
+        if self.observers.hear_lookups():
+            return self.observers.watch(
+                halves(target_frame, self._stamp_of(target_stamp), source_frame,
+                       self._stamp_of(source_stamp), fixed_frame),
+                self.lookup_full_stamped, target_frame, target_stamp, source_frame,
+                source_stamp, fixed_frame)
         with self._lock, _Naming(target_frame, source_frame):
             self._tree.check_frame('target_frame', target_frame)
             self._tree.check_frame('source_frame', source_frame)
             self._tree.check_frame('fixed_frame', fixed_frame)
-            halves = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
-                      (target_frame, fixed_frame, self._stamp_of(target_stamp))]
-            (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(halves)
+            both = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
+                    (target_frame, fixed_frame, self._stamp_of(target_stamp))]
+            (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(both)
         return stamp, se3.compose(target_T_fixed, fixed_T_source)
 
     def _lookup_both(self, halves: list[tuple[str, str, int]]) -> list[tuple[int, PoseTuple]]:
@@ -234,6 +252,14 @@ class Queries:
         array = self._stamps_of(stamps)
         if outside not in ('raise', 'mask'):
             raise InvalidArgumentException(f"outside is 'raise' or 'mask', not {outside!r}")
+        if len(array) and self.observers.hear_lookups():
+            return self.observers.watch(
+                [(target_frame, source_frame, int(array.max()))],
+                self._lookup_many, target_frame, source_frame, array, given, outside)
+        return self._lookup_many(target_frame, source_frame, array, given, outside)
+
+    def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
+                     given: npt.NDArray[np.bool_] | None, outside: str) -> Any:
         with _Naming(target_frame, source_frame):
             poses, valid = self._poses_at(target_frame, source_frame, array)
         if given is not None:

@@ -1,6 +1,7 @@
 """The loop over DDS: two processes each publish the other's frame as a child."""
 
 from collections import Counter
+from collections.abc import Sequence
 from itertools import permutations
 from multiprocessing.connection import Connection
 import threading
@@ -11,6 +12,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
@@ -27,21 +29,19 @@ _WATCHED_S = 1.5
 _PATIENCE_S = 20.0
 
 
-class WatchedBuffer(Buffer):
-    """A buffer that notes what it refuses, and when."""
+class Refusals(Observer):
+    """Notes what a buffer refuses, and when."""
 
     def __init__(self) -> None:
-        super().__init__()
         self.refused: list[tuple[int, Incident]] = []
         self.has_refused = threading.Event()
 
-    def _note(self, incidents: list[Incident]) -> bool:
-        """Note it, and log it as ever."""
+    def told(self, incidents: Sequence[Incident]) -> None:
+        """Note it."""
         for incident in incidents:
             if incident.refused:
                 self.refused.append((time.time_ns(), incident))
                 self.has_refused.set()
-        return super()._note(incidents)
 
 
 def ekf(node: Node, pipe: Connection) -> None:
@@ -67,19 +67,20 @@ def run(seconds: float = _WATCHED_S) -> Report:
     """Start the first publisher, then the second, and look up all the time."""
     answers: Counter[str] = Counter()
     with session() as lab:
-        buffer = WatchedBuffer()
+        buffer, refusals = Buffer(), Refusals()
+        buffer.observers.add(refusals)
         with TransformListener(buffer, lab.node('robot')):
             lab.start(ekf)
             buffer.lookup_transform('odom', 'camera', Time(), Duration(seconds=int(_PATIENCE_S)))
             lab.start(wheel_odometry)
-            if not buffer.has_refused.wait(_PATIENCE_S):
+            if not refusals.has_refused.wait(_PATIENCE_S):
                 raise RuntimeError('the second node was not heard')
             end = time.monotonic() + seconds
             while time.monotonic() < end:
                 answers.update(_ask(buffer))
                 time.sleep(_PERIOD / 1e9)
             taken = buffer.statistics().accepted
-    return _report(buffer.refused, answers, taken, seconds)
+    return _report(refusals.refused, answers, taken, seconds)
 
 
 def _ask(buffer: Buffer) -> list[str]:

@@ -1,6 +1,6 @@
 """Latency over DDS: a drive in one process publishes, and this one looks it up too late."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from multiprocessing.connection import Connection
 import time
@@ -11,9 +11,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST, TransformException
-from tf_tree_py.core.arrivals.incidents import Incident
-from tf_tree_py.core.arrivals.sample import Batch
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_AUTHORITY
+from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import as_pose, transform_stamped
@@ -29,19 +27,15 @@ _IMAGES = 30
 _PATIENCE = Duration(seconds=10)
 
 
-class TimedBuffer(Buffer):
-    """A buffer that notes how old each moving transform is on arrival, nanoseconds."""
+class Ages(Observer):
+    """Notes how old each message of moving transforms is on arrival, nanoseconds."""
 
     def __init__(self) -> None:
-        super().__init__()
         self.ages: list[int] = []
 
-    def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
-                     static: bool = False) -> list[Incident]:
-        """Take a message as it comes off the wire."""
-        if not static:
-            self.ages.append(time.time_ns() - batch.stamps[0])
-        return super().insert_batch(batch, authority, static)
+    def arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
+        """Note a message as it comes off the wire."""
+        self.ages.append(time.time_ns() - stamps[0])
 
 
 class Look(NamedTuple):
@@ -83,14 +77,15 @@ def run(images: int = _IMAGES) -> Report:
     """Take images, and look up where the camera was, in time and too late."""
     begin = time.time_ns()
     with session() as lab:
-        buffer = TimedBuffer()
+        buffer, arrivals = Buffer(), Ages()
+        buffer.observers.add(arrivals)
         with TransformListener(buffer, lab.node('lookup')):
             lab.start(publish, begin)
             for speed in SPEEDS:
                 buffer.lookup_transform('odom', _camera(speed), Time(), _PATIENCE)
             looks = [look for image in _phases(images)
                      for look in _process_image(buffer, begin, image)]
-    return _report(looks, np.array(buffer.ages) / 1e9)
+    return _report(looks, np.array(arrivals.ages) / 1e9)
 
 
 def _phases(images: int) -> Iterator[int]:
@@ -103,7 +98,7 @@ def _phases(images: int) -> Iterator[int]:
         yield time.time_ns()
 
 
-def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
+def _process_image(buffer: Buffer, begin: int, image: int) -> list[Look]:
     """Look up the camera of an image at once, and after each delay."""
     late = []
     for planned in DELAYS:
@@ -116,7 +111,7 @@ def _process_image(buffer: TimedBuffer, begin: int, image: int) -> list[Look]:
     return [Look(*look[:4], stamped[look[0]], look[4]) for look in late]
 
 
-def _ahead(buffer: TimedBuffer, speed: float, stamp: int, begin: int, image: int) -> float:
+def _ahead(buffer: Buffer, speed: float, stamp: int, begin: int, image: int) -> float:
     """Return how far ahead of the truth the camera of an image is said to be, metres."""
     found = as_pose(buffer.lookup_transform(
         'odom', _camera(speed), Time(nanoseconds=stamp), _PATIENCE))
@@ -124,7 +119,7 @@ def _ahead(buffer: TimedBuffer, speed: float, stamp: int, begin: int, image: int
     return found.x - truth.x
 
 
-def _raises(buffer: TimedBuffer, speed: float, now: int) -> bool:
+def _raises(buffer: Buffer, speed: float, now: int) -> bool:
     try:
         buffer.lookup_transform('odom', _camera(speed), Time(nanoseconds=now))
     except TransformException:

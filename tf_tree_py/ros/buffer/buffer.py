@@ -5,21 +5,19 @@ Only translation happens here; every answer is ``BufferCore``'s. What neither
 waits nor needs a clock is in ``core_api``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import threading
 import time
-from typing import Any, Protocol, TypeVar
-import weakref
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, TimeJump
-from rclpy.context import Context
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.observers import Asked, asked, halves
 from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_AUTHORITY,
     DEFAULT_MAX_FRAMES,
@@ -30,24 +28,16 @@ from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
 from .arguments import check_places
-from .incident_log import IncidentLog
+from .feeds import Feeds
 from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
 from .twists import TwistLookups
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
-from ..waiting.clock import ClockDeadline, ClockWatch
+from ..waiting.clock import ClockWatch
 from ..waiting.futures import AsyncLookups
+from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
-
-
-class Authority(Protocol):
-    """Who publishes on a topic: a name that may be known later."""
-
-    placeholder: str
-
-    def name(self) -> str:
-        """Return the name as it is now."""
 
 
 class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
@@ -93,22 +83,19 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             max_name_bytes=max_name_bytes, now=self.now,
             max_future=_nanoseconds_or_none(max_future),
             clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
-        self._wall_guard_s = None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9
-        self._feeds = 0
-        self._tree.when_empty = self._when_empty()
-        # Not their identifiers: those are given to other threads later.
-        self._feeding_threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
-        self._authorities: dict[str, Authority] = {}
-        self._log_to(rclpy.logging.get_logger('tf_tree_py'))
+        self.timeouts = Timeouts(
+            self.waiting, self._watch,
+            None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
+        self.feeds = Feeds(self.intake, self.waiting, self._watch, self._say_when_empty,
+                           rclpy.logging.get_logger('tf_tree_py'))
+        """Who fills it, for those who do."""
         if node is not None:
-            self._log_to(node.get_logger())
+            self.feeds.log_to(node.get_logger())
             self._watch.follow(node.get_clock(), node.context)
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
-            # On this object only: a buffer without an audit pays nothing for it.
-            self.lookup = self.audit.watch(self.lookup, self._stamp_of)
-            self.lookup_transform = self.audit.watch(self.lookup_transform, as_nanoseconds)
+            self.observers.add(self.audit)
 
     def now(self) -> int:
         """Return the time by the clock that stamps go by, nanoseconds."""
@@ -124,8 +111,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        sample = as_sample(transform)
-        return self._note(self._insert([sample], [sample.stamp], authority, False))
+        return self.feeds.note(self.intake.take([as_sample(transform)], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
@@ -134,71 +120,26 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
 
         :return: whether it was taken; if not, the log and ``statistics()`` say why.
         """
-        return self._note(self.insert_many([as_sample(transform)], authority, static=True,
-                                           strict=False))
+        return self.feeds.note(self.insert_many(
+            [as_sample(transform)], authority, static=True, strict=False))
 
-    def _note(self, incidents: list[Incident]) -> bool:
-        """Log what was odd about an insertion; return whether all of it was taken."""
-        if not incidents:
-            return True
-        self._incident_log.report(incidents)
-        return not any(incident.refused for incident in incidents)
+    def _say_when_empty(self, fed: bool) -> None:
+        self._tree.when_empty = self._when_empty(fed)
 
-    def _refuse(self, incident: Incident) -> None:
-        """Count and log what does not come from inserting: what is no transform, say."""
-        self._record(incident)
-        self._incident_log.report([incident])
-
-    def _begin_feed(self, clock: Clock, context: Context) -> None:
-        """Go by the clock of a listener, as long as it delivers transforms."""
-        with self._lock:
-            self._feeds += 1
-            self._tree.when_empty = self._when_empty()
-        self._watch.follow(clock, context)
-        self._read_clock_anew()
-
-    def _end_feed(self, clock: Clock, context: Context) -> None:
-        """Let a listener go; after the last one nobody waits any longer."""
-        self._watch.leave(clock, context)
-        self._read_clock_anew()
-        with self._lock:
-            self._feeds -= 1
-            self._tree.when_empty = self._when_empty()
-            deserted = self._feeds == 0
-        if deserted:
-            self._watch.release()
-            self._wake_everybody()
-
-    def _when_empty(self) -> str:
+    def _when_empty(self, fed: bool) -> str:
         """Return the hint for who asks before anything has come."""
-        if self._feeds:
+        if fed:
             return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
                     'with the same ROS_DOMAIN_ID?')
         return ('Nothing has been received yet, and no listener feeds this buffer: '
                 'TransformListener(buffer, node) does')
-
-    def _fed_by(self, thread: threading.Thread) -> None:
-        """Note a thread that delivers transforms, and therefore must not wait for them."""
-        self._feeding_threads.add(thread)
-
-    def _no_longer_fed_by(self, thread: threading.Thread) -> None:
-        """Let a thread wait again that delivered transforms."""
-        self._feeding_threads.discard(thread)
-
-    def _name_later(self, authority: Authority) -> None:
-        """Ask an authority for the name that it did not know yet, when it is wanted."""
-        self._authorities[authority.placeholder] = authority
-
-    def _log_to(self, logger: Any) -> None:
-        """Write what is odd about arriving transforms to an rclpy logger."""
-        self._incident_log = IncidentLog(logger)
 
     # --- clock
 
     def use_clock(self, clock: Clock) -> None:
         """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
         self._watch.follow(clock)
-        self._read_clock_anew()
+        self.intake.read_clock_anew()
 
     def _is_simulated(self) -> bool:
         return self._watch.simulated
@@ -236,7 +177,8 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
         else:
             found, pose = self._within(
-                timeout, lambda: self.lookup_stamped(target_frame, source_frame, stamp))
+                timeout, [asked(target_frame, source_frame, stamp)],
+                lambda: self.lookup_stamped(target_frame, source_frame, stamp))
         return transform_stamped(target_frame, source_frame, found, pose)
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
@@ -249,25 +191,33 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         (fixed <- source at source_time). Parameters and errors as ``lookup_transform``.
         """
         stamps = self._as_stamp(target_time), self._as_stamp(source_time)
-        found, pose = self._within(timeout, lambda: self.lookup_full_stamped(
-            target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
+        found, pose = self._within(
+            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self.lookup_full_stamped(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
         return transform_stamped(target_frame, source_frame, found, pose)
 
-    def _within(self, timeout: Any, query: Callable[[], Answer]) -> Answer:
-        """Answer a query within a timeout by the buffer's clock."""
+    def _within(self, timeout: Any, lookups: Sequence[Asked],
+                query: Callable[[], Answer]) -> Answer:
+        """Answer a query within a timeout by the buffer's clock; it is these lookups."""
         duration = as_nanoseconds(timeout)
         if duration <= 0:
             return query()
+        if self.observers.hear_lookups():
+            return self.observers.watch(lookups, self._wait, duration, query)
+        return self._wait(duration, query)
+
+    def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
         try:
             return query()
         except TransformException as error:
             if error.blocked_on is None:
                 raise
-            if threading.current_thread() in self._feeding_threads:
+            if self.feeds.deliver_in(threading.current_thread()):
                 error.hint = ('Not waited: this very thread delivers the transforms, so waiting '
                               'in it would only delay them')
                 raise
-        deadline = ClockDeadline(self._watch, duration, self._wall_guard_s)
+        deadline = self.timeouts.deadline(duration)
         try:
             return self.wait_for(query, deadline)
         except TransformException as error:
@@ -290,8 +240,7 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         return self._with_names(super().edges_between(target_frame, source_frame, stamp))
 
     def _with_names(self, edges: list[EdgeInfo]) -> list[EdgeInfo]:
-        names = {placeholder: authority.name()
-                 for placeholder, authority in self._authorities.items()}
+        names = self.feeds.names()
         return [edge._replace(authority=names.get(edge.authority, edge.authority))
                 for edge in edges]
 

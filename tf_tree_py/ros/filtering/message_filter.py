@@ -25,7 +25,7 @@ from ..buffer.interface import NO_TIME
 from ..buffer.ours import check_is_ours
 from ..messages.convert import as_nanoseconds, transform_stamped
 from ..topics.qos import sensor_qos
-from ..waiting.futures import Wait
+from ..waiting.timeouts import Wait
 
 # For each target frame its name, the stamp that was found, and target_T_frame.
 _Answer = list[tuple[str, int, PoseTuple]]
@@ -117,7 +117,7 @@ class MessageFilter:
                 self._drop(held, Drop.EMPTY_FRAME)
             else:
                 self._waiting[number] = held
-                held.ask()
+                held.wait.ask()
                 self._make_room(self._waiting)
         if self._closed:
             self._tell_drops()
@@ -183,8 +183,8 @@ class MessageFilter:
         for earlier in list(self._waiting.values()):
             if earlier.number >= held.number:
                 break
-            if earlier.frame == held.frame and earlier.is_being_woken():
-                earlier.ask()
+            if earlier.frame == held.frame and earlier.wait.is_being_woken:
+                earlier.wait.ask()
         del self._waiting[held.number]
         self._ready[held.number] = held
         self._make_room(self._ready)
@@ -195,7 +195,7 @@ class MessageFilter:
             self._drop(next(iter(line.values())), Drop.QUEUE_FULL)
 
     def _drop(self, held: '_Held', drop: Drop, why: str = '') -> None:
-        held.end()
+        held.wait.end()
         self._waiting.pop(held.number, None)
         self._ready.pop(held.number, None)
         self._dropped[drop] += 1
@@ -243,36 +243,25 @@ class MessageFilter:
         return transforms if self._several else transforms[self._targets[0]]
 
 
-class _Held(Wait[_Answer]):
-    """A message in a filter; it is changed under the filter's lock only."""
+class _Held:
+    """A message in a filter; whatever changes it holds the filter's lock."""
 
     def __init__(self, owner: MessageFilter, number: int, message: Any, frame: str,
                  stamp: int) -> None:
-        super().__init__(owner._buffer, lambda: owner._query(frame, stamp), owner._timeout)
         self._owner = owner
         self.number = number
         self.message = message
         self.frame = frame
         self.answer: _Answer = []
+        self.wait = Wait(owner._buffer.timeouts, self, lambda: owner._query(frame, stamp),
+                         owner._timeout, owner._lock)
 
-    def ask(self, *, once_more: bool = True) -> None:
-        """Look the transforms up, or wait for what is missing."""
-        with self._owner._lock:
-            super().ask(once_more=once_more)
-
-    def is_being_woken(self) -> bool:
-        """Return whether what it waits for has changed, and it has not asked again yet."""
-        return not self._waiter.waits
-
-    def end(self) -> None:
-        """Wait no longer."""
-        self._end()
-
-    def _answered(self, answer: _Answer) -> None:
-        self._end()
+    def answered(self, answer: _Answer) -> None:
+        """Be passed on with its answer."""
+        self.wait.end()
         self.answer = answer
         self._owner._found(self)
 
-    def _failed(self, error: TransformException) -> None:
-        released = self._deadline is not None and self._deadline.released
-        self._owner._drop(self, drop_for(error, released=released), str(error))
+    def failed(self, error: TransformException) -> None:
+        """Be dropped for this reason."""
+        self._owner._drop(self, drop_for(error, released=self.wait.released), str(error))

@@ -13,9 +13,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.frame_names import FrameFilter, Rename, rename
-from tf_tree_py.core.arrivals.incidents import Incident, Kind
-from tf_tree_py.core.arrivals.wire import WireError, WireReader
-from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.wire import WireReader
 
 from .authority import Authority
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
@@ -90,16 +89,16 @@ class TransformListener:
         # All names are resolved before the first subscription: a bad one must leave none behind.
         resolved = [(node.resolve_topic_name(topic), static, profile)
                     for topic, static, profile in topics if static or not static_only]
-        buffer._log_to(node.get_logger())
+        buffer.feeds.log_to(node.get_logger())
         self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner)
                        for topic, static, profile in resolved]
         feed_of = self._home.get_clock(), node.context
-        buffer._begin_feed(*feed_of)
-        self._end_feed = functools.partial(buffer._end_feed, *feed_of)
+        buffer.feeds.begin(*feed_of)
+        self._end_feed = functools.partial(buffer.feeds.end, *feed_of)
         if spin_thread:
             self._receiver = Receiver(
-                self._home, self._end_feed, rest=buffer._sleep_until_waited_for)
-            buffer._fed_by(self._receiver.thread)
+                self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody)
+            buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
                 # The node's callback list references self: it lives as long as the node, as tf2's.
                 node.add_post_set_parameters_callback(self._follow_clock)
@@ -159,13 +158,13 @@ class _Spinner:
             self.forget()
             self._thread = thread
         if thread is not None:
-            self._buffer._fed_by(thread)
+            self._buffer.feeds.add_thread(thread)
 
     def forget(self) -> None:
         """Allow the noted thread to wait for transforms again."""
         thread, self._thread = self._thread, None
         if thread is not None:
-            self._buffer._no_longer_fed_by(thread)
+            self._buffer.feeds.remove_thread(thread)
 
 
 class _Feed:
@@ -180,7 +179,7 @@ class _Feed:
         self._reader = WireReader(names)
         self._authority = Authority(node, topic)
         self._rivals = Rivals(self._authority, static)
-        buffer._name_later(self._authority)
+        buffer.feeds.name_later(self._authority)
         # In a callback group of its own: another callback of the node may block on a lookup.
         self._subscription = node.create_subscription(
             TFMessage, topic, cast('Any', self._receive), qos, raw=True,
@@ -193,17 +192,14 @@ class _Feed:
     def _receive(self, data: bytes, info: Any) -> None:
         authority = self._authority.name()
         self._spinner.note()
-        try:
-            batch = self._reader.read(data)
-        except WireError as error:
-            malformed = Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
-            self._buffer._refuse(*self._authority.correct([malformed]))
-            return
-        if batch.edges:
+        batch = self._reader.read_or_refuse(data, authority)
+        if isinstance(batch, Incident):
+            self._buffer.feeds.refuse(*self._authority.correct([batch]))
+        elif batch.edges:
             incidents = self._buffer.insert_batch(batch, authority, self._static)
-            self._buffer._note(self._authority.correct(incidents))
+            self._buffer.feeds.note(self._authority.correct(incidents))
             for rivalry in self._rivals.follow(batch, info):
-                self._buffer._refuse(rivalry)
+                self._buffer.feeds.refuse(rivalry)
 
 
 def _home(node: Node | None, spin_thread: bool) -> Node:

@@ -19,8 +19,8 @@ _LINGER_S = 1.0
 _MIN_DEAD = 64
 
 
-class Deadline(ClockDeadline):
-    """A ``ClockDeadline`` for those who do not sleep by it themselves."""
+class AlarmDeadline(ClockDeadline):
+    """A ``ClockDeadline`` for those who do not sleep by it: an alarm calls them back."""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -83,7 +83,7 @@ class Alarms:
     def __len__(self) -> int:
         return len(self._pending)
 
-    def add(self, sleeper: Sleeper, deadline: Deadline) -> int:
+    def add(self, sleeper: Sleeper, deadline: AlarmDeadline) -> int:
         """
         Call a sleeper's ``expire`` when its deadline is over.
 

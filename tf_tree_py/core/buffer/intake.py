@@ -1,0 +1,235 @@
+"""
+The way into a buffer: what arrives is told, held against the clock, inserted, and wakes.
+
+Once for all: one sample by hand, a message off the wire, a track of many stamps. What
+callers give is checked before, in ``buffer_core`` and ``arrivals``.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from .waiting import Waiting
+from ..arrivals.future_guard import FutureGuard
+from ..arrivals.incidents import Incident, Kind, Statistics
+from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
+from ..arrivals.observers import Observers
+from ..arrivals.sample import Batch, checked, Sample, sound_poses
+from ..arrivals.track import Judged, Track
+from ..errors import ClockJumpException
+from ..stamp import LATEST
+from ..tree.tree import Tree
+
+
+class Intake:
+    """
+    Takes what arrives, and forgets it when another time begins.
+
+    All methods may be called from any thread, without the buffer's lock; what they
+    return is what was refused or is worth telling.
+    """
+
+    def __init__(self, tree: Tree, waiting: Waiting, observers: Observers, guard: FutureGuard,
+                 jump_back: JumpBack | None) -> None:
+        """
+        Begin with nothing.
+
+        :param tree: what to fill, with the lock of those who wait for it.
+        :param guard: what is too far ahead of the clock.
+        :param jump_back: tells when another run has begun; None: nothing does.
+        """
+        self._tree = tree
+        self._waiting = waiting
+        self._lock = waiting.lock
+        self._observers = observers
+        self._guard = guard
+        self._jump_back = jump_back
+        self._statistics = Statistics()
+
+    # --- taking
+
+    def take(self, samples: list[Sample], authority: str, static: bool) -> list[Incident]:
+        """Take samples under one lock."""
+        told: list[Incident] = []
+        if samples and not static:
+            stamps = [sample.stamp for sample in samples]
+            if (self._jump_back or self._observers.of_arrivals
+                    or max(stamps) > self._guard.limit):
+                samples, told = self._screen(samples, stamps, authority)
+        return self._insert(told, lambda: [sample.child for sample in samples],
+                            self._each, samples, authority, static)
+
+    def take_batch(self, batch: Batch, authority: str, static: bool) -> list[Incident]:
+        """Take a whole message under one lock."""
+        poses = None
+        if not static and not self._guard.is_too_far(max(batch.stamps, default=LATEST)):
+            poses = sound_poses(batch.poses)
+        if poses is None:
+            return self.take(batch.samples(), authority, static)
+        if poses is not batch.poses:
+            batch = batch._replace(poses=poses)
+        told: list[Incident] = []
+        if self._jump_back or self._observers.of_arrivals:
+            told = self._arrived(batch.edges, batch.stamps, authority)
+        return self._insert(told, lambda: [child for _, child in batch.edges],
+                            self._append, batch, authority)
+
+    def take_track(self, track: Track, authority: str) -> list[Incident]:
+        """Take many samples of one moving edge."""
+        if self._jump_back or (len(track.stamps)
+                               and self._guard.is_too_far(int(track.stamps.max()))):
+            return [incident for sample in track.samples()
+                    for incident in self.take([sample], authority, False)]
+        if self._observers.of_arrivals:
+            self._arrived([(track.parent, track.child)] * len(track.stamps),
+                          track.stamps.tolist(), authority)
+        return self._insert([], lambda: [track.child],
+                            self._track, track, track.judged(authority), authority)
+
+    def refuse(self, incident: Incident) -> None:
+        """Count something that went wrong before there was a sample to insert."""
+        with self._lock:
+            self._count(0, [incident])
+
+    def statistics(self) -> Statistics:
+        """Return a copy of the counts."""
+        with self._lock:
+            counts = self._statistics
+            return Statistics(counts.accepted, dict(counts.incidents), len(self._tree.frames))
+
+    # --- before anything is inserted
+
+    def _arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
+                 authority: str) -> list[Incident]:
+        """Tell who watches, and forget what was before if another run has begun."""
+        if not edges:
+            return []
+        self._observers.tell_arrived(edges, stamps)
+        return self._follow(edges, stamps, authority)
+
+    def _screen(self, samples: list[Sample], stamps: list[int],
+                authority: str) -> tuple[list[Sample], list[Incident]]:
+        """Return the samples that are not refused for their stamps, and what to tell."""
+        guard = self._guard
+        edges = [(sample.parent, sample.child) for sample in samples]
+        if not guard.is_too_far(max(stamps)):
+            return samples, self._arrived(edges, stamps, authority)
+        self._observers.tell_arrived(edges, stamps)
+        with self._lock:
+            samples, told = guard.part(samples, authority, self._tree.histories)
+            self._count(0, told)
+        return samples, told + self._follow(
+            [(sample.parent, sample.child) for sample in samples],
+            [sample.stamp for sample in samples], authority)
+
+    def _follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
+                authority: str) -> list[Incident]:
+        if not self._jump_back or not edges:
+            return []
+        with self._lock:
+            incident = self._jump_back.follow(edges, stamps, authority, self._tree.histories)
+            if incident is None:
+                return []
+            self._count(0, [incident])
+            self._forget()
+        self._give_up('All stamps went back, as those of a bag that loops,')
+        return [incident]
+
+    # --- inserting, with the lock
+
+    def _insert(self, told: list[Incident], children: Callable[[], Iterable[str]],
+                insert: Callable[..., list[Incident]], *arguments: Any) -> list[Incident]:
+        incidents = self._waiting.change(self._tree, children, insert, *arguments)
+        return told + self._explained(incidents) if told or incidents else incidents
+
+    def _each(self, samples: Iterable[Sample], authority: str,
+              static: bool) -> list[Incident]:
+        incidents: list[Incident] = []
+        tree, accepted = self._tree, 0
+        try:
+            for sample in samples:
+                if not static and tree.append(sample, authority):
+                    accepted += 1
+                    continue
+                sound = checked(sample, authority)
+                if isinstance(sound, Incident):
+                    incidents.append(sound)
+                    continue
+                told = tree.insert(*sound, authority, static)
+                incidents += told
+                accepted += not (told and told[-1].refused)
+        finally:
+            self._count(accepted, incidents)
+        return incidents
+
+    def _append(self, batch: Batch, authority: str) -> list[Incident]:
+        taken = self._tree.append_batch(batch, authority)
+        self._statistics.accepted += taken
+        if taken == len(batch.edges):
+            return []
+        return self._each(batch.samples()[taken:], authority, False)
+
+    def _track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
+        incidents: list[Incident] = []
+        tree, earliest, history = self._tree, track.earliest_after(), None
+        # One by one until there is an edge that only needs more samples: one, nearly always.
+        for number in range(len(track.stamps)):
+            history = tree.history_to_extend(track.parent, track.child, earliest[number])
+            if history is not None:
+                break
+            incidents += self._each([track.sample(number)], authority, False)
+        if history is None:
+            return incidents
+        rest, refused = judged.after(number)
+        if not rest.is_within(history):
+            return incidents + self._each(track.samples(number), authority, False)
+        if len(rest.stamps):
+            tree.extend(history, rest.stamps, rest.poses, authority)
+        self._count(len(rest.stamps), refused)
+        return incidents + refused
+
+    def _count(self, accepted: int, incidents: list[Incident]) -> None:
+        self._statistics.accepted += accepted
+        for incident in incidents:
+            self._statistics.incidents[incident.kind] += 1
+        if incidents:
+            self._observers.tell_incidents(incidents)
+
+    # --- afterwards
+
+    def _explained(self, incidents: list[Incident]) -> list[Incident]:
+        """Return incidents that say why data is old."""
+        return [replace(incident, detail=f'{incident.detail}. {self._why_old(incident.newest)}')
+                if incident.kind is Kind.OLD_DATA else incident for incident in incidents]
+
+    def _why_old(self, newest: int) -> str:
+        return self._guard.why_old(newest) or (
+            WHY_OLD if self._jump_back else f'{WHY_OLD}. {CURE}')
+
+    # --- forgetting
+
+    def clear(self) -> None:
+        """Forget what moves; frame names and static edges stay."""
+        with self._lock:
+            self._forget()
+            if self._jump_back:
+                self._jump_back.begin()
+        self._waiting.ask_again()
+
+    def start_anew(self, why: str) -> None:
+        """Forget what moves, because another time has begun, and tell everybody who waits."""
+        self.clear()
+        self._give_up(why)
+
+    def read_clock_anew(self) -> None:
+        """Forget what the clock was: it jumped back, or is another one now."""
+        # A new one, so that a thread that just read the clock does not spoil it.
+        self._guard = self._guard.renewed()
+
+    def _forget(self) -> None:
+        self._tree.clear()
+        self.read_clock_anew()
+
+    def _give_up(self, why: str) -> None:
+        self._waiting.fail(ClockJumpException(
+            f'{why} while this was waited for; the buffer was cleared'))
