@@ -299,3 +299,25 @@ def test_buffer_is_asked_without_naming_its_publishers():
         buffer.insert('world', 'body', stamp, Pose(x=stamp / SECOND))
     assert lookup_twist(buffer, 'body', 'world', MIDDLE, SECOND).linear[0] == pytest.approx(1.0)
     assert Queries.edges(buffer)
+
+
+def test_frame_that_was_hung_elsewhere_has_the_velocity_that_it_had_then():
+    """A box on a belt at 1 m/s, then in a gripper at 2 m/s; the belt itself is turned round."""
+    buffer = BufferCore(100 * SECOND)
+    for tenth in range(21):
+        stamp = tenth * SECOND // 10
+        buffer.insert('belt', 'box', stamp, Pose(x=tenth / 10))
+        buffer.insert('world', 'belt', stamp, Pose())
+    for tenth in range(40, 61):
+        stamp = tenth * SECOND // 10
+        buffer.insert('gripper', 'box', stamp, Pose(x=tenth / 5))
+        buffer.insert('world', 'gripper', stamp, Pose())
+        buffer.insert('belt', 'world', stamp, Pose())
+    stamps = [SECOND // 50, SECOND, 2 * SECOND, 5 * SECOND]
+    expected = [1.0, 1.0, 1.0, 2.0]
+    for observer in ('world', 'belt'):
+        found = [lookup_twist(buffer, 'box', observer, stamp, SECOND // 10).linear[0]
+                 for stamp in stamps]
+        assert found == pytest.approx(expected)
+        many = lookup_twist_many(buffer, 'box', observer, stamps, SECOND // 10)
+        assert many[:, 0] == pytest.approx(expected)

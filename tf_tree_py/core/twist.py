@@ -74,6 +74,16 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
     """
     interval = _checked_interval(averaging_interval)
     stamp, _ = tree.lookup_stamped(observation_frame, tracking_frame, stamp)
+    twist = _twist_at(tree, tracking_frame, observation_frame, stamp, interval,
+                      reference_frame or observation_frame, reference_point,
+                      reference_point_frame)
+    return Velocity(stamp, twist[:3], twist[3:])
+
+
+def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
+              interval: int, reference_frame: str, reference_point: Vector3,
+              reference_point_frame: str | None) -> Screw:
+    """Return it at a stamp, where 0 is a time."""
     frames, moving = _chain(tree, observation_frame, tracking_frame, stamp)
     twist = _AT_REST
     if moving:
@@ -85,14 +95,12 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
             own = se3.log(se3.compose(se3.inverse(before), after))
             twist = _plus(carry(se3.inverse(now), twist), own, NANOSECONDS_PER_SECOND / length)
 
-    # The stamp may have come to 0, a time here; or to none, where nothing moves.
+    # Where nothing moves between the two, LATEST came to no time.
     look = tree.lookup_at if moving or stamp != LATEST else tree.lookup
-    axes = reference_frame or observation_frame
-    x, y, z, qx, qy, qz, qw = look(axes, tracking_frame, stamp)
+    x, y, z, qx, qy, qz, qw = look(reference_frame, tracking_frame, stamp)
     px, py, pz = se3.apply(
-        look(axes, reference_point_frame or tracking_frame, stamp), reference_point)
-    twist = carry((x - px, y - py, z - pz, qx, qy, qz, qw), twist)
-    return Velocity(stamp, twist[:3], twist[3:])
+        look(reference_frame, reference_point_frame or tracking_frame, stamp), reference_point)
+    return carry((x - px, y - py, z - pz, qx, qy, qz, qw), twist)
 
 
 def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str,
@@ -116,6 +124,10 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
     twists = np.zeros((len(times), 6))
     if not len(times):
         return twists
+    if frozen._tree.was_rehung:
+        return np.array([
+            _twist_at(frozen, tracking_frame, observation_frame, time, interval, axes,
+                      reference_point, reference_point_frame) for time in times.tolist()])
     frames, moving = _chain(frozen, observation_frame, tracking_frame, int(times[0]))
     if moving:
         oldest, newest, length = _window(moving, interval)
@@ -145,13 +157,16 @@ def _chain(tree: Queries, first: str, last: str,
     """
     Return the frames from one to another, and those edges between them that move.
 
-    As they hang on each other now, and if nothing joins them now, as they hung at a stamp.
-    Where they hung otherwise at the time of a lookup, the poses between neighbours in this
-    list still multiply to the one of its ends.
+    As they hang on each other now, if all of these have data for a stamp: where they hung
+    otherwise then, the poses between neighbours still multiply to the one of the ends.
+    Else as they hung then.
     """
     try:
         edges = tree._edges_between(last, first, None)
+        known = all(edge.static or edge.oldest <= stamp <= edge.latest for edge in edges)
     except ConnectivityException:
+        known = False
+    if not known:
         edges = tree._edges_between(last, first, stamp)
     frames = [first]
     for edge in edges:

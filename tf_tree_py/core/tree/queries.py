@@ -27,7 +27,7 @@ from ..geometry import se3
 from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import format_stamp, LATEST
+from ..stamp import BEGINNING, FOREVER, format_stamp, LATEST
 from ..times import checked_stamp, checked_stamps, Stamps, without_mask
 
 
@@ -205,7 +205,8 @@ class Queries:
         """
         Return the edges from the source up to the common ancestor and down to the target.
 
-        In that order, each with its parent at the stamp. Raises as ``lookup`` does.
+        In that order, each with its parent at the stamp, and the stamps from and to which
+        that is its parent. Raises as ``lookup`` does.
         """
         stamp = self._stamp_of(stamp)
         return self._edges_between(
@@ -218,7 +219,7 @@ class Queries:
             if target_frame == source_frame:
                 return []
             links = self._tree.branches(target_frame, source_frame, moment).links()
-            return [_info(parent, history) for parent, history in links]
+            return [_info_at(parent, history, moment) for parent, history in links]
 
     # --- many poses
 
@@ -425,6 +426,17 @@ class _Naming:
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):
             error.target_frame, error.source_frame = self.frames
+
+
+def _info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
+    """Return what is stored of an edge for as long as it has the parent of a moment."""
+    info = _info(parent, history)
+    if moment is None or history.fixed_parent:
+        return info
+    since, until = next((since, until) for _, since, until
+                        in history.parents_between(BEGINNING, FOREVER) if since <= moment < until)
+    stamps = history.track(since, min(info.latest, until - 1)).knots
+    return info._replace(oldest=since, latest=int(stamps[stamps < until][-1]))
 
 
 def _info(parent: str, history: History) -> EdgeInfo:
