@@ -37,6 +37,7 @@ setup(
     maintainer_email='maintainers@users.noreply.github.com',
     license='Apache-2.0',
     packages=find_packages(include=[package_name, f'{package_name}.*']),
+    package_data={package_name: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),

@@ -37,10 +37,10 @@ from std_msgs.msg import Header
 from tf_tree_py import Buffer
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+from tf_tree_py.ros.messages.do_transform import do_transform
 from tf_tree_py.ros.messages.point_cloud import do_transform_cloud
-from tf_tree_py.ros.messages.stamped import do_transform
 
 POSE = (1.0, -2.0, 0.5, *so3.from_rpy(0.1, -0.2, 0.7))
 POINTS = 300_000
@@ -94,14 +94,14 @@ def filled_buffer() -> Buffer:
         stamp = step * NANOSECONDS_PER_SECOND // 100
         for parent, child in (('map', 'odom'), ('odom', 'base')):
             pose = (0.01 * step, 0.0, 0.0, *so3.from_rpy(0.0, 0.0, 0.001 * step))
-            buffer.set_transform(public_transform_stamped(parent, child, stamp, pose))
-    buffer.set_transform_static(public_transform_stamped('base', 'lidar', 0, POSE))
+            buffer.set_transform(transform_stamped(parent, child, stamp, pose))
+    buffer.set_transform_static(transform_stamped('base', 'lidar', 0, POSE))
     return buffer
 
 
 def bench_messages(rounds: int) -> None:
     """Print what the small messages cost, with a transform at hand and through a buffer."""
-    transform = public_transform_stamped('map', 'base', 2 * NANOSECONDS_PER_SECOND, POSE)
+    transform = transform_stamped('map', 'base', 2 * NANOSECONDS_PER_SECOND, POSE)
     buffer, messages = filled_buffer(), small_messages()
     alone = {name: (lambda message=message: do_transform(message, transform))
              for name, message in messages.items()}
@@ -139,7 +139,7 @@ def cloud_of(point_step: int, code: str = '<f4') -> PointCloud2:
 
 def bench_clouds(rounds: int) -> None:
     """Print what clouds of several layouts cost, against the bare product."""
-    transform: TransformStamped = public_transform_stamped('map', 'lidar', 0, POSE)
+    transform: TransformStamped = transform_stamped('map', 'lidar', 0, POSE)
     rotation = np.array(so3.as_matrix(POSE[3:]), dtype=np.float32)
     translation = np.array(POSE[:3], dtype=np.float32)
     clouds = {

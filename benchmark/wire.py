@@ -1,7 +1,9 @@
-"""A TFMessage as a publisher's middleware writes it: CDR, little endian."""
+"""A TFMessage as a publisher's middleware writes it."""
 
 from collections.abc import Sequence
-import struct
+
+from tf_tree_py.core import Sample
+from tf_tree_py.core.arrivals.wire import write
 
 from .motion import Edge, Pose, pose_at
 
@@ -14,18 +16,5 @@ def message_at(edges: Sequence[Edge], sample: int) -> bytes:
 
 def message(edges: Sequence[Edge], stamps: Sequence[int], poses: Sequence[Pose]) -> bytes:
     """Return the bytes of one message."""
-    data = bytearray(b'\x00\x01\x00\x00' + struct.pack('<I', len(edges)))
-    for edge, stamp, pose in zip(edges, stamps, poses, strict=True):
-        data += struct.pack('<iI', *divmod(stamp, 1_000_000_000))
-        for name in edge.parent, edge.child:
-            _align(data, 4)
-            data += struct.pack('<I', len(name) + 1) + name.encode() + b'\x00'
-        _align(data, 8)
-        data += struct.pack('<7d', *pose)
-        _align(data, 4)
-    return bytes(data)
-
-
-def _align(data: bytearray, size: int) -> None:
-    # Relative to the byte after the encapsulation.
-    data += bytes(-(len(data) - 4) % size)
+    return write([Sample(edge.parent, edge.child, stamp, pose)
+                  for edge, stamp, pose in zip(edges, stamps, poses, strict=True)])

@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 import shutil
 import subprocess
+import textwrap
 
 import pytest
 
@@ -39,6 +40,15 @@ def standin_env() -> dict[str, str]:
         pytest.skip(_NEEDED)
     # So that what is imported is what was built, also if this is the folder of its source.
     return {**variables, 'PYTHONSAFEPATH': '1', 'PYTHONUNBUFFERED': '1'}
+
+
+def run_with_tf2(code: str, **variables: str) -> str:
+    """Run a program where tf2 is installed; return what it printed."""
+    done = subprocess.run(
+        ['python3', '-c', textwrap.dedent(code)], env={**standin_env(), **variables},
+        capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def _is_sourced() -> bool:

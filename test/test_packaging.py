@@ -23,9 +23,11 @@ def test_executable_has_a_main(executable):
     assert callable(executable.load())
 
 
-def test_wheel_has_the_modules_that_are_there_and_no_deleted_ones(tmp_path):
+@pytest.fixture(scope='module')
+def wheel(tmp_path_factory):
+    """Return what pip makes of a copy of the sources, in which an earlier build lies about."""
     pytest.importorskip('pip')
-    source = tmp_path / 'source'
+    source = tmp_path_factory.mktemp('wheel') / 'source'
     source.mkdir()
     for name in ('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml'):
         shutil.copy(REPOSITORY / name, source)
@@ -37,10 +39,19 @@ def test_wheel_has_the_modules_that_are_there_and_no_deleted_ones(tmp_path):
     left.touch()
     done = subprocess.run(
         [sys.executable, '-m', 'pip', 'wheel', '--quiet', '--no-deps', '--no-build-isolation',
-         '--disable-pip-version-check', '--wheel-dir', tmp_path, source],
+         '--disable-pip-version-check', '--wheel-dir', source.parent, source],
         capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    [wheel] = tmp_path.glob('*.whl')
-    modules = {name for name in zipfile.ZipFile(wheel).namelist() if name.endswith('.py')}
-    there = {path.relative_to(source).as_posix() for path in source.glob('tf_tree_py/**/*.py')}
-    assert {name for name in modules if name.startswith('tf_tree_py/')} == there
+    [wheel] = source.parent.glob('*.whl')
+    return set(zipfile.ZipFile(wheel).namelist())
+
+
+def test_wheel_has_the_modules_that_are_there_and_no_deleted_ones(wheel):
+    there = {path.relative_to(REPOSITORY).as_posix()
+             for path in REPOSITORY.glob('tf_tree_py/**/*.py')}
+    assert {name for name in wheel
+            if name.startswith('tf_tree_py/') and name.endswith('.py')} == there
+
+
+def test_wheel_says_that_it_has_types(wheel):
+    assert 'tf_tree_py/py.typed' in wheel

@@ -8,7 +8,7 @@ are first used (PEP 562), so that this import works where there is none.
 
 import importlib
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from tf_tree_py.core import (
     BufferCore,
@@ -38,6 +38,28 @@ from tf_tree_py.core import (
 from tf_tree_py.core.deskew import deskew
 from tf_tree_py.core.geometry import se3
 
+if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
+    from tf_tree_py.ros.buffer.buffer import Buffer
+    from tf_tree_py.ros.buffer.interface import BufferInterface
+    from tf_tree_py.ros.buffer.twists import velocity_stamped
+    from tf_tree_py.ros.diagnostics import TransformDiagnostics
+    from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
+    from tf_tree_py.ros.messages.arrays import as_matrix, as_points
+    from tf_tree_py.ros.messages.convert import as_pose
+    from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+    from tf_tree_py.ros.messages.registry import (
+        convert,
+        ConvertRegistration,
+        NotImplementedException,
+        Stamped,
+        TransformRegistration,
+        TypeException,
+    )
+    from tf_tree_py.ros.remote.buffer_client import BufferClient
+    from tf_tree_py.ros.remote.buffer_server import BufferServer
+    from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+    from tf_tree_py.ros.topics.listener import TransformListener
+
 # Which module of the ROS layer has the name.
 _ROS_NAMES = {
     'as_matrix': 'messages.arrays',
@@ -47,19 +69,19 @@ _ROS_NAMES = {
     'BufferClient': 'remote.buffer_client',
     'BufferInterface': 'buffer.interface',
     'BufferServer': 'remote.buffer_server',
-    'convert': 'messages.registration',
-    'ConvertRegistration': 'messages.registration',
+    'convert': 'messages.registry',
+    'ConvertRegistration': 'messages.registry',
     'deskew_cloud': 'messages.deskew_cloud',
     'Drop': 'filtering.message_filter',
     'MessageFilter': 'filtering.message_filter',
-    'NotImplementedException': 'messages.registration',
-    'Stamped': 'messages.registration',
+    'NotImplementedException': 'messages.registry',
+    'Stamped': 'messages.registry',
     'StaticTransformBroadcaster': 'topics.broadcaster',
     'TransformBroadcaster': 'topics.broadcaster',
     'TransformDiagnostics': 'diagnostics',
     'TransformListener': 'topics.listener',
-    'TransformRegistration': 'messages.registration',
-    'TypeException': 'messages.registration',
+    'TransformRegistration': 'messages.registry',
+    'TypeException': 'messages.registry',
     'velocity_stamped': 'buffer.twists',
 }
 

@@ -1,4 +1,4 @@
-"""Many stamps at once: 100,000 at depth 3, sorted and shuffled."""
+"""Many stamps at once, at depth 3: 100,000 and 1,000 of them, and a lidar's scan."""
 
 from collections.abc import Callable, Iterator
 import tracemalloc
@@ -23,6 +23,8 @@ _HISTORY_S = 10.0
 _SAMPLES = round(_HISTORY_S * 1e9) // PERIOD
 # A loop over all of them would take half a second a round.
 _IN_A_LOOP = 2_000
+# A lidar's scan: a column of points in every 50 us of a tenth of a second.
+_SCAN, _SCAN_TIME = 2_000, 100_000_000
 
 _ATTEMPTS = 3
 
@@ -39,9 +41,15 @@ class _Draws:
     edge before it is asked: nothing that was computed for the last round is of use.
     """
 
-    def __init__(self, count: int, shuffled: bool) -> None:
+    def __init__(self, count: int, shuffled: bool, within: int | None = None) -> None:
+        """
+        Take how many, and over how much time.
+
+        :param within: nanoseconds: as evenly as a lidar takes its points; None: anywhere.
+        """
         self._count = count
         self._shuffled = shuffled
+        self._within = within
 
     def of(self, round_number: int, attempt: int = 0) -> Stamps:
         """Return the stamps of an attempt in a round, counted from 1."""
@@ -49,6 +57,9 @@ class _Draws:
         first = START + (round_number + 2) * PERIOD
         last = START + (_SAMPLES + round_number - 2) * PERIOD
         generator = np.random.default_rng([round_number, attempt])
+        if self._within is not None:
+            begin = generator.integers(first, last - self._within)
+            return begin + np.arange(self._count) * self._within // self._count
         stamps = generator.integers(first, last, self._count)
         return stamps if self._shuffled else np.sort(stamps)
 
@@ -60,21 +71,23 @@ def many(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     yield _row(contestants, effort, 'staggered3', _COUNT, shuffled=False)
     yield _row(contestants, effort, 'staggered3', _COUNT, shuffled=True)
     yield _row(contestants, effort, 'chain3', _COUNT // 100, shuffled=False)
+    yield _row(contestants, effort, 'chain3', _SCAN, shuffled=False, within=_SCAN_TIME)
+    yield _row(contestants, effort, 'staggered3', _SCAN, shuffled=False, within=_SCAN_TIME)
     yield _memory(contestants)
 
 
 def _row(contestants: Contestants, effort: Effort, robot: str, count: int, *,
-         shuffled: bool, judged: bool = False) -> Row:
+         shuffled: bool, within: int | None = None, judged: bool = False) -> Row:
     exercises = contestants.exercises(
         Task(robot, _HISTORY_S, False, 1), (OURS, DEBIAN, JAZZY, RUST))
-    draws = _Draws(count, shuffled)
+    draws = _Draws(count, shuffled, within)
     turns = {name: _Turn(exercise, draws, _way_of(name, exercise))
              for name, exercise in exercises.items()}
     _check(turns, draws)
     callables: dict[str, Callable[[], float]] = dict(turns)
     if contestants.pytransform and robot == 'chain3':
         callables[PYTRANSFORM] = _pytransform(contestants, turns[OURS], draws, effort.rounds)
-    order = 'shuffled' if shuffled else 'sorted'
+    order = 'one scan' if within else 'shuffled' if shuffled else 'sorted'
     kind = ', staggered samples' if robot == 'staggered3' else ''
     row = Row('many', f'{count:,} stamps, {order}{kind}', 'ms',
               scaled(interleave(callables, effort.rounds), 1e3))

@@ -7,7 +7,7 @@ from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.arrivals.meters import Meter
 from tf_tree_py.core.arrivals.sample import Batch
-from tf_tree_py.core.edges.history import pack_pose
+from tf_tree_py.core.edges.packed import pack_pose
 
 SECOND = 10**9
 

@@ -1,3 +1,4 @@
+import itertools
 import math
 
 from hypothesis import given, strategies as st
@@ -106,6 +107,15 @@ def test_table_of_lookups(robot, target, source, seconds, expected):
     else:
         with pytest.raises(expected):
             robot.lookup(target, source, stamp)
+
+
+@pytest.mark.parametrize(('target', 'source'), [
+    ('map', 'lens'), ('lens', 'map'), ('lens', 'odom'), ('odom', 'odom')])
+def test_edges_between_two_frames_are_those_of_the_listing_in_order(robot, target, source):
+    edges, frames = robot.edges_between(target, source), robot.frames_between(target, source)
+    assert [{edge.parent, edge.child} for edge in edges] == [
+        set(pair) for pair in itertools.pairwise(frames)]
+    assert set(edges) <= set(robot.edges())
 
 
 @pytest.mark.parametrize(('target', 'source', 'seconds', 'expected'), [

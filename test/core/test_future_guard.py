@@ -6,7 +6,7 @@ from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.arrivals.future_guard import FAR
 from tf_tree_py.core.arrivals.sample import Batch
-from tf_tree_py.core.edges.history import pack_pose
+from tf_tree_py.core.edges.packed import pack_pose
 
 SECOND = 10**9
 HOUR = 3600 * SECOND

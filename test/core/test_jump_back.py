@@ -9,7 +9,7 @@ from tf_tree_py import BufferCore, ClockJumpException, LATEST, Pose
 from tf_tree_py.core import Kind
 from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.buffer.deadline import WallDeadline
-from tf_tree_py.core.edges.history import pack_pose
+from tf_tree_py.core.edges.packed import pack_pose
 
 SECOND = 10**9
 HOUR = 3600 * SECOND

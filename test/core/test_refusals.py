@@ -109,7 +109,7 @@ def test_samples_that_the_buffer_does_not_keep_are_warned_of(warned):
 
 def test_what_a_listener_hears_is_not_warned_of(warned):
     from tf_tree_py.core.arrivals.sample import Batch
-    from tf_tree_py.core.edges.history import pack_pose
+    from tf_tree_py.core.edges.packed import pack_pose
     batch = Batch((('map', 'base'),), [1], [pack_pose(*NAN)])
     assert BufferCore().insert_batch(batch)[0].kind is Kind.NOT_FINITE
     assert not warned

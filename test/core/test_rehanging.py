@@ -43,6 +43,17 @@ class Oracle:
     def end(self, child):
         self.ends.add((child, self.samples[child][-1][0]))
 
+    def along(self, edges, source, stamp):
+        """Return end_T_source, after a walk over edges that hang together at a stamp."""
+        product, frame = se3.IDENTITY, source
+        for edge in edges:
+            parent, pose = self.edge_at(edge.child, stamp)
+            assert edge.parent == parent
+            assert frame in (edge.child, parent)
+            frame = parent if (upwards := frame == edge.child) else edge.child
+            product = se3.compose(pose if upwards else se3.inverse(pose), product)
+        return product
+
     def edge_at(self, child, stamp):
         """Return the parent and parent_T_child; None where there is no data."""
         samples = self.samples.get(child, [])
@@ -135,6 +146,12 @@ def test_every_answer_is_that_of_the_samples(arrivals, unit):
         assert_same_answers(fresh, expected)
         assert_same_answers(kept, expected)
         assert_same_answers(many(buffer, target, source, stamps), expected)
+        for stamp, pose in zip(stamps, expected, strict=True):
+            if stamp:  # 0 asks for the newest
+                edges = answer(buffer.edges_between, target, source, stamp)
+                assert (edges is None) == (pose is None)
+                if edges is not None:
+                    assert_same_pose(oracle.along(edges, source, stamp), pose)
         # The newest is whatever it is, and met no loop.
         answer(buffer.lookup, target, source)
     for target, stamp in itertools.product(frames, filter(None, stamps)):

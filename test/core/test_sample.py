@@ -6,7 +6,7 @@ import pytest
 from strategies import about, assert_same_rotation, axes, components
 from tf_tree_py.core import BufferCore, Incident, InvalidArgumentException, Kind, Pose, Sample
 from tf_tree_py.core.arrivals.sample import admitted, Batch, checked, is_sound, unit_poses
-from tf_tree_py.core.edges.history import pack_pose
+from tf_tree_py.core.edges.packed import pack_pose
 
 SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
 
@@ -70,7 +70,7 @@ def test_infinities_that_cancel_are_refused_too():
 def test_all_zero_quaternion_is_refused():
     incident = check(pose=(1.0, 2.0, 3.0, 0.0, -0.0, 0.0, 0.0))
     assert incident.kind is Kind.ZERO_ROTATION
-    assert 'No rotation is 0 0 0 1' in incident.detail
+    assert 'For no rotation give 0 0 0 1' in incident.detail
 
 
 def test_quaternion_too_long_to_measure_is_refused():

@@ -285,6 +285,7 @@ ARGUMENTS = {
     (so3, 'from_matrix'): 'R',
     (se3, 'compose'): 'pp',
     (se3, 'inverse'): 'p',
+    (se3, 'distance'): 'pp',
     (se3, 'apply'): 'pv',
     (se3, 'interpolate'): 'ppr',
     (se3, 'exp'): 't',
@@ -367,3 +368,15 @@ def assert_equal_forms(results, expected, shape=(-1,)):
     scale = np.abs(expected).reshape(len(expected), -1).max(axis=-1)
     errors = np.abs(results - expected).reshape(len(expected), -1).max(axis=-1)
     assert (errors <= 1e-15 * np.maximum(scale, 1e-300) * 8).all()
+
+
+# --- how far apart
+
+
+@given(poses, vectors, axes, st.floats(0.0, math.pi), signs)
+def test_distance_is_how_far_one_was_moved_and_turned(pose, step, axis, angle, sign):
+    moved = (*np.add(pose[:3], step), *so3.multiply(pose[3:], about(axis, angle, sign)))
+    distance, turned = se3.distance(pose, moved)
+    assert distance == pytest.approx(length(step), abs=1e-15 * reach(pose, moved))
+    assert turned == pytest.approx(angle, abs=1e-7 if angle > 3.1 else 1e-14)
+    assert se3.distance(moved, pose) == pytest.approx((distance, turned), abs=1e-14)

@@ -16,7 +16,7 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.arrivals.sample import Batch
-from tf_tree_py.core.edges.history import pack_pose
+from tf_tree_py.core.edges.packed import pack_pose
 
 TICK = 1000
 TICKS = 3000

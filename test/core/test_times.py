@@ -105,6 +105,7 @@ def test_datetimes_are_stamps_wherever_stamps_are(track):
     assert track.lookup_full('map', moments[0], 'base', moments[1], 'map') == Pose(1.0)
     assert track.lookup_tree('map', moments[1])['base'] == Pose(1.0)
     assert track.frames_between('map', 'base', moments[1]) == ['base', 'map']
+    assert track.edges_between('map', 'base', moments[1]) == track.edges()
     assert track.lookup_many('map', 'base', rough).tolist() == track.lookup_many(
         'map', 'base', floored).tolist()
     assert lookup_twist_many(track, 'base', 'map', rough, SECOND).tolist() == lookup_twist_many(

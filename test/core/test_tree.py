@@ -14,7 +14,8 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
-from tf_tree_py.core.edges.history import DynamicHistory, StaticHistory
+from tf_tree_py.core.edges.discrete import DynamicHistory
+from tf_tree_py.core.edges.static import StaticHistory
 
 SECOND = 1_000_000_000
 

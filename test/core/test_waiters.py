@@ -21,7 +21,7 @@ from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.buffer import waiting
 from tf_tree_py.core.buffer.waiters import Waiter, Waiters
 from tf_tree_py.core.buffer.waiting import Inquiry
-from tf_tree_py.core.edges.history import pack_pose
+from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
 
 SECOND = 1_000_000_000

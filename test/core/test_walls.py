@@ -33,23 +33,24 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 pose poses se2',
-        'edges: history',
+        'geometry: so3 se3 screws pose poses se2',
+        'edges: track protocol packed static discrete',
         'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
-        'streams meters',
+        'streams meters merging',
         'tree: many climb path tree outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
-        'telling: audit report',
+        'telling: table audit report diagnosis',
     ),
     'ros': rooms(
-        'messages: convert times message_maker covariance geometry point_cloud laser_scan arrays '
-        'point_times deskew_cloud stamped registration',
+        'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
+        'point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: arguments incident_log feeds interface twists tf2_methods buffer ours',
         'topics: qos authority rivals broadcaster listener',
-        'remote: lookup_goal lookup_call goal_client buffer_client buffer_server',
+        'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
+        'buffer_server',
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),

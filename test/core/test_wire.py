@@ -6,10 +6,10 @@ FUZZ_MESSAGES=1000000 fuzzes as many; a run of the tests has a few thousand.
 
 import os
 import random
-import struct
 
 from hypothesis import example, given, strategies as st
 import pytest
+from serialized import serialize
 from tf_tree_py.core import BufferCore, TransformException
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.core.arrivals.wire import read, WireError, WireReader, write
@@ -19,29 +19,6 @@ FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 MOVED = (1.0, -2.0, 3.0, 0.5, 0.5, -0.5, 0.5)
-
-
-def serialize(transforms, order='<'):
-    """Write (parent, child, sec, nanosec, pose) as CDR, field by field."""
-    data = bytearray()
-
-    def align(size):
-        data.extend(bytes(-len(data) % size))
-
-    def string(text):
-        encoded = text.encode() + b'\0'
-        align(4)
-        data.extend(struct.pack(order + 'I', len(encoded)) + encoded)
-
-    data.extend(struct.pack(order + 'I', len(transforms)))
-    for parent, child, sec, nanosec, pose in transforms:
-        align(4)
-        data.extend(struct.pack(order + 'iI', sec, nanosec))
-        string(parent)
-        string(child)
-        align(8)
-        data.extend(struct.pack(order + '7d', *pose))
-    return (b'\0\1\0\0' if order == '<' else b'\0\0\0\0') + bytes(data)
 
 
 def as_transforms(batch):

@@ -9,7 +9,7 @@ from geometry_msgs.msg import TransformStamped
 from hypothesis import strategies as st
 import numpy as np
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
 
 INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'octet'}
 FLOATS = {'float', 'double'}
@@ -17,7 +17,7 @@ FLOATS = {'float', 'double'}
 
 def stamped_transform(pose, frame_id='map', child_frame_id='base', stamp=5_000_000_007):
     """Return a ``TransformStamped`` of seven numbers."""
-    return public_transform_stamped(frame_id, child_frame_id, stamp, pose)
+    return transform_stamped(frame_id, child_frame_id, stamp, pose)
 
 
 # --- making

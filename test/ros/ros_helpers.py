@@ -19,6 +19,19 @@ LATEST = Time()
 WAITED = r'\(waited \d+\.\d{3} s for it\)'
 SIM_TIME = {'parameter_overrides': [Parameter('use_sim_time', value=True)]}
 
+_SECOND = 10**9
+# What a message can say at most, and what a stamp can; nanoseconds.
+FIRST, LAST = -2**31 * _SECOND, (2**31 - 1) * _SECOND + 2**32 - 1
+FAR_STAMPS = [-2**63 + _SECOND, FIRST - 1, FIRST, -_SECOND, -1, 1, LAST, LAST + 1,
+              2**63 - 1 - _SECOND]
+
+
+class Moment:
+    """A time that need not be one of rclpy."""
+
+    def __init__(self, nanoseconds):
+        self.nanoseconds = nanoseconds
+
 
 def at(seconds):
     """Return seconds as a ``Time`` of ROS, simulated or not."""
@@ -40,6 +53,15 @@ def transform(parent, child, seconds=1.0, x=0.0, **rotation):
     for name, value in rotation.items():
         setattr(message.transform.rotation, name, value)
     return message
+
+
+def with_a_lamp(buffer):
+    """Fill a buffer with map -> odom -> base -> arm and a lamp on odom, at 1 s and 3 s."""
+    for parent, child in (('map', 'odom'), ('odom', 'base'), ('base', 'arm'), ('odom', 'lamp')):
+        for second in (1, 3):
+            buffer.set_transform(transform(parent, child, second, x=float(second)), 'test')
+    assert buffer.statistics().accepted == 8
+    return buffer
 
 
 def until(condition):

@@ -1,21 +1,6 @@
 """In one process with the real tf2: what is raised, taken and given goes together with its own."""
 
-import subprocess
-import textwrap
-
-from standin import standin_env
-
-TIMEOUT_S = 60
-
-
-def run(code, **variables):
-    """Run a program where tf2 is installed; return what it printed."""
-    done = subprocess.run(
-        ['python3', '-c', textwrap.dedent(code)], env={**standin_env(), **variables},
-        capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
+from standin import run_with_tf2 as run
 
 # --- exceptions
 
@@ -108,62 +93,6 @@ def test_types_that_nobody_registered_are_tf2s_type_exception():
 
 
 # --- answers
-
-
-def test_velocities_are_those_of_tf2():
-    assert run("""
-        import math, random
-        from geometry_msgs.msg import TransformStamped
-        from rclpy.duration import Duration
-        from rclpy.time import Time
-        import tf2_py
-        from tf_tree_py import Buffer, se3
-
-        random.seed(1)
-        MS = 1_000_000
-
-        def fill(buffers, parent, child, begin):
-            twist = tuple(random.uniform(-4, 4) for _ in range(6))
-            for step in range(60):
-                stamp = begin + 10 * step * MS + random.randrange(1000)
-                message = TransformStamped(child_frame_id=child)
-                message.header.frame_id = parent
-                message.header.stamp = Time(nanoseconds=stamp).to_msg()
-                t, r = message.transform.translation, message.transform.rotation
-                t.x, t.y, t.z, r.x, r.y, r.z, r.w = se3.exp(
-                    tuple(0.01 * step * value for value in twist))
-                for buffer in buffers:
-                    buffer.set_transform(message, 'me')
-
-        def velocity(buffer, frames, full, *times):
-            try:
-                if full:
-                    return buffer.lookupVelocityFullCore(
-                        *frames, 'other', (1.0, 2.0, -1.0), 'arm', *times)
-                return buffer.lookupVelocityCore(*frames, *times)
-            except tf2_py.TransformException as error:
-                return error
-
-        answers = refusals = 0
-        for begin in (0, 5000 * MS, 1_700_000_000_123 * MS + 456_789):
-            buffers = tf2_py.BufferCore(), Buffer()
-            for edge in (('map', 'base'), ('base', 'arm'), ('map', 'other')):
-                fill(buffers, *edge, begin)
-            for _ in range(200):
-                frames = random.choice([('arm', 'map'), ('arm', 'other'), ('base', 'map')])
-                full = random.random() < 0.5
-                times = (Time(nanoseconds=max(0, begin + random.randrange(-10 * MS, 650 * MS))),
-                         Duration(nanoseconds=random.choice(
-                             [2 * MS, 20 * MS, 100 * MS, 123_456_789, 300 * MS])))
-                theirs, ours = (velocity(buffer, frames, full, *times) for buffer in buffers)
-                if isinstance(theirs, tuple):
-                    answers += 1
-                    assert math.dist(sum(theirs, ()), sum(ours, ())) < 1e-9, (begin, times)
-                else:
-                    refusals += 1
-                    assert isinstance(ours, type(theirs)), (begin, times, ours)
-        print(answers > 200, refusals > 50)
-    """) == 'True True\n'
 
 
 def test_messages_have_the_quaternions_of_tf2():

@@ -37,6 +37,7 @@ from tf_tree_py import (
 from tf_tree_py.ros.remote import buffer_client, lookup_call
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import _ClosableServer, BufferServer
+from tf_tree_py.ros.remote.goal_state import State, UNACCEPTED, WANTED
 
 ACTION = 'tf2_buffer_server'
 
@@ -86,7 +87,7 @@ def make_client(node):
     yield make
     for client in clients:
         client.close()
-        assert not client.action_client._calls
+        assert not client.action_client.goals_in(*WANTED)
 
 
 @pytest.fixture
@@ -316,7 +317,7 @@ def test_server_that_is_not_there_is_waited_for_as_long_as_the_timeout(client):
 
 def test_server_that_comes_in_time_answers(client, buffer, make_node, spin, pool):
     asked = pool.submit(client.lookup_transform, 'map', 'base', at(1.5), PATIENCE)
-    until(lambda: client.action_client._calls)
+    until(lambda: client.action_client.goals_in(*WANTED))
     node = make_node('serving')
     with BufferServer(buffer, node):
         spin(node)
@@ -420,13 +421,18 @@ def test_burst_of_goals_is_sent_in_turns(ready, buffer):
     home = ready.action_client
     unaccepted = []
     note = home._note_acceptance
-    home._note_acceptance = lambda *them: unaccepted.append(len(home._unaccepted)) or note(*them)
+
+    def note_acceptance(*them):
+        unaccepted.append(len(home.goals_in(*UNACCEPTED)))
+        note(*them)
+
+    home._note_acceptance = note_acceptance
     calls = [ready.wait_for_transform_async('map', 'base', at(1.5)) for _ in range(50)]
     events = [ended(call) for call in calls]
     assert all(event.wait(PATIENCE_S) for event in events)
     assert max(unaccepted) <= 8
-    assert not home._unaccepted
-    assert not home._unsent
+    assert not home.goals_in(*UNACCEPTED)
+    assert not home.goals_in(State.TO_BE_SENT)
 
 
 def test_server_that_accepts_nothing_is_given_up_also_without_a_timeout(
@@ -466,7 +472,7 @@ def test_call_that_is_cancelled_before_it_is_accepted_is_cancelled_then(ready, b
     for _ in range(200):
         ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
     home = ready.action_client
-    until(lambda: not home._unaccepted)
+    until(lambda: not home.goals_in(*UNACCEPTED))
     until(lambda: len(buffer.waiting) == 0)
     # Whoever asks now stands behind all of these.
     ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
@@ -483,7 +489,7 @@ def test_calls_that_are_cancelled_at_a_deaf_server_leave_nothing(
     assert client.wait_for_server(PATIENCE)
     for _ in range(20):
         client.wait_for_transform_async('map', 'base', LATEST).cancel()
-    until(lambda: not client.action_client._unaccepted)
+    until(lambda: not client.action_client.goals_in(*UNACCEPTED))
     assert not client.action_client._send._pending_requests
     server.destroy()
 
@@ -521,7 +527,7 @@ def test_closing_waits_for_what_is_just_being_accepted(ready, buffer):
     ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
     ready.close()
     assert len(buffer.waiting) == 0
-    assert not ready.action_client._unaccepted
+    assert not ready.action_client.goals_in(*UNACCEPTED)
 
 
 @pytest.mark.filterwarnings('error:failed to send response')
@@ -625,7 +631,7 @@ def test_calls_take_no_threads_and_leave_nothing(ready, buffer):
     assert all(event.wait(PATIENCE_S) for event in events)
     assert {call.exception() for call in calls} == {None}
     home = ready.action_client
-    assert not home._calls
+    assert not home.goals_in(*WANTED)
     for service in (home._send, home._fetch, home._cancel):
         assert not service._pending_requests
 

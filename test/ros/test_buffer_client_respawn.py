@@ -9,6 +9,7 @@ from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, transform, until
 from tf_tree_py import Buffer
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import BufferServer
+from tf_tree_py.ros.remote.goal_state import State, WANTED
 
 ACTION = 'tf2_buffer_server'
 # A wait this long would be given up in parts of a minute: nobody but the new server ends it.
@@ -19,8 +20,7 @@ LONG_S = 1000
 def client(node):
     with BufferClient(node, ACTION, check_frequency=20.0) as client:
         yield client
-    assert not client.action_client._calls
-    assert not client.action_client._unaccepted
+    assert not client.action_client.goals_in(*State)
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_waits_that_were_cancelled_at_the_dead_server_are_in_nobodys_way(
 
 def test_blocking_lookup_gets_the_answer_of_the_new_server(client, old_server, respawn, pool):
     asked = pool.submit(client.lookup_transform, 'map', 'base', at(1.0), PATIENCE)
-    until(lambda: any(call.accepted for call in list(client.action_client._calls)))
+    until(lambda: any(call.accepted for call in client.action_client.goals_in(*WANTED)))
     kill(old_server)
     fill(respawn())
     assert asked.result(PATIENCE_S).transform.translation.x == 1.0

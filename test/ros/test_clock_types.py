@@ -29,8 +29,6 @@ LOOKUPS = {
         'map', 'base', time),
     'lookup_transform_full_core': lambda buffer, time: buffer.lookup_transform_full_core(
         'map', time, 'base', time, 'map'),
-    'lookupVelocityCore': lambda buffer, time: buffer.lookupVelocityCore(
-        'map', 'base', time, lasting(1.0)),
     'lookup_twist': lambda buffer, time: buffer.lookup_twist('map', 'base', time, lasting(1.0)),
     'lookup': lambda buffer, time: buffer.lookup('map', 'base', time),
     'lookup_full': lambda buffer, time: buffer.lookup_full('map', time, 'base', time, 'map'),
@@ -39,7 +37,6 @@ LOOKUPS = {
     'lookup_twist_many': lambda buffer, time: buffer.lookup_twist_many(
         'map', 'base', [time], lasting(1.0)),
     'snapshot': lambda buffer, time: buffer.snapshot().lookup('map', 'base', time),
-    '_chain': lambda buffer, time: buffer._chain('map', time, 'base', time, 'map'),
 }
 
 

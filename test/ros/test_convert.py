@@ -3,7 +3,6 @@
 import copy
 from datetime import timedelta
 import importlib
-import importlib.util
 import math
 from types import SimpleNamespace
 
@@ -20,6 +19,7 @@ from std_msgs.msg import Header
 from tf_tree_py import Buffer, InvalidArgumentException, Pose
 from tf_tree_py.core import Sample
 from tf_tree_py.core.geometry import so3
+from tf_tree_py.ros.messages import fast_messages
 
 # Not imported from the package, where tf2's function of that name stands before it.
 convert = importlib.import_module('tf_tree_py.ros.messages.convert')
@@ -66,10 +66,24 @@ def test_nanoseconds_become_a_time_message_and_back(stamp):
     assert convert.as_nanoseconds(message) == stamp
 
 
+def transform_stamped_by(make_maker):
+    """Return ``transform_stamped`` with messages made in one of the two ways."""
+    def make(*values):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(convert, '_transform_stamped', make_maker(TransformStamped))
+            return convert.transform_stamped(*values)
+
+    return make
+
+
+slotted_transform_stamped = transform_stamped_by(fast_messages.slotted_whole_maker)
+public_transform_stamped = transform_stamped_by(fast_messages.public_whole_maker)
+
+
 @pytest.mark.parametrize('make', [
     convert.time_message,
-    lambda stamp: convert.slotted_transform_stamped('a', 'b', stamp, POSE).header.stamp,
-    lambda stamp: convert.public_transform_stamped('a', 'b', stamp, POSE).header.stamp])
+    lambda stamp: slotted_transform_stamped('a', 'b', stamp, POSE).header.stamp,
+    lambda stamp: public_transform_stamped('a', 'b', stamp, POSE).header.stamp])
 def test_every_stamp_of_a_message_goes_into_one_again_and_no_other_does(make):
     """Its nanoseconds may be more than a second, so it goes 3.3 s further than its seconds."""
     first, last = -2**31 * SECOND, (2**31 - 1) * SECOND + 2**32 - 1
@@ -87,8 +101,8 @@ def test_every_stamp_of_a_message_goes_into_one_again_and_no_other_does(make):
                                   (1.0, 2.0, 3.0, 0.5, -0.1, 0.1, -0.85)])
 @pytest.mark.parametrize('names', [('map', 'base_link'), ('a', ''), ('Küche', '机器人/手')])
 def test_slotted_message_equals_the_public_one(names, pose, stamp):
-    slotted = convert.slotted_transform_stamped(*names, stamp, pose)
-    public = convert.public_transform_stamped(*names, stamp, pose)
+    slotted = slotted_transform_stamped(*names, stamp, pose)
+    public = public_transform_stamped(*names, stamp, pose)
     assert slotted == public
     assert repr(slotted) == repr(public)
     # Not byte by byte: what CDR pads with is whatever was in memory.
@@ -97,8 +111,7 @@ def test_slotted_message_equals_the_public_one(names, pose, stamp):
     assert copy.deepcopy(slotted) == public
 
 
-@pytest.mark.parametrize('make', [convert.slotted_transform_stamped,
-                                  convert.public_transform_stamped])
+@pytest.mark.parametrize('make', [slotted_transform_stamped, public_transform_stamped])
 def test_quaternion_in_a_message_has_the_sign_of_tf2(make):
     for values in np.random.default_rng(1).normal(size=(300, 4)):
         q = so3.normalize(tuple(values.tolist()))
@@ -107,8 +120,8 @@ def test_quaternion_in_a_message_has_the_sign_of_tf2(make):
 
 
 def test_slotted_message_is_as_good_as_any_to_its_owner():
-    message = convert.slotted_transform_stamped('a', 'b', SECOND, POSE)
-    other = convert.slotted_transform_stamped('a', 'b', SECOND, POSE)
+    message = slotted_transform_stamped('a', 'b', SECOND, POSE)
+    other = slotted_transform_stamped('a', 'b', SECOND, POSE)
     message.transform.translation.x = 9.0
     message.header.stamp.sec = 8
     message.header.frame_id = 'c'
@@ -122,34 +135,42 @@ def test_slotted_message_is_as_good_as_any_to_its_owner():
     assert deserialize_message(serialize_message(message), TransformStamped) == message
 
 
-def test_slots_are_used_where_the_messages_have_those_known():
-    assert convert.slots_are_known()
-    assert convert.transform_stamped is convert.slotted_transform_stamped
+@pytest.fixture
+def constructed(monkeypatch):
+    """Return the list of what the constructor of ``Time`` was called with since."""
+    calls, construct = [], TimeMessage.__init__
+
+    def noting(self, **values):
+        calls.append(values)
+        construct(self, **values)
+
+    monkeypatch.setattr(TimeMessage, '__init__', noting)
+    return calls
 
 
-@pytest.mark.parametrize('slots', [['_sec', '_nanosec'], ['_sec', '_nanosec', '_more'], []])
-def test_other_slots_are_noticed(monkeypatch, slots):
-    monkeypatch.setitem(convert._KNOWN_SLOTS, TimeMessage, slots)
-    assert not convert.slots_are_known()
+def test_slots_are_used_where_the_messages_have_those_known(constructed):
+    convert.transform_stamped('a', 'b', SECOND, POSE)
+    assert not constructed
 
 
-def test_messages_with_other_slots_are_made_by_their_constructors(monkeypatch):
-    monkeypatch.setattr(TimeMessage, '__slots__', [*TimeMessage.__slots__, '_new'])
-    spec = importlib.util.spec_from_file_location('convert_anew', convert.__file__)
-    anew = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(anew)
-    assert anew.transform_stamped is anew.public_transform_stamped
-    assert anew.transform_stamped('a', 'b', SECOND, POSE) == convert.transform_stamped(
-        'a', 'b', SECOND, POSE)
+@pytest.mark.parametrize('slots', [['_sec', '_nanosec'], ['_sec', '_nanosec', '_more'], [],
+                                   [*TimeMessage.__slots__, '_new']])
+def test_messages_with_other_slots_are_made_by_their_constructors(
+        monkeypatch, constructed, slots):
+    expected = convert.transform_stamped('a', 'b', SECOND, POSE)
+    monkeypatch.setattr(TimeMessage, '__slots__', slots)
+    made = transform_stamped_by(fast_messages.whole_maker)('a', 'b', SECOND, POSE)
+    assert {'sec': 1, 'nanosec': 0} in constructed
+    assert made == expected
 
 
 def test_message_becomes_a_sample():
-    message = convert.public_transform_stamped('map', 'base', 3 * SECOND + 5, POSE)
+    message = convert.transform_stamped('map', 'base', 3 * SECOND + 5, POSE)
     assert convert.as_sample(message) == Sample('map', 'base', 3 * SECOND + 5, POSE)
 
 
 def test_pose_is_read_from_a_transform_stamped_or_not():
-    message = convert.public_transform_stamped('map', 'base', 0, POSE)
+    message = convert.transform_stamped('map', 'base', 0, POSE)
     for source in (message, message.transform):
         pose = convert.as_pose(source)
         assert isinstance(pose, Pose)

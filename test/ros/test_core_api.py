@@ -5,20 +5,14 @@ from rclpy.clock import ClockChange, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
+from ros_helpers import with_a_lamp
 from tf_tree_py import Buffer, LookupException, Pose
-from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
 
 
 @pytest.fixture
 def buffer():
-    """Return a buffer with map -> odom -> base -> arm, and a lamp on odom."""
-    buffer = Buffer()
-    for parent, child in (('map', 'odom'), ('odom', 'base'), ('base', 'arm'), ('odom', 'lamp')):
-        for sec in (1, 3):
-            message = public_transform_stamped(
-                parent, child, sec * 10**9, (sec, 0, 0, 0, 0, 0, 1))
-            assert buffer.set_transform(message, 'test')
-    return buffer
+    return with_a_lamp(Buffer())
 
 
 def test_core_lookup_is_that_of_the_buffer(buffer):
@@ -46,26 +40,6 @@ def test_can_tells_whether_and_why_not(buffer):
     assert 'extrapolation into the future' in why
 
 
-def test_chain_goes_over_the_fixed_frame(buffer):
-    at = Time(seconds=2)
-    assert buffer._chain('lamp', at, 'arm', at, 'map') == [
-        'arm', 'base', 'odom', 'map', 'odom', 'lamp']
-    assert buffer._chain('lamp', at, 'arm', at, 'lamp') == ['arm', 'base', 'odom', 'lamp']
-
-
-def test_frames_are_told_apart_from_names_nobody_knows(buffer):
-    assert buffer._frameExists('lamp')
-    assert not buffer._frameExists('nowhere')
-    assert buffer._getFrameStrings() == ['odom', 'map', 'base', 'arm', 'lamp']
-
-
-def test_graph_has_an_arrow_for_each_edge(buffer):
-    dot = buffer._allFramesAsDot()
-    assert dot.startswith('digraph G {') and dot.endswith('}\n')
-    assert '"odom" -> "lamp" [label="Broadcaster: test\\nAverage rate: 1.000 Hz' in dot
-    assert dot.count('->') == 4
-
-
 # --- of tf2_ros.Buffer
 
 
@@ -80,7 +54,7 @@ def test_jump_of_the_clock_calls_what_a_program_may_override():
     buffer.use_clock(clock)
     clock._set_ros_time_is_active(True)
     clock.set_ros_time_override(Time(seconds=9, clock_type=ClockType.ROS_TIME))
-    buffer.set_transform(public_transform_stamped('map', 'odom', 10**9, Pose()), 'test')
+    buffer.set_transform(transform_stamped('map', 'odom', 10**9, Pose()), 'test')
     jumps.clear()
     clock.set_ros_time_override(Time(seconds=7, clock_type=ClockType.ROS_TIME))
     assert jumps == [-2 * 10**9]
@@ -89,7 +63,7 @@ def test_jump_of_the_clock_calls_what_a_program_may_override():
 
 def test_program_may_say_that_the_clock_jumped(buffer):
     buffer.time_jump_callback(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, Duration(seconds=-1)))
-    assert buffer._getFrameStrings() == ['odom', 'map', 'base', 'arm', 'lamp']
+    assert buffer.frames() == ['odom', 'map', 'base', 'arm', 'lamp']
     assert not buffer.can_transform('map', 'odom', Time())
 
 

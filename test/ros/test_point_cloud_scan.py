@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan, PointField
 from std_msgs.msg import Header
-from tf_tree_py.ros.messages.convert import public_transform_stamped
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.messages.do_transform import do_transform_laser_scan
 from tf_tree_py.ros.messages.laser_scan import as_cloud, points_of_scan
 from tf_tree_py.ros.messages.point_cloud import field_column, points_of
-from tf_tree_py.ros.messages.stamped import do_transform_laser_scan
 
 INF, NAN = math.inf, math.nan
 
@@ -92,7 +92,7 @@ def test_a_scan_of_nothing_gives_an_empty_cloud(ranges):
 def test_scan_is_moved_and_not_changed():
     scan = scan_of([1.0, INF, 2.0], intensities=[1.0, 2.0, 3.0])
     before = deepcopy(scan)
-    transform = public_transform_stamped(
+    transform = transform_stamped(
         'map', 'laser', 5, (1.0, 2.0, 3.0, 0.0, 0.0, 2 ** -0.5, 2 ** -0.5))
     cloud = do_transform_laser_scan(scan, transform)
     assert points_of(cloud) == pytest.approx(np.array([[2.0, 2.0, 3.0], [1.0, 4.0, 3.0]]))

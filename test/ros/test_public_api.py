@@ -56,6 +56,14 @@ def test_every_public_name_is_there(name):
     assert name in dir(tf_tree_py)
 
 
+def test_type_checkers_are_told_of_what_is_loaded_late():
+    """They do not run ``__getattr__``: without imports that they see, every class were Any."""
+    [block] = [node for node in ast.parse(inspect.getsource(tf_tree_py)).body
+               if isinstance(node, ast.If) and ast.unparse(node.test) == 'TYPE_CHECKING']
+    assert {alias.name: node.module.removeprefix('tf_tree_py.ros.')
+            for node in block.body for alias in node.names} == tf_tree_py._ROS_NAMES
+
+
 def test_public_names_are_listed_once_and_in_order():
     assert tf_tree_py.__all__ == sorted(set(tf_tree_py.__all__), key=str.lower)
 

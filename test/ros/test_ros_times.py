@@ -25,6 +25,7 @@ def test_core_queries_take_ros_times(buffer):
             assert frozen.lookup_full('map', time, 'base', time, 'map') == Pose(2.0)
             assert frozen.lookup_tree('map', time)['base'] == Pose(2.0)
             assert frozen.frames_between('map', 'base', time) == ['base', 'map']
+            assert len(frozen.edges_between('map', 'base', time)) == 1
             assert frozen.lookup_many('map', 'base', [time, 10**9])[:, 0].tolist() == [2.0, 1.0]
         assert frozen.lookup('map', 'base', Time()) == Pose(4.0)
         header = transform('map', 'base', 3.0).header

@@ -96,6 +96,8 @@ def test_when_one_listener_is_closed_the_others_go_on(make_node, talker):
     assert buffer.lookup('robot1/odom', 'robot2/odom').x == 1.0
     until(lambda: {edge.child: edge.authority for edge in buffer.edges()} == {
         'robot1/odom': '/robot1/driver', 'robot2/odom': '/robot2/driver'})
+    assert [edge.authority for edge in buffer.edges_between('robot1/odom', 'robot2/odom')] == [
+        '/robot2/driver', '/robot1/driver']
     first.close()
     talker.send(TFMessage(transforms=[transform('map', 'odom', 2.0)]), '/robot2/tf')
     buffer.lookup_transform('map', 'robot2/odom', at(2.0), PATIENCE)

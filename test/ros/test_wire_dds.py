@@ -7,9 +7,10 @@ import struct
 import pytest
 from rclpy.serialization import serialize_message
 from ros_helpers import transform
+from serialized import serialize
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.wire import read, WireError, WireReader
-from tf_tree_py.ros.messages.convert import as_sample, public_transform_stamped
+from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
 
 
 def serialized(*transforms):
@@ -24,7 +25,7 @@ def random_transforms(seed, count):
     chance = random.Random(seed)
     name = 'frame_' + 'abcdefghij' * 3
     return [
-        public_transform_stamped(
+        transform_stamped(
             name[:chance.randrange(30)], name[chance.randrange(30):],
             chance.randrange(-2**31, 2**31) * 1_000_000_000 + chance.randrange(1_000_000_000),
             tuple(chance.uniform(-1e6, 1e6) for _ in range(7)))
@@ -34,19 +35,8 @@ def random_transforms(seed, count):
 
 def big_endian(*transforms):
     """Return what a machine of the other byte order sends; rclpy here cannot."""
-    data = bytearray(struct.pack('>I', len(transforms)))
-
-    def append(layout, alignment, *values):
-        data.extend(b'\0' * (-len(data) % alignment))
-        data.extend(struct.pack('>' + layout, *values))
-
-    for parent, child, stamp, pose in samples(*transforms):
-        append('iI', 4, *divmod(stamp, 1_000_000_000))
-        for name in (parent, child):
-            text = name.encode() + b'\0'
-            append(f'I{len(text)}s', 4, len(text), text)
-        append('7d', 8, *pose)
-    return b'\0\0\0\0' + bytes(data)
+    return serialize([(parent, child, *divmod(stamp, 1_000_000_000), pose)
+                      for parent, child, stamp, pose in samples(*transforms)], '>')
 
 
 @pytest.mark.parametrize(('parent', 'child'), [*itertools.product(range(9), repeat=2)])

@@ -1,11 +1,11 @@
-"""Calling what others wrote: what one of them raises must not keep the next from its turn."""
+"""Calling several callbacks: if one raises, the others are called all the same."""
 
 from collections.abc import Callable, Iterable
 
 
 def call_all(calls: Iterable[Callable[[], object]]) -> None:
     """
-    Call everything, whatever one of them raises, ``sys.exit()`` included.
+    Call all, even if one of them raises something; ``sys.exit()`` in one counts, too.
 
     :raises BaseException: the first that was raised, once all were called.
     """

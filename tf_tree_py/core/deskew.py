@@ -1,9 +1,9 @@
 """
 Points that were taken over time, moved to one time.
 
-A spinning lidar takes a tenth of a second for a scan; on a robot that moves,
-each point was seen from another place. Two times and a frame that stays put
-meanwhile undo that: ``lookup_full`` for every point.
+A spinning lidar takes a tenth of a second for a scan. On a robot that moves, it sees
+each point from another place. ``deskew`` moves all points to one time, through a frame
+that does not move meanwhile: that is ``lookup_full`` for every point.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ from .tree.queries import Queries
 def deskew(tree: Queries, points: npt.ArrayLike, stamps: npt.ArrayLike, target_frame: str,
            source_frame: str, reference_stamp: int, fixed_frame: str = 'odom') -> Any:
     """
-    Return where points would have been seen from the target, all at one time.
+    Return the coordinates that points would have in the target, all at one time.
 
     target_p = (target <- fixed at reference_stamp) (fixed <- source at stamp) source_p.
     To keep a scan in its own frame, pass that frame as target and as source.
@@ -28,7 +28,8 @@ def deskew(tree: Queries, points: npt.ArrayLike, stamps: npt.ArrayLike, target_f
     :param points: (N, 3) metres, each in the source frame at its own stamp.
     :param stamps: (N,) integer nanoseconds, when each point was taken.
     :param reference_stamp: nanoseconds; ``LATEST`` for the newest possible.
-    :param fixed_frame: what stays put and has no jumps; by REP 105 that is odom, not map.
+    :param fixed_frame: a frame that does not move or jump meanwhile; by REP 105 that is
+        odom, not map.
     :return: (N, 3) metres, of the points' own floating type. NaN stays NaN.
     :raises InvalidArgumentException: shapes that do not fit, stamps that are no integers.
     :raises TransformException: as ``lookup_many``; the scan must lie inside the buffer.

@@ -2,11 +2,11 @@
 The exceptions of tf2, each carrying its facts as fields.
 
 The five classes that tf2_py has keep tf2's names and meaning, and each can be
-raised with nothing but a text. Those that this package raises also say, as
-attributes, which edge, what was asked, what there is, how long it was waited
-for, and what to do; the text is put together only when somebody reads it.
+raised with nothing but a text. An error of this package also has attributes: the edge,
+what was asked, what there is, how long was waited, and what to do. Its text is made only
+when somebody reads it.
 
-Where a program has imported tf2_py, its classes catch what is raised here, too.
+If a program has imported tf2_py, an ``except`` with tf2_py's classes catches these, too.
 """
 
 from collections.abc import Callable, Iterable
@@ -18,45 +18,50 @@ from typing import Any
 from .stamp import format_span, format_stamp, LATEST
 from .text import shorten
 
-# What may change the fate of a failed lookup: the newest sample of this child frame
-# becomes at least this new. A change of the tree's structure always may; with no child,
-# nothing else.
+# (child, stamp): a failed lookup may get an answer when the newest sample of this child frame has
+# reached this stamp. It also may whenever the structure of the tree changes; without a child only
+# then.
 Blocker = tuple[str | None, int]
 ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 
 
-# What to do about an error, or how to find out what: that takes time, and a lookup that
-# fails may be asked again and again without anybody reading why.
+# What to do about an error, or a function that finds it out. That takes time, and often a lookup
+# fails again and again without anybody reading the error.
 Hint = str | Callable[[], str]
 
 
 class JoinableException(Exception):
-    """What ``join`` can give more bases: Python does not, to a class straight below Exception."""
+    """
+    A base of its own, so that ``join`` can add bases to the classes below.
+
+    Python does not change the bases of a class whose only base is ``Exception``.
+    """
 
 
-# Which modules' classes are bases of ours.
+# The modules whose classes are bases of ours, by name.
 _joined: dict[str, ModuleType] = {}
 
 
 def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
     """
-    Let another module's classes catch what ours of the same names do, if it is loaded.
+    Make another module's exceptions bases of ours of the same names, if it is loaded.
 
-    An ``except`` looks at the bases that a class really has, so they become bases.
-    Ours call this when one is made, and it imports nothing: that would cost everybody
-    tf2_py's time and rclpy's, and whoever catches with its classes has imported it.
+    Then an ``except`` with its classes catches ours. An ``except`` looks at the real
+    bases of a class, so nothing less will do. Our exceptions call this when they are
+    made. It imports nothing: importing tf2_py and rclpy takes time, and a program that
+    catches with tf2_py's classes has imported it.
 
-    :param module: its name.
-    :param kinds: our classes, those above before those below.
+    :param module: the name of the module.
+    :param kinds: our classes, base classes first.
     """
     theirs = sys.modules.get(module)
     if theirs is None or theirs is _joined.get(module):
         return
     others: list[Any] = [getattr(theirs, ours.__name__, None) for ours in kinds]
     if None in others:
-        return  # It is being imported just now.
+        return  # Its import has not ended.
     for ours, other in zip(kinds, others, strict=True):
-        # A program may have a class below both, in an order that rules this one out.
+        # Fails if a program has a class with both as bases, in an order that then is impossible.
         with suppress(TypeError):
             if not issubclass(ours, other):
                 ours.__bases__ = (*ours.__bases__, other)
@@ -65,13 +70,13 @@ def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
 
 class TransformException(JoinableException):
     """
-    Base of all that a transform buffer raises.
+    Base of all exceptions of a transform buffer.
 
-    :ivar target_frame: what was asked for, if it was a lookup.
-    :ivar source_frame: likewise.
-    :ivar waited_s: how long was waited, seconds, before giving up; None without a wait.
-    :ivar blocked_on: (child frame, stamp) of all edges that may have to go on, up to that
-        stamp, before it can succeed; None: waiting is useless.
+    :ivar target_frame: the target of the lookup, if it was one.
+    :ivar source_frame: the source of the lookup.
+    :ivar waited_s: how long the caller waited, seconds; None without a wait.
+    :ivar blocked_on: (child frame, stamp) of all edges that may change the outcome when
+        their newest sample reaches that stamp. None: waiting cannot help.
     """
 
     def __init__(self, message: str = '', *, target_frame: str | None = None,
@@ -97,7 +102,7 @@ class TransformException(JoinableException):
         self._hint = hint
 
     def describe(self) -> str:
-        """Return the sentence that says what is wrong, without wait and hint."""
+        """Return one sentence: what is wrong. It has neither the wait nor the hint."""
         return str(self.args[0]) if self.args else ''
 
     def __repr__(self) -> str:
@@ -111,15 +116,15 @@ class TransformException(JoinableException):
 
 
 class InvalidArgumentException(TransformException):
-    """A frame name, stamp or shape that can never be right."""
+    """An argument is wrong whatever the buffer holds: a frame name, a stamp, a shape."""
 
 
 class LookupException(TransformException):
-    """A frame that nobody has published."""
+    """Nobody has published this frame."""
 
 
 class ConnectivityException(TransformException):
-    """Two frames in trees that nothing joins."""
+    """The two frames are in different trees."""
 
 
 class TimeoutException(TransformException):
@@ -185,7 +190,7 @@ class PastExtrapolationException(ExtrapolationException):
 
 
 class NoDataException(ExtrapolationException):
-    """An edge is known and holds no sample, as after a clear."""
+    """An edge is known but has no sample, for example after a clear."""
 
     def describe(self) -> str:
         """Return the sentence that says which edge is empty."""

@@ -18,6 +18,12 @@ LATEST = 0
 UNLIMITED = 2**64
 """The ``cache_time`` that keeps everything: no two stamps of 64 bits are further apart."""
 
+BEGINNING = -2**63
+"""The first stamp that there can be."""
+
+FOREVER = 2**63
+"""Behind every stamp: the end of a stretch of time that does not end."""
+
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
 
@@ -46,7 +52,7 @@ def from_seconds(seconds: Any) -> Any:
     if array.ndim == 0:
         return round(array.item() * NANOSECONDS_PER_SECOND)
     nanoseconds = _nanoseconds_of(array)
-    bad = ~((nanoseconds >= -2**63) & (nanoseconds < 2**63))
+    bad = ~((nanoseconds >= BEGINNING) & (nanoseconds < FOREVER))
     if bad.any():
         first = tuple(map(int, np.argwhere(bad)[0]))
         raise ValueError(f'seconds[{", ".join(map(str, first))}] is {array[first]}: no stamp, '

@@ -1,17 +1,17 @@
-"""Which name was meant."""
+"""Suggesting the frame that a caller probably meant."""
 
 from collections.abc import Iterable
 import difflib
 
-# More names, and longer ones, are not compared: that takes time, and somebody waits.
+# More names than this, and longer ones, are not compared: it takes too long.
 _MAX_NAMES = 1000
 _MAX_LENGTH = 200
-# So many names are listed.
+# How many names a hint lists.
 _LISTED = 12
 
 
 def nearest(name: str, names: Iterable[str]) -> str | None:
-    """Return the name that is most like one; None if none is."""
+    """Return the name that is most similar to another; None if none is similar."""
     if len(name) > _MAX_LENGTH:
         return None
     candidates = [other for other in list(names)[:_MAX_NAMES] if len(other) <= _MAX_LENGTH]
@@ -20,7 +20,7 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
 
 
 def known_names(name: str, names: tuple[str, ...]) -> str:
-    """Return a hint for who used a name that is none of those known."""
+    """Return a hint for a caller who used an unknown name."""
     meant = nearest(name, names)
     more = f' and {len(names) - _LISTED} more' if len(names) > _LISTED else ''
     known = 'Known: ' + ', '.join(names[:_LISTED]) + more

@@ -1,14 +1,14 @@
-"""Text of strangers, made short enough for a log and an error."""
+"""Shortening text: other nodes choose frame names, and a name may be of any length."""
 
 LONGEST_TEXT = 4000
-"""Characters of an error's or an incident's sentence; what is longer loses its middle."""
+"""Characters of a sentence in an error or an incident; a longer one loses its middle."""
 
 
 def shorten(text: str, most: int = LONGEST_TEXT) -> str:
     """
-    Return a text; if it is too long, its two ends, and how long it is.
+    Return a text; if it is too long, its two ends and its length.
 
-    :param most: the characters of it that are kept; saying how long it is takes some more.
+    :param most: how many of its characters are kept; the length is written besides.
     """
     if len(text) <= most:
         return text

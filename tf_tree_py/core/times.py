@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InvalidArgumentException
-from .stamp import format_span
+from .stamp import BEGINNING, FOREVER, format_span
 
 Stamps = npt.NDArray[np.int64]
 
@@ -23,9 +23,6 @@ Stamps = npt.NDArray[np.int64]
 _UNITS = {'ns': 1, 'us': 10**3, 'ms': 10**6, 's': 10**9, 'm': 60 * 10**9, 'h': 3600 * 10**9,
           'D': 86_400 * 10**9, 'W': 7 * 86_400 * 10**9}
 _FINER = {'ps': 10**3, 'fs': 10**6, 'as': 10**9}
-
-STAMP_LIMIT = 2**63
-"""Stamps are less than this, and not less than its negative."""
 
 # A window shorter than this was meant in other units.
 _SHORT_WINDOW = 1_000_000
@@ -39,14 +36,14 @@ def checked_stamp(stamp: Any) -> int:
     Return a caller's stamp as a plain int.
 
     :param stamp: an integer, a ``datetime64``, or a Timestamp of pandas.
-    :raises InvalidArgumentException: none of these (float seconds, most likely), no time
-        at all (NaT), or one that does not fit into 64 bits, as those of messages do.
+    :raises InvalidArgumentException: another type (float seconds, most likely), no time
+        (NaT), or a stamp that does not fit into 64 bits.
     """
     try:
         checked = operator.index(stamp)
     except TypeError:
         return _from_datetime(stamp)
-    if -STAMP_LIMIT <= checked < STAMP_LIMIT:
+    if BEGINNING <= checked < FOREVER:
         return checked
     raise InvalidArgumentException(
         f'Invalid argument stamp {stamp}: nanoseconds have to fit into 64 bits, with a sign')
@@ -93,7 +90,7 @@ def checked_stamps(stamps: npt.ArrayLike,
 
 
 def without_mask(stamps: npt.ArrayLike) -> tuple[npt.ArrayLike, npt.NDArray[np.bool_] | None]:
-    """Return stamps with zeros where they were masked, and which were not; None: nobody masks."""
+    """Return stamps, zero where masked, and which are not masked; None if there is no mask."""
     if not isinstance(stamps, np.ma.MaskedArray):
         return stamps, None
     masked, data = np.ma.getmaskarray(stamps), np.ma.getdata(stamps)
@@ -124,7 +121,7 @@ def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
                 "them, for instance with .astype('datetime64[ns]')")
         return np.array([stamp for stamp, _ in exact], dtype=np.int64)
     factor = _UNITS.get(unit, 1) * count  # an empty array may have no unit
-    largest = (STAMP_LIMIT - 1) // factor
+    largest = (FOREVER - 1) // factor
     if len(numbers) and not -largest <= numbers.min() <= numbers.max() <= largest:
         raise InvalidArgumentException(
             f'stamps are nanoseconds since 1970 in 64 bits, which end in 2262: some {array.dtype} '

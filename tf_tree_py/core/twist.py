@@ -1,28 +1,28 @@
 """
 How fast a frame moves, out of the poses in a buffer.
 
-``lookup_twist`` is right for frames that turn; ``lookup_velocity`` repeats what
-tf2's ``lookupVelocity`` computes, for code that was tuned to it. A twist and a
-wrench are both screws, and ``carry`` takes either from frame to frame.
+The answers are right also where frames turn. Velocities as tf2 computes them, its
+faults included, are in the drop-in.
 """
 
 from itertools import pairwise
-import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import ExtrapolationException, InvalidArgumentException, TransformException
-from .geometry import se3, so3
-from .geometry.se3 import PoseTuple
-from .geometry.so3 import Array, Quaternion, Vector3
+from .errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+)
+from .geometry import se3
+from .geometry.screws import carry, carry_many, Screw
+from .geometry.so3 import Array, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from .times import checked_stamp
 from .tree.outline import EdgeInfo
 from .tree.queries import Queries
-
-Screw = tuple[float, float, float, float, float, float]
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 _AT_REST: Screw = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -40,34 +40,6 @@ class Velocity(NamedTuple):
     stamp: int
     linear: Vector3
     angular: Vector3
-
-
-# --- screws
-
-
-def carry(a_T_b: PoseTuple, screw: Screw) -> Screw:
-    """
-    Take a screw from b's axes and origin to a's axes and origin.
-
-    The adjoint, (R v + t x R w, R w): Murray, Li, Sastry, "A Mathematical
-    Introduction to Robotic Manipulation", section 2.4. Of a twist, v is the velocity
-    of the body's point at the origin and w its angular velocity; of a wrench, v is
-    the torque about the origin and w the force.
-
-    :param screw: (vx, vy, vz, wx, wy, wz).
-    """
-    tx, ty, tz, *rest = a_T_b
-    q = (rest[0], rest[1], rest[2], rest[3])
-    vx, vy, vz = so3.rotate(q, screw[:3])
-    wx, wy, wz = so3.rotate(q, screw[3:])
-    return (vx + ty * wz - tz * wy, vy + tz * wx - tx * wz, vz + tx * wy - ty * wx, wx, wy, wz)
-
-
-def carry_many(a_T_b: Array, screws: Array) -> Array:
-    """Take screws (..., 6) from b to a by poses (..., 7), elementwise; see ``carry``."""
-    v = so3.rotate_many(a_T_b[..., 3:], screws[..., :3])
-    w = so3.rotate_many(a_T_b[..., 3:], screws[..., 3:])
-    return np.concatenate([v + np.cross(a_T_b[..., :3], w), w], axis=-1)
 
 
 # --- the twist
@@ -102,7 +74,7 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
     """
     interval = _checked_interval(averaging_interval)
     stamp, _ = tree.lookup_stamped(observation_frame, tracking_frame, stamp)
-    frames, moving = _chain(tree, observation_frame, tracking_frame)
+    frames, moving = _chain(tree, observation_frame, tracking_frame, stamp)
     twist = _AT_REST
     if moving:
         oldest, newest, length = _window(moving, interval)
@@ -141,8 +113,10 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
     poses = frozen.lookup_many(axes, tracking_frame, stamps)
     points = frozen.lookup_many(axes, reference_point_frame or tracking_frame, stamps)
     times = frozen._stamps_of(stamps)
-    frames, moving = _chain(frozen, observation_frame, tracking_frame)
     twists = np.zeros((len(times), 6))
+    if not len(times):
+        return twists
+    frames, moving = _chain(frozen, observation_frame, tracking_frame, int(times[0]))
     if moving:
         oldest, newest, length = _window(moving, interval)
         begins = np.clip(times - length // 2, oldest, newest)
@@ -166,31 +140,23 @@ def _checked_interval(averaging_interval: int) -> int:
     return interval
 
 
-def _chain(tree: Queries, first: str, last: str) -> tuple[list[str], list[EdgeInfo]]:
+def _chain(tree: Queries, first: str, last: str,
+           stamp: int) -> tuple[list[str], list[EdgeInfo]]:
     """
     Return the frames from one to another, and those edges between them that move.
 
-    As they hang on each other now. Where they hung otherwise at the time of a lookup,
-    the poses between neighbours in this list still multiply to the one of its ends.
+    As they hang on each other now, and if nothing joins them now, as they hung at a stamp.
+    Where they hung otherwise at the time of a lookup, the poses between neighbours in this
+    list still multiply to the one of its ends.
     """
-    # The buffer's own listing may ask the graph who the publishers are.
-    above = {edge.child: edge for edge in Queries.edges(tree)}
-
-    def climb(frame: str) -> list[str]:
-        frames = [frame]
-        while frames[-1] in above and len(frames) <= len(above):
-            frames.append(above[frames[-1]].parent)
-        return frames
-
-    upwards, downwards = climb(first), climb(last)
-    meeting = next((frame for frame in upwards if frame in downwards), None)
-    if meeting is not None:
-        upwards = upwards[:upwards.index(meeting)]
-        downwards = downwards[:downwards.index(meeting)]
-    moving = [above[frame] for frame in (*upwards, *downwards)
-              if frame in above and not above[frame].static]
-    frames = [first, last] if meeting is None else [*upwards, meeting, *reversed(downwards)]
-    return frames, moving
+    try:
+        edges = tree._edges_between(last, first, None)
+    except ConnectivityException:
+        edges = tree._edges_between(last, first, stamp)
+    frames = [first]
+    for edge in edges:
+        frames.append(edge.parent if edge.child == frames[-1] else edge.child)
+    return frames, [edge for edge in edges if not edge.static]
 
 
 def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
@@ -217,81 +183,3 @@ def _plus(a: Screw, b: Screw, factor: float) -> Screw:
     bx, by, bz, bu, bv, bw = b
     return (ax + factor * bx, ay + factor * by, az + factor * bz,
             au + factor * bu, av + factor * bv, aw + factor * bw)
-
-
-# --- as tf2 has it
-
-
-def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
-                    averaging_interval: int, *, reference_frame: str | None = None,
-                    reference_point: Vector3 = ORIGIN,
-                    reference_point_frame: str | None = None) -> Velocity:
-    """
-    Return what tf2's ``lookupVelocity`` does, its errors included; see ``lookup_twist``.
-
-    It differs from the truth where frames turn: the displacement, which is already in
-    the observation frame's axes, is turned by reference_R_tracking once more; the
-    velocity is that of the body's point at the reference frame's origin, so that a
-    frame that spins in place three metres away has one; and the lever to the reference
-    point is multiplied element by element, where it takes a cross product. Times go
-    through float seconds, rounded as in Jazzy, which may put the newest stamp of today's
-    clocks some 100 ns beyond the data. ``LATEST`` gives the velocity at the time 0.
-
-    Equal to Jazzy's to 1e-9 while a frame turns by more than 1e-6 rad in the interval:
-    of what turns less the arc cosine returns rounding, in both, and not the same.
-
-    :param stamp: nanoseconds, the middle of the interval unless the data ends before.
-    :param averaging_interval: nanoseconds.
-    :raises TransformException: as ``lookup`` does.
-    """
-    reference_frame = reference_frame or observation_frame
-    reference_point_frame = reference_point_frame or tracking_frame
-    try:
-        latest_s = _as_float_seconds(tree.latest_common_time(observation_frame, tracking_frame))
-    except TransformException:
-        latest_s = 0.0  # The lookups say why.
-    stamp_s, interval_s = _as_float_seconds(stamp), averaging_interval / 1e9
-    end_s = min(stamp_s + interval_s * 0.5, latest_s)
-    start_s = max(0.00001 + interval_s, end_s) - interval_s
-    start = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(start_s))
-    end = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(end_s))
-    rate = 1.0 / (end_s - start_s) if end_s != start_s else math.nan
-    turn = _tf2_rotation_vector(so3.multiply(so3.conjugate(start.rotation), end.rotation))
-    wx, wy, wz = so3.rotate(start.rotation, turn)
-    twist = ((end.x - start.x) * rate, (end.y - start.y) * rate, (end.z - start.z) * rate,
-             wx * rate, wy * rate, wz * rate)
-
-    time = _from_float_seconds(stamp_s)
-    pose = tree.lookup(reference_frame, tracking_frame, time)
-    vx, vy, vz, wx, wy, wz = carry(pose, twist)
-    px, py, pz = se3.apply(
-        tree.lookup(reference_frame, reference_point_frame, time), reference_point)
-    linear = (vx + wx * (px - pose.x), vy + wy * (py - pose.y), vz + wz * (pz - pose.z))
-    return Velocity(_from_float_seconds(start_s + interval_s * 0.5), linear, (wx, wy, wz))
-
-
-def _as_float_seconds(stamp: int) -> float:
-    """Return seconds, rounded as tf2's ``timeToSec`` does it: the two parts by themselves."""
-    whole, rest = divmod(stamp, NANOSECONDS_PER_SECOND)
-    return whole + 1e-9 * rest
-
-
-def _from_float_seconds(seconds: float) -> int:
-    """Return nanoseconds, rounded as tf2's ``timeFromSec`` does it."""
-    whole = math.floor(seconds)
-    return whole * NANOSECONDS_PER_SECOND + math.floor((seconds - whole) * 1e9 + 0.5)
-
-
-def _tf2_rotation_vector(q: Quaternion) -> Vector3:
-    """
-    Return tf2's axis times tf2's angle, of the quaternion that tf2 makes of the matrix.
-
-    Beyond 120 degrees w may be negative there, and then the angle is more than half a
-    turn, the long way round.
-    """
-    x, y, z, w = so3.with_tf2_sign(q)
-    square = 1.0 - w * w
-    if square < 10.0 * np.finfo(float).eps:
-        return (2.0 * math.acos(min(w, 1.0)), 0.0, 0.0)
-    scale = 2.0 * math.acos(w) / math.sqrt(square)
-    return (scale * x, scale * y, scale * z)

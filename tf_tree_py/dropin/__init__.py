@@ -1,8 +1,8 @@
 """
 Lets code that imports tf2_ros run on this package, unchanged.
 
-The folder ``packages`` holds packages with tf2's names, which have no code of their own;
-putting it on Python's path is all that is done::
+The folder ``packages`` holds packages with tf2's names, which only import from here. Only
+Python's path is changed: the folder is added to it::
 
     python -m tf_tree_py.dropin your_node.py arguments
     python -m tf_tree_py.dropin -m pytest
@@ -26,9 +26,9 @@ def install(force: bool = False) -> None:
     """
     Make tf2_ros, tf2_py, tf2_geometry_msgs and tf2_sensor_msgs importable.
 
-    Each that is installed is left to win, unless forced. Calling it again is harmless.
+    An installed one is preferred, unless forced. Calling it again is harmless.
 
-    :param force: let ours win.
+    :param force: prefer ours, even where tf2 is installed.
     :raises RuntimeError: forced, and one of them was imported before.
     """
     if force:

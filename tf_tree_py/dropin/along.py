@@ -1,5 +1,5 @@
 """
-Names that tf2's modules have because they import them, and that programs take from there.
+Names that tf2's modules only import, but that programs import from them.
 
 Any module gets them with ``from tf_tree_py.dropin.along import __getattr__``.
 """
@@ -36,7 +36,7 @@ _MODULES = {'builtin_interfaces': 'builtin_interfaces', 'rclpy': 'rclpy', 'tf2':
 
 NAMES = sorted([*_HOME_OF, *_MODULES])
 
-# Those of a package that need not be there.
+# From a package that may not be installed.
 _HOME_OF |= dict.fromkeys(['create_cloud', 'read_points'], 'sensor_msgs_py.point_cloud2')
 
 

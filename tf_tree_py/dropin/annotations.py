@@ -1,4 +1,4 @@
-"""Names of types that tf2_ros has for annotations, and programs for theirs."""
+"""Types that tf2_ros defines for annotations, and that programs use in theirs."""
 
 from typing import TypeVar
 

@@ -1,4 +1,9 @@
-"""tf2's buffers where they differ from ours: two classes, and setters that return nothing."""
+"""
+tf2's buffers where they differ from ours.
+
+There are two classes, the setters return nothing, and there are tf2's own velocities and
+the methods with a leading underscore, which tf2's tools and some programs call.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,13 +12,17 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.geometry.so3 import Vector3
+from tf_tree_py.core.telling import report
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
+from tf_tree_py.ros.messages.convert import as_nanoseconds
 
+from .velocity import lookup_velocity
 from .waking import Waker
 
 
 class BufferCore(OurBuffer):
-    """``tf2_py.BufferCore``: what is refused, the log and ``statistics()`` tell."""
+    """``tf2_py.BufferCore``; the log and ``statistics()`` say what was refused."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None,
                  **options: Any) -> None:
@@ -41,7 +50,7 @@ class BufferCore(OurBuffer):
         super().set_transform_static(transform, authority)
 
     def insert_batch(self, *batch: Any) -> list[Incident]:
-        """Take what a listener received, and wake those who spin for it."""
+        """Take what a listener received, and let ``rclpy.spin_once`` return."""
         try:
             return super().insert_batch(*batch)
         finally:
@@ -49,16 +58,16 @@ class BufferCore(OurBuffer):
                 waker.wake()
 
     def _is_simulated(self) -> bool:
-        # To tf2 a Time is its nanoseconds, and its programs make such of any clock type.
+        # tf2 only reads the nanoseconds of a Time, so its programs use any clock type.
         return False
 
     def wake_executor_of(self, node: Node) -> Callable[[], None]:
         """
         Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.
 
-        For programs that wait for a transform in a loop of it.
+        Some programs wait for a transform in a loop of ``spin_once``.
 
-        :return: what ends it.
+        :return: call it to stop this.
         """
         waker = Waker(node)
         self._wakers[waker] = None
@@ -67,6 +76,46 @@ class BufferCore(OurBuffer):
             self._wakers.pop(waker, None)
 
         return end
+
+    # --- what only tf2 has
+
+    def lookupVelocityCore(self, tracking_frame: str, observation_frame: str, time: Any,
+                           averaging_interval: Any) -> tuple[Vector3, Vector3]:
+        """
+        Return linear and angular velocity as tf2 computes them, its errors included.
+
+        ``lookup_twist`` is right also where frames turn.
+        """
+        velocity = lookup_velocity(self, tracking_frame, observation_frame,
+                                   self._as_stamp(time), as_nanoseconds(averaging_interval))
+        return velocity.linear, velocity.angular
+
+    def lookupVelocityFullCore(self, tracking_frame: str, observation_frame: str,
+                               reference_frame: str, reference_point: Vector3,
+                               reference_point_frame: str, time: Any,
+                               averaging_interval: Any) -> tuple[Vector3, Vector3]:
+        """Return the velocity of a point, in the axes of a reference frame, likewise."""
+        velocity = lookup_velocity(
+            self, tracking_frame, observation_frame, self._as_stamp(time),
+            as_nanoseconds(averaging_interval), reference_frame=reference_frame,
+            reference_point=reference_point, reference_point_frame=reference_point_frame)
+        return velocity.linear, velocity.angular
+
+    def _allFramesAsDot(self, time: Any = None) -> str:
+        return report.as_dot(self.edges())
+
+    def _frameExists(self, frame_id: str) -> bool:
+        return frame_id in self.frames()
+
+    def _getFrameStrings(self) -> list[str]:
+        return self.frames()
+
+    def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+               fixed_frame: str) -> list[str]:
+        """Return the frames from the source over the fixed one to the target."""
+        to_fixed = self.frames_between(fixed_frame, source_frame, self._as_stamp(source_time))
+        return to_fixed[:-1] + self.frames_between(
+            target_frame, fixed_frame, self._as_stamp(target_time))
 
 
 class Buffer(BufferCore):

@@ -1,19 +1,19 @@
 """
-Messages that a tf2_ros of somebody else's is to transform with our functions.
+Registers our functions with an installed tf2_ros, so that it can transform messages.
 
-Ours knows them without being told.
+Our own tf2_ros knows them without registration.
 """
 
 from types import ModuleType
 from typing import Any
 
-from tf_tree_py.ros.messages.registration import TransformRegistration
-from tf_tree_py.ros.messages.stamped import TRANSFORMERS
+from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
+from tf_tree_py.ros.messages.registry import TransformRegistration
 
 
 def register(messages: ModuleType) -> None:
-    """Tell the tf2_ros that is installed how the messages of a package are transformed."""
-    # Whichever Python's path has.
+    """Register the messages of a package with tf2_ros, if that is not ours."""
+    # The one that is found on Python's path.
     import tf2_ros
     if tf2_ros.TransformRegistration is TransformRegistration:
         return
@@ -25,7 +25,7 @@ def register(messages: ModuleType) -> None:
 
 
 def to_msg_msg(msg: Any) -> Any:
-    """Return a message as it is: tf2's converter of what is a message already."""
+    """Return a message as it is: tf2 needs a converter also for messages."""
     return msg
 
 

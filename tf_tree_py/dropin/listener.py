@@ -1,8 +1,8 @@
 """
 tf2's listeners, backed by ours.
 
-They read in a thread of their own, as ours does, unless a program handles messages or
-subscriptions itself: then these are on its node, as tf2's are.
+They read in a thread of their own, as ours do. If a program handles messages or
+subscriptions itself, the subscriptions are on its node instead, as tf2's are.
 """
 
 from collections.abc import Callable
@@ -28,12 +28,12 @@ class TransformListener:
     ``tf2_ros.TransformListener``.
 
     tf2's subscribes on your node by default, so ``rclpy.spin_once`` returns when a
-    transform has come, and so it does here. With ``spin_thread=True`` tf2's spins your
-    whole node in a thread; this one does so only if nobody else does.
+    transform has come. It does so here too. With ``spin_thread=True`` tf2's spins your
+    whole node in a thread; this one does that only if nobody else spins it.
 
-    A program that overrides ``callback``, asks for ``tf_sub``, sets another ``buffer``, or
-    brings one with a ``set_transform`` of its own gets what tf2 has: subscriptions on its
-    node, which it has to spin.
+    Some programs override ``callback``, use ``tf_sub``, set another ``buffer``, or pass a
+    buffer that overrides ``set_transform``. They get what tf2 has: subscriptions on their
+    node, which they have to spin.
     """
 
     def __init__(self, buffer: Any, node: Node | None, *, spin_thread: bool = False,
@@ -76,18 +76,18 @@ class TransformListener:
                 self.node.destroy_subscription(subscription)
 
     def callback(self, data: TFMessage) -> None:
-        """Take a message of what moves; to be overridden or called, as in tf2."""
+        """Take a message of ``/tf``; programs may override or call this, as in tf2."""
         for transform in data.transforms:
             self.buffer.set_transform(transform, DEFAULT_AUTHORITY)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Take a message of what does not move, likewise."""
+        """Take a message of ``/tf_static``, likewise."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, DEFAULT_AUTHORITY)
 
     @property
     def buffer(self) -> Any:
-        """Return what is filled; another may take its place."""
+        """Return the buffer that is filled; it may be replaced."""
         return self._buffer
 
     @buffer.setter
@@ -120,13 +120,13 @@ class TransformListener:
         return self._subscriptions[name]
 
     def _may_read_aside(self, buffer: Any) -> bool:
-        """Return whether nobody would notice that no message is made of what arrives."""
+        """Return whether nothing is overridden that needs messages: then bytes are enough."""
         methods = (self.callback, self.static_callback, getattr(buffer, 'set_transform', None),
                    getattr(buffer, 'set_transform_static', None))
         return all(getattr(method, '__func__', None) in _NOT_OVERRIDDEN for method in methods)
 
     def _read_on_node(self) -> None:
-        """Do as tf2 does, once and for all."""
+        """Subscribe on the node, as tf2 does, from now on."""
         if self._subscriptions or self.node is None:
             return
         self._stop_reading_aside()
@@ -151,7 +151,7 @@ _NOT_OVERRIDDEN = {
 
 
 class StaticTransformListener(TransformListener):
-    """``tf2_ros.StaticTransformListener``: it leaves ``/tf`` alone."""
+    """``tf2_ros.StaticTransformListener``: it does not subscribe to ``/tf``."""
 
     def __init__(self, buffer: Any, node: Node, *, spin_thread: bool = False,
                  static_qos: QoSProfile | int | None = None,

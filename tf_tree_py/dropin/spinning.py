@@ -1,8 +1,8 @@
 """
-tf2's ``spin_thread=True``, for programs that leave the spinning of their node to it.
+tf2's ``spin_thread=True``: spins a node that its program does not spin.
 
-tf2's begins at once, so that callbacks run while the node is still being made. Most
-programs spin their node themselves soon after, and for them there is nothing to do.
+tf2's begins at once, so callbacks run while the node is still being made. This one waits
+for a second first, because most programs soon spin their node themselves.
 """
 
 import atexit
@@ -21,9 +21,9 @@ _TO_END_S = 1.0
 
 def spin_if_nobody_does(node: Node) -> threading.Timer:
     """
-    Spin a node in a thread, unless somebody begins to within a second.
+    Spin a node in a thread, unless the program begins to spin it within a second.
 
-    Whoever spins it later takes it over, as rclpy's executors do.
+    An executor that the program adds it to later takes it over, as is rclpy's rule.
     """
     timer = threading.Timer(_UNTIL_SPUN_S, _spin, [weakref.ref(node)])
     timer.daemon = True
@@ -56,7 +56,7 @@ def _spin_until_exit(executor: SingleThreadedExecutor) -> None:
         executor.wake()
         thread.join(_TO_END_S)
 
-    # A thread that is still inside rclpy when Python ends would abort the process.
+    # If the thread were still inside rclpy when Python ends, the process would abort.
     atexit.register(end)
     try:
         executor.spin_until_future_complete(stop)

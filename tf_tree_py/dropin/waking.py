@@ -1,4 +1,4 @@
-"""How ``rclpy.spin_once`` returns when a transform has come, though the node received nothing."""
+"""Lets ``rclpy.spin_once`` return when a transform has come, as if the node received it."""
 
 from contextlib import suppress
 from typing import Any
@@ -11,25 +11,25 @@ from rclpy.node import Node
 
 class Waker:
     """
-    Gives a node's executor something to do.
+    Gives a node's executor a task, so that it wakes up.
 
-    A task of the executor's, and not a guard condition of the node's: the
-    ``EventsExecutor`` refuses nodes that have one.
+    A guard condition on the node would do too, but the ``EventsExecutor`` refuses nodes
+    that have one.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = weakref.ref(node)
-        # Which executor has not yet done what it was given.
+        # The executor that has not yet run the task it was given.
         self._busy: Any = None
 
     def wake(self) -> None:
-        """Make ``spin_once`` return; what comes while nobody spins makes it return once."""
+        """Make ``spin_once`` return; several calls while nobody spins make it return once."""
         node = self._node()
         executor = None if node is None else node.executor or _executor_of_spin_once(node)
         if executor is None or executor is self._busy:
             return
         self._busy = executor
-        # It may be shut down just now.
+        # The executor may be shut down at this moment.
         with suppress(AttributeError, InvalidHandle):
             executor.create_task(self._done)
 
@@ -38,7 +38,7 @@ class Waker:
 
 
 def _executor_of_spin_once(node: Node) -> Any:
-    """Return the executor that ``rclpy.spin_once`` will take, if it is that of the node."""
+    """Return the executor that ``rclpy.spin_once`` uses, if the node has its context."""
     if node.context is rclpy.get_default_context() and node.context.ok():
         return rclpy.get_global_executor()
     return None

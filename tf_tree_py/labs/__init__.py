@@ -1,1 +1,1 @@
-"""The textbook's experiments: each prints numbers, draws a picture and states the law."""
+"""The labs, experiments of the textbook: each prints numbers and a law, and draws a picture."""

@@ -1,4 +1,4 @@
-"""``python -m tf_tree_py.labs`` is ``tf_lab``, where that is not on the path."""
+"""Lets ``python -m tf_tree_py.labs`` run ``tf_lab``, for where that is not on the path."""
 
 import sys
 

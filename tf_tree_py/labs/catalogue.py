@@ -1,4 +1,4 @@
-"""Which labs there are, in the order of the course."""
+"""The list of all labs, in the order of the course."""
 
 from collections.abc import Callable
 import importlib
@@ -28,9 +28,9 @@ class Lab(NamedTuple):
     """
     One experiment.
 
-    :ivar summary: what it shows, a line.
-    :ivar run: does it, on a buffer in this process.
-    :ivar live: whether there is a variant over DDS, with processes of its own.
+    :ivar summary: one line that says what it shows.
+    :ivar run: runs it on a buffer in this process.
+    :ivar live: whether it can also run over DDS, between processes of its own.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Lab(NamedTuple):
 
     def run_live(self) -> Report:
         """
-        Do it over DDS.
+        Run it over DDS.
 
         :raises ImportError: there is no ROS here.
         """

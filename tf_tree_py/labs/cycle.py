@@ -1,4 +1,4 @@
-"""Two nodes that each claim to be the other's parent: what tf2 says, and what this tree says."""
+"""Two nodes each publish the other's frame as a child: the answers of tf2 and of this tree."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -24,29 +24,29 @@ BELOW = {'torso': ('base_link', Pose(0.1, 0.0, 0.4)), 'head': ('torso', Pose(0.1
 FRAMES = ('odom', 'base_link', 'torso', 'camera', 'dock')
 STAMP = from_seconds(1.0)
 
-# tf2's BufferCore gives up after so many edges.
+# The number of edges after which tf2's BufferCore gives up.
 TF2_MAX_DEPTH = 1000
 
 Tree = Mapping[str, tuple[str, Pose]]
 
 
 class TooDeep(Exception):
-    """What tf2 calls "The tf tree is invalid because it contains a loop"."""
+    """tf2's error "The tf tree is invalid because it contains a loop"."""
 
 
 def disputed() -> dict[str, tuple[str, Pose]]:
-    """Return every frame's parent and pose as tf2 stores them, the loop and all."""
+    """Return every frame's parent and pose as tf2 stores them, with the loop."""
     return {'base_link': ('odom', ODOM_T_BASE), 'odom': ('base_link', BASE_T_ODOM), **BELOW}
 
 
 def tf2_lookup(tree: Tree, target: str, source: str) -> Pose:
     """
-    Return ``target_T_source`` as tf2's climb does (BufferCore::walkToTopParent), loop or not.
+    Return ``target_T_source`` as tf2 computes it (BufferCore::walkToTopParent), loop or not.
 
-    From the source upwards until the target or the top, then from the target
-    upwards until the source or that top; 1,000 edges are too many.
+    It climbs from the source to the target or the top, then from the target to the source
+    or that top. It gives up after 1,000 edges.
 
-    :raises TooDeep: it went round and round.
+    :raises TooDeep: it gave up, because it went round in the loop.
     """
     if target == source:
         return Pose()
@@ -72,7 +72,7 @@ def tf2_lookup(tree: Tree, target: str, source: str) -> Pose:
 
 
 class Pair(NamedTuple):
-    """One lookup in both: x of ``target_T_source`` in metres, or None where it failed."""
+    """One lookup, in tf2 and here: x of ``target_T_source`` in metres, or None if it failed."""
 
     target: str
     source: str
@@ -81,7 +81,7 @@ class Pair(NamedTuple):
 
 
 def publish() -> tuple[BufferCore, list[Incident]]:
-    """Publish the same to a buffer of this library, the loop last; return what it said."""
+    """Publish the same to a buffer of this library, the loop last; return its warning."""
     buffer = BufferCore()
     for child, (parent, pose) in BELOW.items():
         buffer.insert(parent, child, LATEST, pose, authority='/robot_state', static=True)
@@ -92,7 +92,7 @@ def publish() -> tuple[BufferCore, list[Incident]]:
 
 
 def ask(buffer: BufferCore) -> list[Pair]:
-    """Ask both for every pair of frames."""
+    """Look up every pair of frames in both."""
     tree = disputed()
     pairs = []
     for target in FRAMES:
@@ -115,7 +115,7 @@ def _x(buffer: BufferCore, target: str, source: str) -> float | None:
 
 
 def run() -> Report:
-    """Close the loop, and ask for every pair."""
+    """Close the loop, and look up every pair of frames."""
     buffer, incidents = publish()
     pairs = ask(buffer)
     failed = [pair for pair in pairs if pair.tf2 is None]
@@ -179,7 +179,7 @@ def _draw(pairs: list[Pair], figure: Any) -> None:
 
 def _draw_answers(axes: Any, who: str,
                   answers: Mapping[tuple[str, str], tuple[float | None, bool]]) -> None:
-    """Draw a square for each pair of frames, with x or that it fails."""
+    """Draw a square for each pair of frames: x, or that the lookup fails."""
     for (target, source), (x, by_second) in answers.items():
         column, row = FRAMES.index(source), FRAMES.index(target)
         text, face, ink = 'fails', '#565656', 'white'

@@ -1,4 +1,4 @@
-"""Which way round: the inverse, not the transpose; and one question that finds most mistakes."""
+"""The direction of a transform: invert it, do not transpose; and a check that finds mistakes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -25,11 +25,11 @@ _TRIALS = 500
 def is_in_front(robot_T_source: Pose, source_p: Sequence[float],
                 forward: Sequence[float] = (1.0, 0.0, 0.0)) -> bool:
     """
-    Return whether a point lies ahead of the robot: the check that finds a swapped lookup.
+    Return whether a point lies ahead of the robot: this check finds a swapped lookup.
 
-    A camera that looks ahead sees nothing behind the robot. So transform what it saw
-    to where you want it, say to the map, ask with ``lookup('base_link', 'map')`` and
-    the point in the map; False means that a lookup was made the wrong way round.
+    A camera that looks ahead sees nothing behind the robot. Transform what it saw to the
+    frame that you want, such as map; then call this with ``lookup('base_link', 'map')``
+    and the point in the map. False means that one of the lookups was the wrong way round.
 
     :param robot_T_source: takes the point to the robot's frame.
     :param source_p: (3,), metres.
@@ -46,7 +46,7 @@ def robot_at(map_T_base: Pose) -> BufferCore:
     return buffer
 
 
-# What people compute who hold camera_T_map and want a point of the camera in the map.
+# What people compute from camera_T_map if they want a point of the camera in the map.
 
 def _inverse(camera_T_map: Pose, camera_p: Any) -> Any:
     return camera_T_map.inverse() @ camera_p
@@ -57,12 +57,12 @@ def _swapped(camera_T_map: Pose, camera_p: Any) -> Any:
 
 
 def _transposed(camera_T_map: Pose, camera_p: Any) -> Any:
-    """Use the transpose of the whole 4 x 4 matrix, and the first three of what comes out."""
+    """Use the transpose of the whole 4 x 4 matrix, and the first three numbers of the product."""
     return (camera_T_map.as_matrix().T @ [*camera_p, 1.0])[:3]
 
 
 def _negated(camera_T_map: Pose, camera_p: Any) -> Any:
-    """Turn back, but take away a translation that is in the coordinates of the camera."""
+    """Rotate back, but subtract a translation whose coordinates are the camera's."""
     matrix = camera_T_map.as_matrix()
     return matrix[:3, :3].T @ camera_p - matrix[:3, 3]
 
@@ -77,12 +77,12 @@ WAYS: dict[str, Callable[[Pose, Any], Any]] = {
 
 class Outcome(NamedTuple):
     """
-    How one way of going back does, on one pose and on many.
+    How well one way of inverting works, on one pose and on many.
 
-    :ivar map_p: where it puts the point on the robot of the picture.
+    :ivar map_p: the point that it gives for the robot of the picture.
     :ivar error: how far that is from the truth, metres.
-    :ivar behind: on how many of 500 random poses the point came out behind the robot.
-    :ivar other_range: on how many it came out at another distance than the camera saw.
+    :ivar behind: for how many of 500 random poses the point lies behind the robot.
+    :ivar other_range: for how many its distance is not the one that the camera saw.
     """
 
     way: str
@@ -93,7 +93,7 @@ class Outcome(NamedTuple):
 
 
 def outcome(way: str, map_T_base: Pose) -> Outcome:
-    """Go back one way: on the given pose, and on random ones."""
+    """Invert in one way: the given pose, and random ones."""
     buffer = robot_at(map_T_base)
     map_p = np.asarray(WAYS[way](buffer.lookup('camera', 'map'), CAMERA_P))
     truth = buffer.lookup('map', 'camera') @ CAMERA_P
@@ -111,7 +111,7 @@ def outcome(way: str, map_T_base: Pose) -> Outcome:
 
 
 def run() -> Report:
-    """Go back all ways, and see which of them the question finds."""
+    """Invert in all ways, and see which mistakes the check finds."""
     map_T_base = Pose.from_xyz_rpy(x=3.0, y=1.0, yaw=radians(30.0))
     outcomes = [outcome(way, map_T_base) for way in WAYS]
     swapped = outcomes[1]
@@ -179,5 +179,5 @@ def _draw_places(axes: Any, outcomes: list[Outcome], map_T_base: Pose) -> None:
     axes.legend(loc='upper left', framealpha=1.0)
 
 
-# Under words that stand on something drawn.
+# A background for words that stand on lines.
 _PAPER = {'facecolor': 'white', 'edgecolor': 'none', 'pad': 1.5}

@@ -1,4 +1,4 @@
-"""Between two samples: how wrong a straight line is on a curve, and at a jump."""
+"""The error of interpolation between two samples: on a curve, and at a jump."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.geometry.so3 import log_many, multiply_many
+from tf_tree_py.core.geometry.se3 import distance_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .latency import Motion, pose_at
@@ -30,7 +30,7 @@ _JUMP_AT = from_seconds(1.0)
 
 
 class Gap(NamedTuple):
-    """The largest errors between samples: metres, radians."""
+    """The largest errors between samples, in metres and radians."""
 
     rate_hz: float
     moved: float
@@ -38,7 +38,7 @@ class Gap(NamedTuple):
 
 
 def between_samples(motion: Motion, rate_hz: float) -> Gap:
-    """Sample a motion at a rate, and look between the samples."""
+    """Sample a motion at a rate, and look up poses between the samples."""
     period = from_seconds(1.0 / rate_hz)
     buffer = BufferCore(cache_time=_SAMPLES * period)
     for number in range(1, _SAMPLES):
@@ -47,9 +47,8 @@ def between_samples(motion: Motion, rate_hz: float) -> Gap:
               for number in range(_PER_GAP * (_SAMPLES - 2))]
     found = buffer.lookup_many('odom', 'base_link', stamps)
     truth = np.array([motion(stamp) for stamp in stamps])
-    turned = multiply_many(truth[:, 3:] * (-1.0, -1.0, -1.0, 1.0), found[:, 3:])
-    return Gap(rate_hz, float(np.linalg.norm(found[:, :3] - truth[:, :3], axis=1).max()),
-               float(np.linalg.norm(log_many(turned), axis=1).max()))
+    moved, turned = distance_many(truth, found)
+    return Gap(rate_hz, float(moved.max()), float(turned.max()))
 
 
 def swing(stamp: int) -> Pose:
@@ -59,11 +58,11 @@ def swing(stamp: int) -> Pose:
 
 def rate_for(acceleration: float, error: float) -> float:
     """
-    Return how often to publish, Hz, for an error of at most so much between samples.
+    Return the publishing rate, Hz, that keeps the error between samples below a limit.
 
-    :param acceleration: the largest of the motion, m/s^2 (on a curve speed times turn
-        rate) or rad/s^2.
-    :param error: metres, or radians.
+    :param acceleration: the largest of the motion, in m/s^2 (on a curve: speed times
+        angular velocity) or rad/s^2.
+    :param error: the limit, in metres or radians.
     """
     return sqrt(acceleration / (8.0 * error))
 
@@ -90,8 +89,9 @@ def invented(*, told_before: bool, ratios: Sequence[float] = _RATIOS) -> list[In
     """
     Look up map_T_odom across a jump.
 
-    :param told_before: the old pose is sent once more, stamped 1 ns before the jump.
-    :param ratios: where to look; 0 is the last sample before the jump, 1 the first after.
+    :param told_before: whether the old pose is sent once more, 1 ns before the jump.
+    :param ratios: the times of the lookups: 0 is the last sample before the jump, 1 the
+        first after it.
     """
     buffer = BufferCore()
     before = Pose()
@@ -109,7 +109,7 @@ def invented(*, told_before: bool, ratios: Sequence[float] = _RATIOS) -> list[In
 
 
 def run() -> Report:
-    """Look between samples of a curve, of a swinging head, and of a jump."""
+    """Look up poses between samples of a curve, of a swinging head, and of a jump."""
     curves = {rate: [between_samples(partial(pose_at, SPEED, rate), hz) for hz in RATES_HZ]
               for rate in TURN_RATES}
     swings = [between_samples(swing, hz) for hz in RATES_HZ]
@@ -196,7 +196,7 @@ def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
 
 
 def _draw_jump(axes: Any) -> None:
-    """Draw what lookups say while a localiser corrects itself."""
+    """Draw the answers of lookups while a localiser corrects itself."""
     period, height = JUMP_PERIOD / 1e6, JUMP.y * 100.0
     axes.plot([-2.0 * period, 0.0, 0.0, period], [0.0, 0.0, height, height], color=GREY,
               linewidth=6.0, alpha=0.4, label='what the localiser means')

@@ -1,4 +1,4 @@
-"""Asking late: a transform taken too late is wrong by speed times delay."""
+"""Latency: a pose that is looked up too late is wrong by speed times delay."""
 
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -20,7 +20,7 @@ DELAYS = tuple(map(from_seconds, (0.0, 0.020, 0.050, 0.100)))
 PERIOD = from_seconds(0.010)
 BASE_T_CAMERA = Pose.from_xyz_rpy(x=0.2, z=0.5)
 
-# Images come when they come: mostly between two ticks of the drive's timer.
+# Images are not synchronised with the drive's timer: most are taken between two ticks.
 _IMAGES = tuple(from_seconds(1.0) + number * from_seconds(0.0137) for number in range(40))
 _TRANSPORT = from_seconds(0.003)
 
@@ -33,7 +33,7 @@ Motion = Callable[[int], Pose]
 
 
 class Late(NamedTuple):
-    """What lookups for images were wrong by, metres, on average; one speed, one delay."""
+    """The mean errors of lookups for images, metres, at one speed and one delay."""
 
     speed: float
     delay: int
@@ -46,7 +46,7 @@ class Late(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """The same with rotation, of a thing that stands 1 m ahead of the base."""
+    """The same with rotation: the error of a point 1 m ahead of the base."""
 
     rate: float
     delay: int
@@ -77,19 +77,19 @@ class Robot:
         self._next = PERIOD
 
     def live_until(self, now: int) -> None:
-        """Publish what has happened up to now."""
+        """Publish all transforms up to a time."""
         while self._next <= now:
             self.buffer.insert('odom', 'base_link', self._next, self._odom_T_base(self._next))
             self._next += PERIOD
 
 
 def lateness(speed: float, delay: int) -> Late:
-    """Look up the camera for 40 images, so many nanoseconds after each was taken."""
+    """Look up the camera for 40 images, each a delay (nanoseconds) after it was taken."""
     robot = Robot(partial(pose_at, speed, 0.0))
     errors = []
     for image in _IMAGES:
         now = image + delay
-        # What is published next arrives a moment later: a lookup for now has to wait for it.
+        # A lookup for now has to wait for the next transform, which is not published yet.
         robot.live_until(now)
         latest = robot.buffer.lookup('odom', 'camera', LATEST)
         robot.live_until(now + PERIOD)
@@ -101,7 +101,7 @@ def lateness(speed: float, delay: int) -> Late:
 
 
 def turning(rate: float, delay: int) -> Turning:
-    """Look late at a thing ahead of a robot that drives a circle."""
+    """Look up too late a point ahead of a robot that drives in a circle."""
     robot = Robot(partial(pose_at, _TURNING_SPEED, rate))
     image = _IMAGES[1]
     robot.live_until(image + delay + PERIOD)
@@ -109,7 +109,7 @@ def turning(rate: float, delay: int) -> Turning:
                   for stamp in (image, image + delay))
     truth = pose_at(_TURNING_SPEED, rate, image) @ _AHEAD
     seconds = as_seconds(delay)
-    # v + w x r of a thing at r = (ahead, 0, 0): forward the speed, sideways w times ahead.
+    # v + w x r of a point at r = (ahead, 0, 0): v forwards, and w times ahead sideways.
     speed = hypot(_TURNING_SPEED, rate * _AHEAD[0])
     chord = speed * seconds
     if rate:
@@ -118,7 +118,7 @@ def turning(rate: float, delay: int) -> Turning:
 
 
 class Now(NamedTuple):
-    """How it goes to ask for this very moment, which no data can have reached yet."""
+    """What happened in lookups for the present time, for which there can be no data yet."""
 
     asked: int
     raised: int
@@ -127,7 +127,7 @@ class Now(NamedTuple):
 
 
 def asking_for_now(delay: int = from_seconds(0.050)) -> Now:
-    """Ask for now, and for the latest, when each image is processed."""
+    """Look up now, and the latest, when each image is processed."""
     robot = Robot(partial(pose_at, 1.0, 0.0))
     raised, answered, example = 0, 0, ''
     for image in _IMAGES:
@@ -143,7 +143,7 @@ def asking_for_now(delay: int = from_seconds(0.050)) -> Now:
 
 
 def slopes(rows: list[Late]) -> dict[float, float]:
-    """Return the fitted metres of error a second of delay, by speed."""
+    """Return the fitted error for each speed: metres a second of delay."""
     fits = {}
     for speed in SPEEDS:
         delays, errors = zip(*[(as_seconds(row.delay), row.asked_late)

@@ -34,7 +34,7 @@ def tree(chain: Chain) -> BufferCore:
 
 
 def wrong_order(chain: Chain) -> Pose:
-    """Return what comes of composing the edges from the wrong end."""
+    """Return the product of the edges in the wrong order."""
     return reduce(matmul, reversed(chain))
 
 
@@ -63,12 +63,12 @@ def point(chain: Chain) -> tuple[float, ...]:
 
 
 def _rounded(vector: Any) -> tuple[float, ...]:
-    """Return a vector as a person reads it; 1e-9 m is nothing, and -0.0 is 0.0."""
+    """Return a vector that is rounded for reading: 1e-9 m becomes 0, and -0.0 becomes 0.0."""
     return tuple(round(float(number), 9) + 0.0 for number in vector)
 
 
 class Symptom(NamedTuple):
-    """What a left turn too many on one edge looks like, in the directions of the map."""
+    """The effect of an extra left turn on one edge, in the axes of the map."""
 
     edge: str
     base_in_odom: tuple[float, ...]
@@ -175,7 +175,7 @@ def _draw(both: list[tuple[str, str, Pose]], figure: Any) -> None:
 def _draw_exercise(axes: Any) -> None:
     buffer = tree(EXERCISE)
     offsets = {'map': (4, -14), 'odom': (4, -14), 'base_link': (10, -12), 'camera': (10, 6)}
-    # Base and camera are 0.2 m from each other: the one dashed, and larger, to be told apart.
+    # Base and camera are only 0.2 m apart, so one is dashed and larger.
     for frame in FRAMES:
         colour, line, size = ('black', 'solid', 0.5) if frame != 'camera' else (
             STYLES[1]['color'], 'dashed', 0.75)

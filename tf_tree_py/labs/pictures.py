@@ -6,7 +6,7 @@ from typing import Any
 
 INSTALL = 'No picture: that needs matplotlib, pip install "tf_tree_py[plot]"'
 
-# No colour tells a thing alone: its line and its marker are different too.
+# Colours are not the only difference: the lines and markers differ too.
 STYLES: tuple[dict[str, Any], ...] = (
     {'color': '#000000', 'linestyle': '-', 'marker': 'o'},
     {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
@@ -38,7 +38,7 @@ _SETTINGS = {
 
 
 class NoPicture(Exception):
-    """It cannot be drawn, or written; the text says why."""
+    """The picture cannot be drawn or written; the text says why."""
 
 
 def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:

@@ -1,4 +1,4 @@
-"""A flat robot on uneven ground: what three numbers cannot hold of six."""
+"""A planar pose on uneven ground: what its three numbers lose of six."""
 
 from functools import partial
 from math import degrees, hypot, radians, sin
@@ -23,7 +23,7 @@ _X, _Y, _YAW = 2.0, 1.0, 0.6
 
 
 class Floor(NamedTuple):
-    """How far off on the floor, metres: a thing above a base that leans by so much, radians."""
+    """The error on the floor, metres, of a point above a base that is tilted, radians."""
 
     tilt: float
     height: float
@@ -34,7 +34,7 @@ class Floor(NamedTuple):
 
 
 class Point(NamedTuple):
-    """How a planar tree moves one point of the base: along the floor, and up, metres."""
+    """The error of a planar tree for one point of the base: along the floor and up, metres."""
 
     base_p: tuple[float, float, float]
     floor: float
@@ -42,7 +42,7 @@ class Point(NamedTuple):
 
 
 def standing(roll: float, pitch: float) -> BufferCore:
-    """Return a tree whose base leans, radians."""
+    """Return a tree whose base is tilted, radians."""
     buffer = BufferCore()
     buffer.insert('map', 'base_link', _STAMP,
                   Pose.from_xyz_rpy(_X, _Y, 0.0, roll, pitch, _YAW))
@@ -50,13 +50,13 @@ def standing(roll: float, pitch: float) -> BufferCore:
 
 
 def flattened(map_T_base: Pose) -> Pose:
-    """Return what a planar tree keeps of a pose, as a pose in space again."""
+    """Return the pose in space that is left if a planar tree stores it."""
     planar, _ = project(map_T_base)
     return Pose._make(lift(planar))
 
 
 def on_the_floor(tilt: float, height: float) -> Floor:
-    """Place a thing that is straight above the base, with all six numbers and with three."""
+    """Place a point that is straight above the base, by all six numbers and by three."""
     errors = []
     for roll, pitch in ((tilt, 0.0), (0.0, tilt)):
         map_T_base = standing(roll, pitch).lookup('map', 'base_link', LATEST)
@@ -66,7 +66,7 @@ def on_the_floor(tilt: float, height: float) -> Floor:
 
 
 def everywhere(pitch: float) -> list[Point]:
-    """Return what projecting does to points ahead of, beside and above the base."""
+    """Return the errors for points ahead of, beside and above the base."""
     map_T_base = standing(0.0, pitch).lookup('map', 'base_link', LATEST)
     points = []
     for base_p in ((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 1.0)):
@@ -82,7 +82,7 @@ def fit(rows: list[Floor]) -> float:
 
 
 def run() -> Report:
-    """Lean the robot, about both axes, and look above it."""
+    """Tilt the robot about both axes, and look up points above it."""
     rows = [on_the_floor(radians(tilt), height) for height in HEIGHTS for tilt in TILTS_DEG]
     slope = fit(rows)
     low, high = (on_the_floor(radians(5.0), height).by_pitch for height in HEIGHTS[:2])
@@ -138,7 +138,7 @@ def _draw(rows: list[Floor], figure: Any) -> None:
 
 
 def _draw_side(axes: Any) -> None:
-    """Draw a robot on a slope from the side, leaning more than any robot should."""
+    """Draw a robot on a slope from the side; the tilt is exaggerated."""
     lean, height = radians(20.0), 1.0
     foot, top = (0.9, 0.0), (0.9 + height * sin(lean), height * np.cos(lean))
     axes.plot([foot[0], top[0]], [foot[1], top[1]], color='black', linewidth=2.0)

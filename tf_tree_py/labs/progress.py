@@ -1,4 +1,4 @@
-"""A line on stderr that says what is going on, wherever that takes longer than two seconds."""
+"""A line on stderr that says what is being done, if it takes longer than two seconds."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,10 +15,10 @@ _TERMINAL_S, _LOG_S = 1.0, 20.0
 @contextmanager
 def progress(what: str) -> Iterator[None]:
     """
-    Say on stderr what is going on meanwhile, and for how long it has: not in the first 2 s.
+    Print to stderr what is being done, and for how long; not in the first 2 s.
 
-    On a terminal one line counts the seconds, and is taken away in the end; a log gets
-    a line now and then.
+    On a terminal one line counts the seconds, and is erased in the end. A log gets a line
+    from time to time.
 
     :param what: such as ``tf_lab: latency, between processes``.
     """

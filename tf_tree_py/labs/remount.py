@@ -1,13 +1,14 @@
-"""One camera is remounted: how many places change, with hard-coded offsets and with a tree."""
+"""A camera is remounted: how many places must change with hard-coded offsets, and with a tree."""
 
 from collections import Counter
 from collections.abc import Iterable
 from functools import partial
-from math import degrees, dist, hypot, radians
+from math import degrees, dist, radians
 from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.queries import Queries
 
@@ -22,7 +23,7 @@ Edge = tuple[str, str]
 
 
 class Module(NamedTuple):
-    """A perception module: whose data it takes, where it wants it, how far ahead it looks."""
+    """A perception module: its sensor, its target frame, and how far ahead it looks."""
 
     name: str
     target: str
@@ -49,7 +50,7 @@ REMOUNTED: Edge = ('head', 'head_camera')
 
 
 def _limb(top: str, names: Iterable[str]) -> list[Edge]:
-    """Return the edges of a chain of links that hangs on another."""
+    """Return the edges of a chain of links below another link."""
     links = [top, *names]
     return list(zip(links, links[1:], strict=False))
 
@@ -86,7 +87,7 @@ REMOUNT = SENSORS[REMOUNTED] @ Pose.from_xyz_rpy(x=0.02, z=0.03, pitch=radians(5
 
 
 def moving() -> dict[Edge, Pose]:
-    """Return the 32 edges that move: localisation, odometry and the joints, as it stands."""
+    """Return the 32 edges that move (localisation, odometry, joints) of the robot at rest."""
     edges = {('map', 'odom'): Pose.from_xyz_rpy(0.3, -0.1, yaw=0.05),
              ('odom', 'pelvis'): Pose.from_xyz_rpy(4.0, 2.0, 0.9, yaw=0.7)}
     for number, (parent, child) in enumerate(_joints()):
@@ -109,21 +110,12 @@ def humanoid() -> BufferCore:
 
 def way(tree: Queries, module: Module) -> list[Edge]:
     """Return the edges between a module's sensor and its target."""
-    parent_of = {edge.child: edge.parent for edge in tree.edges()}
-
-    def climb(frame: str) -> list[Edge]:
-        edges = []
-        while frame in parent_of:
-            edges.append((parent_of[frame], frame))
-            frame = parent_of[frame]
-        return edges
-
-    # What both climb over lies above where they meet.
-    return sorted(set(climb(module.sensor)) ^ set(climb(module.target)))
+    return sorted((edge.parent, edge.child)
+                  for edge in tree.edges_between(module.target, module.sensor))
 
 
 class Forgotten(NamedTuple):
-    """What a module is wrong by if nobody tells it: at what it looks at metres, radians."""
+    """The error of a module that kept the old offset, where it looks: metres, radians."""
 
     module: Module
     edges: int
@@ -139,11 +131,11 @@ def forgotten(module: Module, before: Queries, after: Queries) -> Forgotten:
     return Forgotten(
         module, len(way(after, module)), REMOUNTED in way(after, module),
         dist(old @ sensor_p, new @ sensor_p),
-        hypot(*(old.inverse() @ new).as_rotation_vector()))
+        distance(old, new)[1])
 
 
 class Places(NamedTuple):
-    """How many places hold an offset, and how many of them change with the camera."""
+    """The number of places that hold an offset, and of those that change with the camera."""
 
     kept: str
     places: int
@@ -209,7 +201,7 @@ def _forgotten_table(rows: list[Forgotten]) -> Table:
 def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
     left, right = figure.subplots(1, 2)
     heights = np.arange(len(counts))
-    # A logarithmic axis, on which 1 can be seen beside 456; it has no zero, so dots, not bars.
+    # A logarithmic axis shows 1 beside 456. It has no zero, so there are dots instead of bars.
     left.hlines(heights, [count.change for count in counts], [count.places for count in counts],
                 color=GREY, linewidth=1.0)
     for key, fill, label in (('places', 'none', 'places that hold an offset'),

@@ -1,9 +1,11 @@
-"""What a lab has to tell: tables, the law they show, numbers; as text and as JSON."""
+"""The report of a lab: tables, the law that they show, and numbers; as text and as JSON."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import textwrap
 from typing import Any, NamedTuple
+
+from tf_tree_py.core.telling.table import as_lines
 
 _WIDTH = 96
 
@@ -13,9 +15,9 @@ class Column(NamedTuple):
     One column of a table.
 
     :ivar key: its name in JSON; values there are in SI units.
-    :ivar heading: what stands above it, with the unit of what is shown.
-    :ivar style: how a number is written, such as ``.1f``.
-    :ivar scale: what a value is multiplied with to be shown, such as 100 for centimetres.
+    :ivar heading: its heading, with the unit of the numbers below.
+    :ivar style: the format of a number, such as ``.1f``.
+    :ivar scale: the factor from a value to the number shown, such as 100 for centimetres.
     """
 
     key: str
@@ -24,40 +26,33 @@ class Column(NamedTuple):
     scale: float = 1.0
 
     def write(self, value: Any) -> str:
-        """Return a value as it stands in the table; None is a dash."""
+        """Return a value as text for the table; a dash for None."""
         if value is None:
             return '-'
         if isinstance(value, bool):
             return 'yes' if value else 'no'
         if not isinstance(value, (int, float)):
             return str(value)
-        # Adding 0.0 makes of -0.0 a plain zero, once it is rounded.
+        # Adding 0.0 turns a rounded -0.0 into 0.0.
         return format(round(value * self.scale, 9) + 0.0 if self.style else value, self.style)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings, and one line that says what they are."""
+    """Rows under headings, and a title."""
 
     title: str
     columns: Sequence[Column]
     rows: Sequence[Sequence[Any]]
 
     def as_text(self) -> str:
-        """Return it as lines for a terminal: text to the left, numbers to the right."""
+        """Return it as lines for a terminal: text is aligned left, numbers right."""
         cells = [[column.write(value) for column, value in zip(self.columns, row, strict=True)]
                  for row in self.rows]
         heads = [column.heading for column in self.columns]
-        widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
-        left = [any(isinstance(row[i], str) for row in self.rows) for i in range(len(heads))]
-
-        def line(row: Iterable[str]) -> str:
-            padded = (cell.ljust(width) if to_left else cell.rjust(width)
-                      for cell, width, to_left in zip(row, widths, left, strict=True))
-            return '  '.join(padded).rstrip()
-
-        return '\n'.join([self.title, line(heads), line('-' * width for width in widths),
-                          *map(line, cells)])
+        numbers = [number for number in range(len(heads))
+                   if not any(isinstance(row[number], str) for row in self.rows)]
+        return '\n'.join([self.title, *as_lines([heads, *cells], numbers, rule=True)])
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON: each row by the columns' keys."""
@@ -77,8 +72,8 @@ class Report:
     The outcome of a lab.
 
     :ivar law: the law it shows, one sentence with the fitted numbers.
-    :ivar remarks: what else there is to see, a paragraph each.
-    :ivar numbers: what the law was fitted with, by name, for JSON; SI units.
+    :ivar remarks: further results, a paragraph each.
+    :ivar numbers: the fitted numbers of the law, by name, for JSON; SI units.
     :ivar draw: draws the picture into a matplotlib ``Figure``.
     """
 
@@ -101,7 +96,7 @@ class Report:
 
 
 def _wrapped(text: str) -> str:
-    """Fold a paragraph; lines that are indented stay as they are."""
+    """Wrap a paragraph; indented lines stay as they are."""
     lines = []
     for line in text.splitlines():
         lines += [line] if line.startswith(' ') else textwrap.wrap(line, _WIDTH)

@@ -1,4 +1,4 @@
-"""A listener that is up before the static publisher: who waits, and who fails."""
+"""A listener starts before the static publisher: lookups with a timeout wait, others fail."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -23,7 +23,7 @@ FRAME_S = 1.0 / 30.0
 
 PARENT, CHILD, POSE = 'base_link', 'camera', Pose(0.2, 0.0, 0.8)
 
-# When the transform came over DDS, milliseconds, in fifty starts that were recorded once.
+# When the transform arrived over DDS, milliseconds, in fifty recorded starts.
 _RECORDED = (
     (119, 1), (124, 7), (126, 6), (129, 2), (131, 1), (195, 5), (196, 6), (288, 2), (290, 5),
     (292, 3), (294, 2), (298, 1), (462, 1), (528, 4), (553, 2), (624, 1), (628, 1))
@@ -32,7 +32,7 @@ AskWithin = Callable[[float], object]
 
 
 class Start(NamedTuple):
-    """How one program fares in one start: lookups that failed, seconds until one did not."""
+    """One program in one start: its failed lookups, and the seconds until one succeeded."""
 
     failed: int
     success_s: float
@@ -40,10 +40,10 @@ class Start(NamedTuple):
 
 def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
     """
-    Ask with each timeout at once, until all of them have succeeded.
+    Look up with each timeout, all at the same time, until all have succeeded.
 
-    :param ask: looks up with a timeout in seconds, and raises.
-    :param begin: called when all are about to ask.
+    :param ask: looks up with a timeout in seconds; it raises if that fails.
+    :param begin: called when all are about to look up.
     """
     began = 0.0
 
@@ -63,7 +63,7 @@ def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
         try:
             return dict(zip(TIMEOUTS_S, programs.map(program, TIMEOUTS_S), strict=True))
         except BaseException:
-            # Such as Ctrl-C: nobody is to wait for what may never come now.
+            # Such as Ctrl-C: the transform may never come now, so nobody may wait on.
             given_up.set()
             together.abort()
             raise
@@ -79,7 +79,7 @@ def _until_success(ask: AskWithin, timeout_s: float, begin: float,
             ask(timeout_s)
         except TransformException:
             failed += 1
-            # With the next image, of those that came meanwhile.
+            # The program tries again with its next image.
             passed = time.monotonic() - begin
             time.sleep(FRAME_S - passed % FRAME_S)
         else:
@@ -87,12 +87,12 @@ def _until_success(ask: AskWithin, timeout_s: float, begin: float,
 
 
 def recorded() -> list[float]:
-    """Return when the transform arrives in each start, seconds."""
+    """Return the times of arrival of the transform, seconds, one for each start."""
     return [arrival / 1e3 for arrival, times in _RECORDED for _ in range(times)]
 
 
 def start(arrival_s: float) -> dict[float, Start]:
-    """Ask a buffer that has nothing, and gets its only transform after a while."""
+    """Look up in an empty buffer that gets its only transform after a delay."""
     buffer = BufferCore()
     arrival = threading.Timer(arrival_s, lambda: buffer.insert(
         PARENT, CHILD, LATEST, POSE, static=True))
@@ -113,14 +113,14 @@ def run() -> Report:
 
 def report(starts: Sequence[Mapping[float, Start]], where_from: str) -> Report:
     """
-    Return what so many starts tell.
+    Return the report of the starts.
 
-    :param where_from: a sentence on the times.
+    :param where_from: a sentence about the source of the times.
     """
     programs = {timeout: [one[timeout] for one in starts] for timeout in TIMEOUTS_S}
     failed = {timeout: sum(one.failed > 0 for one in program)
               for timeout, program in programs.items()}
-    # The most patient one has it as soon as it is there.
+    # The lookup with the longest timeout returns as soon as the transform is there.
     came = [one.success_s for one in programs[TIMEOUTS_S[-1]]]
     counted = ', '.join(f'{timeout:g} s: {count}' for timeout, count in failed.items() if timeout)
     return Report(

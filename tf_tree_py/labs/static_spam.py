@@ -1,14 +1,13 @@
-"""A calibration sent at 100 Hz as if it moved, against once as static: the cost, and the end."""
+"""A calibration that is sent at 100 Hz, against once as static: the cost, and when it ends."""
 
 from functools import partial
-import struct
 import time
 from typing import Any, NamedTuple
 
-from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core import BufferCore, LATEST, Pose, Sample, TransformException
+from tf_tree_py.core.arrivals.wire import WireReader, write
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table
@@ -27,17 +26,12 @@ _AFTER_S = (0.01, 0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 9.9, 10.1, 12.0)
 
 
 def message(stamp: int) -> bytes:
-    """Return the calibration as a TFMessage off the wire: CDR, little-endian."""
-    body = struct.pack('<Iii', 1, *divmod(stamp, NANOSECONDS_PER_SECOND))
-    for name in (PARENT, CHILD):
-        text = name.encode() + b'\0'
-        body += bytes(-len(body) % 4) + struct.pack('<I', len(text)) + text
-    body += bytes(-len(body) % 8) + struct.pack('<7d', *POSE)
-    return b'\x00\x01\x00\x00' + body
+    """Return the calibration as the bytes of a TFMessage."""
+    return write([Sample(PARENT, CHILD, stamp, POSE)])
 
 
 class Cost(NamedTuple):
-    """What so many seconds of one way of sending cost all subscribers together."""
+    """The cost of one way of sending, for all subscribers together."""
 
     how: str
     messages: int
@@ -47,7 +41,7 @@ class Cost(NamedTuple):
 
 
 def cost(how: str, messages: int, *, static: bool) -> Cost:
-    """Send so many messages to ten buffers, as their listeners take them off the wire."""
+    """Send messages to ten buffers, as bytes, as their listeners receive them."""
     buffers = [BufferCore(CACHE) for _ in range(SUBSCRIBERS)]
     readers = [WireReader() for _ in range(SUBSCRIBERS)]
     wire = [message(from_seconds((number + 1) / RATE_HZ)) for number in range(messages)]
@@ -62,9 +56,10 @@ def cost(how: str, messages: int, *, static: bool) -> Cost:
 
 class Death(NamedTuple):
     """
-    What lookups say, so many seconds after the sender of the calibration died.
+    The results of lookups some seconds after the sender of the calibration died.
 
-    :ivar stamped: with the stamp of an image of that moment: an error, or metres off.
+    :ivar stamped: with the stamp of an image of that moment: an exception, or an error in
+        metres.
     :ivar latest: with the latest, likewise.
     """
 
@@ -74,7 +69,7 @@ class Death(NamedTuple):
 
 
 def deaths(*, static: bool) -> list[Death]:
-    """Let the calibration's sender die while the robot drives on, and ask now and then."""
+    """Let the calibration's sender die while the robot drives on, and look up at some times."""
     period = from_seconds(1.0 / RATE_HZ)
     buffer = BufferCore(CACHE)
     now, found = 0, []
@@ -96,7 +91,7 @@ def _map_T_base(stamp: int) -> PoseTuple:
 
 
 def _off(buffer: BufferCore, asked: int, now: int) -> str | float:
-    """Return how far off the camera is said to be, metres, or what was raised."""
+    """Return the error of the camera's position, metres, or the name of what was raised."""
     try:
         found = buffer.lookup('map', CHILD, asked)
     except TransformException as error:
@@ -105,7 +100,7 @@ def _off(buffer: BufferCore, asked: int, now: int) -> str | float:
 
 
 def run() -> Report:
-    """Count the cost of both, and let the sender die."""
+    """Measure the cost of both ways, and let the sender die."""
     spam = cost(f'{RATE_HZ} Hz, as if it moved', RATE_HZ * _SECONDS, static=False)
     once = cost('once, static', 1, static=True)
     moving, fixed = deaths(static=False), deaths(static=True)
@@ -168,7 +163,7 @@ def _draw(moving: list[Death], fixed: list[Death], figure: Any) -> None:
 
 
 def _draw_errors(axes: Any, moving: list[Death], fixed: list[Death]) -> None:
-    """Draw when lookups raise, a line for each way to ask."""
+    """Draw when lookups raise, a line for each kind of lookup."""
     ways = (('static, either', fixed, 'stamped', STYLES[0]),
             (f'{RATE_HZ} Hz, the latest', moving, 'latest', STYLES[2]),
             (f'{RATE_HZ} Hz, a stamp', moving, 'stamped', STYLES[1]))

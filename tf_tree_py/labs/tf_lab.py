@@ -9,6 +9,8 @@ import signal
 import sys
 from typing import Any, TYPE_CHECKING
 
+from tf_tree_py.core.telling.table import as_lines
+
 from .pictures import NoPicture, save
 from .progress import progress
 from .report import Report
@@ -35,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser()
     arguments = parser.parse_args(list(sys.argv if argv is None else argv)[1:])
     try:
-        # Here and not above: this takes a while, in which Ctrl-C is a normal end already.
+        # Imported here, because it takes a while: Ctrl-C during the import is a normal end too.
         from .catalogue import LABS
         if arguments.lab is None:
             print(_list(LABS.values(), arguments.json))
@@ -48,12 +50,12 @@ def main(argv: Sequence[str] | None = None) -> int:
                              f'{", ".join(lab.name for lab in LABS.values() if lab.live)}', 2)
         return _run(lab, arguments.ros, arguments.out, arguments.json)
     except KeyboardInterrupt:
-        # The process ends next, and whoever presses twice does not mean the interpreter's end.
+        # The process ends now: a second Ctrl-C must not interrupt the end of the interpreter.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         return 130
     except BrokenPipeError:
-        # The reader of our output has left, as `| head` does, and the interpreter, which
-        # flushes once more at its end, must not try to.
+        # The reader of our output has closed it, as `| head` does. The interpreter flushes
+        # stdout once more at its end, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
 
@@ -75,9 +77,7 @@ def _list(labs: Collection['Lab'], as_json: bool) -> str:
     if as_json:
         return json.dumps([{'name': lab.name, 'summary': lab.summary, 'ros': lab.live}
                            for lab in labs], indent=2)
-    width = max(len(lab.name) for lab in labs)
-    lines = [f'{lab.name:{width}}  {"--ros" if lab.live else "     "}  {lab.summary}'
-             for lab in labs]
+    lines = as_lines([[lab.name, '--ros' if lab.live else '', lab.summary] for lab in labs], ())
     return '\n'.join([*lines, '', f'{NAME} NAME runs one; {NAME} --help tells more.'])
 
 

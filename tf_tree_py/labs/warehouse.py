@@ -1,4 +1,4 @@
-"""A forklift that misses its pallet when it moves, and the audit that finds the line of code."""
+"""A moving forklift misses its pallet, and the audit finds the line of code to blame."""
 
 from collections.abc import Callable
 from functools import partial
@@ -30,10 +30,10 @@ _SCENES = {'standing': (0.0, 0.0), 'straight ahead': (SPEED, 0.0),
 
 class Forklift:
     """
-    A forklift that sends where it is at 50 Hz, and hears of each image a while later.
+    A forklift that publishes its pose at 50 Hz, and processes each image after a delay.
 
-    :ivar buffer: what it has sent.
-    :ivar audit: who looked up what.
+    :ivar buffer: all that it has published.
+    :ivar audit: records which line looked up what.
     """
 
     def __init__(self, speed: float, turn_rate: float) -> None:
@@ -46,23 +46,23 @@ class Forklift:
         self.lookup = self.buffer.lookup
 
     def map_T_base(self, stamp: int) -> Pose:
-        """Return where it is, in truth: at constant speeds since the stamp 0."""
+        """Return its true pose: it has driven at constant speeds since the stamp 0."""
         vx, vy, vz, wx, wy, wz = (as_seconds(stamp) * part for part in self._twist)
         return Pose._make(exp((vx, vy, vz, wx, wy, wz)))
 
     def drive_until(self, now: int) -> None:
-        """Send what has happened up to now."""
+        """Publish all poses up to a time."""
         self.now = now
         while self._sent + _PERIOD <= now:
             self._sent += _PERIOD
             self.buffer.insert('map', 'base_link', self._sent, self.map_T_base(self._sent))
 
 
-# Three ways to process an image; each is a line of code of its own for the audit.
+# Three ways to process an image. Each has a line of its own, for the audit tells lines apart.
 
 def _when_it_is_processed(forklift: Forklift, _: int) -> Pose:
     processed = forklift.now
-    # Such a lookup waits for the data, as one with a timeout does.
+    # The data comes while the lookup waits, as one with a timeout does.
     forklift.drive_until(processed + _PERIOD)
     return forklift.lookup('map', 'base_link', processed)
 
@@ -72,7 +72,7 @@ def _the_latest(forklift: Forklift, _: int) -> Pose:
 
 
 def _when_it_was_taken(forklift: Forklift, image: int) -> Pose:
-    # It waits as well where the image is processed at once.
+    # It waits too, if the image is processed at once.
     forklift.drive_until(max(forklift.now, image + _PERIOD))
     return forklift.lookup('map', 'base_link', image)
 
@@ -82,7 +82,7 @@ WAYS: dict[str, Callable[[Forklift, int], Pose]] = {
 
 
 class Miss(NamedTuple):
-    """How far off the pallet is placed: ahead of and left of where it is, metres; radians."""
+    """The error of the pallet's pose: ahead and to the left, metres; turned, radians."""
 
     scene: str
     way: str
@@ -92,18 +92,18 @@ class Miss(NamedTuple):
 
     @property
     def size(self) -> float:
-        """How far off it is, metres."""
+        """Return the distance between the pallet and where it is placed, metres."""
         return dist((self.ahead, self.left), (0.0, 0.0))
 
 
 def miss(scene: str, way: str, delay: int = DELAY) -> tuple[Miss, Forklift]:
-    """Process 20 images, each so much later than it was taken; return the mean, and who did."""
+    """Process 20 images, each after a delay; return the mean error, and the forklift."""
     speeds = _SCENES[scene]
     forklift = Forklift(*speeds)
     ahead_left_turned = []
     for image in _IMAGES:
         forklift.drive_until(image + delay)
-        # What the image shows belongs to its own stamp: told so that the audit knows the cost.
+        # The data is as old as the image: the audit needs that stamp to compute the error.
         with forklift.audit.data_of(image):
             map_T_base = WAYS[way](forklift, image)
         off = forklift.map_T_base(image).inverse() @ map_T_base
@@ -150,7 +150,7 @@ def _table(misses: list[Miss]) -> Table:
 
 
 def _audit_table() -> Table:
-    """Return what the audit says of each way's line of code, on the curve."""
+    """Return the audit's result for the line of code of each way, on the curve."""
     rows = []
     for way in WAYS:
         [line] = miss('on a curve', way)[1].audit.lines()

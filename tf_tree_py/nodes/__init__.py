@@ -1,1 +1,1 @@
-"""Executables that stay up: the robot of five frames, who looks at it, and static transforms."""
+"""Executables: the demo robot of five frames and its listener, static transforms, servers."""

@@ -1,19 +1,19 @@
-"""What a person wrote and cannot be: checks of names and numbers, and no ROS."""
+"""Checks of names and numbers that a person typed; no ROS."""
 
 from argparse import ArgumentTypeError
 import math
 
 
 class BadInput(Exception):
-    """One sentence for the person who can mend it; executables end with it, no traceback."""
+    """One sentence for the user; an executable prints it without a traceback and ends."""
 
 
 def frame_name(what: str, name: object) -> str:
     """
     Return a name that can be looked up.
 
-    :param what: whose name it is, should it be none.
-    :raises BadInput: it is not a string, empty, or has a leading slash.
+    :param what: what the name is for, for the error.
+    :raises BadInput: it is no string, is empty, or has a leading slash.
     """
     if not isinstance(name, str) or not name or name.startswith('/'):
         raise BadInput(f'{what} has to be a frame name, not empty and without a leading slash; '

@@ -33,7 +33,7 @@ action {ACTION_NAME} (tf2_msgs/action/LookupTransform)."""
 
 
 class BufferServerNode(Node):
-    """Listens, and serves what it heard."""
+    """Listens to transforms, and answers lookups of them."""
 
     def __init__(self, **node_options: Any) -> None:
         """
@@ -54,7 +54,7 @@ class BufferServerNode(Node):
             self._open.append(self._diagnostics())
 
     def _diagnostics(self) -> Any:
-        # Who does not want them does without their messages.
+        # Imported here, because diagnostic_msgs is needed by those only who want diagnostics.
         try:
             from tf_tree_py.ros.diagnostics import TransformDiagnostics
         except ModuleNotFoundError as error:

@@ -8,6 +8,7 @@ import time
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from tf_tree_py.core import Pose
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.stamp import format_stamp
 
 from .bad_input import positive_number
@@ -51,12 +52,11 @@ class DemoListener(FiveFrameListener):
 
     def answer(self, stamp: int, pose: Pose, age: int) -> None:
         """Tell where the gripper is, and how far from where it truly was."""
-        error = self._motion.world_T_gripper(stamp).inverse() @ pose
-        distance = math.hypot(*error.translation)
+        distance, angle = se3.distance(self._motion.world_T_gripper(stamp), pose)
         self._all_ages += age
         self._worst_age = max(self._worst_age, age)
         self._worst_distance = max(self._worst_distance, distance)
-        self._worst_angle = max(self._worst_angle, math.hypot(*error.as_rotation_vector()))
+        self._worst_angle = max(self._worst_angle, angle)
         say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms  '
             f'off {distance * 1e3:.3f} mm')
 

@@ -1,6 +1,6 @@
 """Where the gripper is in the world, asked again and again of what arrives on /tf."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from math import degrees
 import sys
 import time
@@ -144,7 +144,7 @@ class FiveFrameListener(Node):
         if not isinstance(error, ExtrapolationException) or error.requested is None:
             return str(error)
         asked = error.requested
-        late = [edge for edge in self._edges_between() if edge.latest < asked]
+        late = [edge for edge in self._moving_edges() if edge.latest < asked]
         if late:
             edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
             senders = ', '.join(sorted({edge.authority for edge in late}))
@@ -158,21 +158,13 @@ class FiveFrameListener(Node):
         hint = '; do both go by one clock (use_sim_time)?' if gap > _ANOTHER_CLOCK else ''
         return f'{told} the moment asked for{hint}'
 
-    def _edges_between(self) -> list[EdgeInfo]:
-        """Return the moving edges between the two frames, each branch from the top down."""
-        above = {edge.child: edge for edge in self.buffer.edges()}
-        source, target = _climb(above, self.source_frame), _climb(above, self.target_frame)
-        # What both climb over lies above where they meet.
-        return [edge for edge in (*reversed(source), *reversed(target))
-                if not edge.static and not (edge in source and edge in target)]
-
-
-def _climb(above: Mapping[str, EdgeInfo], frame: str) -> list[EdgeInfo]:
-    edges: list[EdgeInfo] = []
-    while frame in above:
-        edges.append(above[frame])
-        frame = edges[-1].parent
-    return edges
+    def _moving_edges(self) -> list[EdgeInfo]:
+        """Return the moving edges between the two frames, from the target's end on."""
+        try:
+            edges = self.buffer.edges_between(self.source_frame, self.target_frame)
+        except TransformException:  # nothing joins them now
+            return []
+        return [edge for edge in edges if not edge.static]
 
 
 def columns(pose: Pose) -> str:

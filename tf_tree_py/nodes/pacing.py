@@ -1,4 +1,4 @@
-"""How often what moves is passed on; no ROS, and no clock of its own."""
+"""Limits how often each frame is passed on; no ROS, and no clock of its own."""
 
 from collections.abc import Iterable
 
@@ -9,25 +9,27 @@ class Pacing:
     """
     Lets at most one sample of each frame through in a period, the newest.
 
-    What comes after a pause goes at once. What comes too soon waits for its frame's
-    turn unless a newer one takes its place, so the last pose of what stops moving is
-    never lost. Costs O(1) a sample, and memory for frames that moved of late only.
+    A sample that comes after a pause goes at once. One that comes too soon waits for its
+    frame's turn, unless a newer one takes its place. So the last pose of a frame that stops
+    moving is never lost. It costs O(1) a sample, and memory for the frames of the last
+    period only.
     """
 
     def __init__(self, period: float) -> None:
         """
-        Begin with nobody waiting.
+        Begin without samples.
 
         :param period: nanoseconds.
         """
         self._period = period
-        # When each frame may go again; the next first, for time does not run backwards.
+        # When each frame may go again, the earliest first: each is put at the end, as time only
+        # goes forward.
         self._turns: dict[str, float] = {}
         self._waiting: dict[str, Sample] = {}
 
     @property
     def next_turn(self) -> float | None:
-        """Return when to ask for what is due, None while nothing can be."""
+        """Return when to call ``due`` next, nanoseconds; None: nothing can be due."""
         return next(iter(self._turns.values()), None)
 
     def offer(self, samples: Iterable[Sample], now: int) -> list[Sample]:

@@ -1,7 +1,7 @@
 """
-ROS parameters, each described once: for the node, for ``--help``, for the error text.
+ROS parameters, each described once: for the node, for ``--help`` and for error texts.
 
-None of them can change while the node runs; who tries is told so.
+None can change while the node runs; trying to set one gets an error.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -18,9 +18,9 @@ from .bad_input import BadInput
 @dataclass(frozen=True)
 class Setting:
     """
-    One parameter of a node: a string, a bool, a list of strings, or with limits a number.
+    One parameter of a node: a string, a bool, a list of strings, or, with limits, a number.
 
-    :ivar limits: the least and the most that a number may be.
+    :ivar limits: the least and the greatest value of a number.
     """
 
     name: str
@@ -45,18 +45,18 @@ class Setting:
                 return given
             raise BadInput(f'parameter {self.name} has to be a string, not {given!r}')
         lowest, highest = self.limits
-        # ROS tells 2 from 2.0, and people do not. A bool is an int to Python, and none here.
+        # ROS distinguishes 2 and 2.0; people do not. A bool is an int in Python, but not here.
         if type(given) in (int, float) and lowest <= given <= highest:
             return float(given)
         raise BadInput(f'parameter {self.name} has to be a number from {lowest} to {highest}, '
                        f'not {given!r}')
 
     def _check_names(self, given: Any) -> list[str]:
-        # ROS makes None of [], and people leave out the brackets around one name.
+        # ROS turns [] into None, and people leave out the brackets around one name.
         names = [] if given is None else [given] if isinstance(given, str) else given
         if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
             raise BadInput(f'parameter {self.name} has to be a list of strings, not {given!r}')
-        # What people write for an empty list where ROS wants to know of what.
+        # ROS needs to know the type of an empty list, so people write [''] for it.
         return [name for name in names if name]
 
     def descriptor(self) -> ParameterDescriptor:
@@ -69,7 +69,7 @@ class Setting:
             description=self.meaning, read_only=True, floating_point_range=ranges)
 
 
-# Whoever makes a publisher or a subscription may declare these.
+# rclpy declares these when a publisher or a subscription is made.
 _QOS_OVERRIDES = 'qos_overrides.'
 
 FRAME_PREFIX = Setting('frame_prefix', '', 'goes before every frame name, such as robot1/')
@@ -78,9 +78,10 @@ FRAME_PREFIX = Setting('frame_prefix', '', 'goes before every frame name, such a
 def declare(node: Node, settings: Iterable[Setting],
             others: Iterable[Setting] = ()) -> dict[str, Any]:
     """
-    Declare parameters, and return their values by name; warn of those that there are not.
+    Declare parameters, and return their values by name; warn of unknown ones.
 
-    :param others: those of other nodes in this process, which a command line gives to all.
+    :param others: parameters of other nodes in this process: the command line gives all of
+        them to every node.
     :raises BadInput: one has a wrong type or is out of its range.
     """
     values = {setting.name: _declare(node, setting) for setting in settings}
@@ -89,7 +90,7 @@ def declare(node: Node, settings: Iterable[Setting],
 
 
 def _warn_of_unknown(node: Node, known: list[str], others: Collection[str]) -> None:
-    # rclpy has no public way to ask what a node was given and did not declare.
+    # rclpy has no public way to get the parameters that were given but not declared.
     for name in getattr(node, '_parameter_overrides', ()):
         if node.has_parameter(name) or name in others or name.startswith(_QOS_OVERRIDES):
             continue
@@ -101,7 +102,7 @@ def _warn_of_unknown(node: Node, known: list[str], others: Collection[str]) -> N
 
 
 def _declare(node: Node, setting: Setting) -> str | bool | float | list[str]:
-    # Twice: first to see what is given whatever its type, then with its type for good.
+    # It is declared twice: first to get the given value of any type, then with its type.
     anything = ParameterDescriptor(dynamic_typing=True)
     value = setting.check(node.declare_parameter(setting.name, setting.default, anything).value)
     node.undeclare_parameter(setting.name)

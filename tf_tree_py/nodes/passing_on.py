@@ -1,4 +1,4 @@
-"""How samples go out again: what moves at a pace, what does not all at once."""
+"""Publishes samples again: moving ones at a limited rate, static ones all together."""
 
 from collections.abc import Collection
 import threading
@@ -17,7 +17,7 @@ from .pacing import Pacing
 
 
 class _Outlet:
-    """Publishes samples, past message objects, which cost ten times as much."""
+    """Publishes samples as bytes: message objects would cost ten times as much."""
 
     def __init__(self, node: Node, topic: str, qos: QoSProfile) -> None:
         self._node = node
@@ -36,13 +36,13 @@ class _Outlet:
 
 
 class Moving:
-    """Passes on what moves, each frame at most so often; see ``Pacing``."""
+    """Passes moving transforms on, each frame at a limited rate; see ``Pacing``."""
 
     def __init__(self, node: Node, topic: str, rate_hz: float) -> None:
         """
         Make the publisher.
 
-        :param rate_hz: of each frame; 0: as often as it comes.
+        :param rate_hz: at most, for each frame; 0: as often as it comes.
         """
         self._outlet = _Outlet(node, topic, dynamic_qos())
         self._pacing = Pacing(NANOSECONDS_PER_SECOND / rate_hz) if rate_hz else None
@@ -53,7 +53,7 @@ class Moving:
             self._thread.start()
 
     def take(self, samples: Collection[Sample]) -> None:
-        """Pass samples on, now or when it is their turn."""
+        """Pass samples on, now or when their frame may go again."""
         if self._pacing is None:
             self._send(samples)
             return
@@ -63,7 +63,7 @@ class Moving:
             self._send(self._pacing.offer(samples, time.monotonic_ns()))
 
     def close(self) -> None:
-        """End the thread; what still waits is given up."""
+        """End the thread; samples that still wait are not published."""
         with self._changed:
             self._closed = True
             self._changed.notify()
@@ -86,7 +86,7 @@ class Moving:
 
 
 class Static:
-    """Passes on what does not move, with everything that came before, for late joiners."""
+    """Passes static transforms on, each time all of them, for late joiners."""
 
     def __init__(self, node: Node, topic: str) -> None:
         """Make the publisher."""
@@ -94,9 +94,9 @@ class Static:
         self._latest: dict[str, Sample] = {}
 
     def take(self, samples: Collection[Sample]) -> None:
-        """Pass samples on at once; the newest of a child replaces the older."""
+        """Pass samples on at once; for each child the newest counts."""
         for sample in samples:
-            # Each message holds all of them: a hostile publisher must not make it endless.
+            # Every message holds all of them: a faulty publisher must not make it grow for ever.
             if sample.child in self._latest or len(self._latest) < DEFAULT_MAX_FRAMES:
                 self._latest[sample.child] = sample
         if samples:

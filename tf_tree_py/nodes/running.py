@@ -1,4 +1,4 @@
-"""How every executable starts, runs and ends: Ctrl-C is a normal end, a mistake one sentence."""
+"""Starts, runs and ends executables: Ctrl-C is a normal end, a mistake gets one sentence."""
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
@@ -21,14 +21,14 @@ from .bad_input import BadInput
 
 
 class Parser(argparse.ArgumentParser):
-    """Command line arguments beside ROS's own; what is wrong with them is one sentence."""
+    """Reads the arguments that are not ROS's; an error is one sentence."""
 
     def __init__(self, prog: str, description: str, epilog: str = '', **options: Any) -> None:
         super().__init__(prog=prog, description=description, epilog=epilog, allow_abbrev=False,
                          formatter_class=argparse.RawDescriptionHelpFormatter, **options)
 
     def error(self, message: str) -> NoReturn:
-        """Exit with status 2, as every command does that is called wrongly."""
+        """Exit with status 2, as is usual after wrong arguments."""
         self.exit(2, f'{self.prog}: {message} (--help tells more)\n')
 
     def own_arguments(self, argv: Sequence[str] | None) -> list[str]:
@@ -41,7 +41,7 @@ class Parser(argparse.ArgumentParser):
 
 def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -> int:
     """
-    Do something with ROS, until it is done or somebody ends it; the process ends next.
+    Do something with ROS until it is done or Ctrl-C; the process should end after it.
 
     :param argv: the whole command line; None: this process's.
     :param work: makes nodes and spins them until its argument is done.
@@ -64,12 +64,11 @@ def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -
 
 def _on_signal() -> Future:
     """
-    Return what is done when Ctrl-C, or SIGTERM, comes, and keep these from doing more.
+    Return a future that Ctrl-C or SIGTERM completes; the signals have no other effect.
 
-    Left to themselves, rclpy would shut its context down while nodes are at work, and
-    Python raise KeyboardInterrupt between any two lines. Here they wake a thread, at
-    once, also while the main thread waits in C; and however often somebody presses
-    Ctrl-C, the cleaning up runs to its end.
+    By default rclpy would shut its context down while nodes are at work, and Python would
+    raise KeyboardInterrupt between any two lines. Here a signal wakes a thread at once, even
+    while the main thread waits in C. Pressing Ctrl-C again does not interrupt the clean-up.
     """
     ended = Future()
     read_end, write_end = os.pipe()
@@ -111,21 +110,21 @@ def _init(argv: Sequence[str] | None) -> None:
 
 
 def _sentence(error: Exception) -> str:
-    """Return what rcl has to say, without the places in its source."""
+    """Return the text of an rcl error, without file names and line numbers."""
     text = str(error).split(', at /')[0]
-    # Of arguments that it does not know it gives no more than the list.
+    # For unknown arguments its text is their list and nothing else.
     return f'unknown ROS arguments {text}' if text.startswith('[') else text
 
 
 def spin(node: Node, ended: Future, seconds: float | None = None) -> None:
-    """Serve a node until something is done or so many seconds have passed; then destroy it."""
+    """Spin a node until a future is done or so many seconds have passed; then destroy it."""
     with _executor_of(node) as executor:
         executor.spin_until_future_complete(ended, seconds)
 
 
 @contextmanager
 def spun_in_background(node: Node) -> Iterator[None]:
-    """Serve a node in a thread of its own, meanwhile; then destroy it."""
+    """Spin a node in a thread of its own while the block runs; then destroy it."""
     done = Future()
     with _executor_of(node) as executor:
         thread = threading.Thread(

@@ -1,4 +1,4 @@
-"""What the installed executables call: where ROS is missing, they say so in one line."""
+"""Entry points of the executables: without ROS each says so in one line."""
 
 from functools import partial
 from importlib import import_module
@@ -6,7 +6,7 @@ import sys
 
 
 def _start(name: str) -> int:
-    """Run an executable by the name of its module here; return its exit status."""
+    """Run the executable of a module beside this one; return its exit status."""
     try:
         program = import_module(f'.{name}', __package__)
     except ModuleNotFoundError as error:

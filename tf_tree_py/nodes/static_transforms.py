@@ -1,7 +1,7 @@
 """
-Static transforms as people write them, on a command line or in a YAML file; no ROS here.
+Static transforms as people write them, on a command line or in a YAML file; no ROS.
 
-In both places the same words (``x``, ``yaw``, ``frame_id``), defaults and checks.
+Both places have the same words (``x``, ``yaw``, ``frame_id``), defaults and checks.
 """
 
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ _IN_FILE = 'transforms'
 
 
 class StaticTransform(NamedTuple):
-    """``parent_T_child``, for ever."""
+    """``parent_T_child``, valid at all times."""
 
     parent: str
     child: str
@@ -36,11 +36,11 @@ def from_words(words: Mapping[str, Any]) -> StaticTransform:
     """
     Return the transform that words describe.
 
-    As in tf2: what is not given is zero, and qw one; any quaternion that is not all
-    zero will do, and is normalised.
+    As in tf2, a number that is not given is 0, and qw is 1. Any quaternion that is not all
+    zero is accepted, and normalised.
 
-    :param words: some of ``WORDS`` and what each is.
-    :raises BadInput: it is none.
+    :param words: some of ``WORDS``, each with its value.
+    :raises BadInput: they describe none.
     """
     for word in words:
         if word not in WORDS:
@@ -53,7 +53,7 @@ def from_words(words: Mapping[str, Any]) -> StaticTransform:
     quaternion = [_number(word, words.get(word, float(word == 'qw'))) for word in QUATERNION]
     if not words.keys() & set(ANGLES):
         if not any(quaternion):
-            raise BadInput('the quaternion is all zero; no rotation is 0 0 0 1')
+            raise BadInput('the quaternion is all zero; for no rotation give 0 0 0 1')
         return StaticTransform(parent, child, Pose.from_parts(translation, quaternion))
     if words.keys() & set(QUATERNION):
         raise BadInput('a rotation is either qx qy qz qw or roll pitch yaw, not both')
@@ -66,7 +66,7 @@ def _frame(word: str, value: object) -> str:
         raise BadInput(f'the {word} is not given')
     if not isinstance(value, str):
         raise BadInput(f'the {word} is {value!r}, which to YAML is no string: put it in quotes')
-    # A listener strips it too: old launch files still have it.
+    # Old launch files have a leading slash; a listener strips it too.
     name = value.removeprefix('/')
     if not name:
         raise BadInput(f'the {word} is empty')
@@ -74,7 +74,7 @@ def _frame(word: str, value: object) -> str:
 
 
 def _number(word: str, value: object) -> float:
-    # Some YAML readers take 1e-3 for a string, and 'true' is 1 to Python.
+    # Some YAML readers read 1e-3 as a string, and in Python True is 1.
     try:
         number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -88,7 +88,7 @@ def from_yaml(path: str) -> list[StaticTransform]:
     """
     Return the transforms that a file lists.
 
-    :raises BadInput: the file cannot be read, or what it says cannot be.
+    :raises BadInput: the file cannot be read, or its content is wrong.
     """
     content = _load(path)
     items = content.get(_IN_FILE) if isinstance(content, Mapping) else None
@@ -123,7 +123,7 @@ def _from_item(where: str, item: object) -> StaticTransform:
 
 
 def _consistent(transforms: Iterable[StaticTransform], path: str) -> list[StaticTransform]:
-    """Return transforms that may stand in one tree: each child once, and no loop."""
+    """Return the transforms, checked to form a tree: each child once, and no loop."""
     tree = BufferCore()
     taken: dict[str, StaticTransform] = {}
     for transform in transforms:

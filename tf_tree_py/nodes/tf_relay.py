@@ -1,4 +1,4 @@
-"""One robot's transforms, passed on to the topics that all robots share."""
+"""Passes one robot's transforms on to the topics that all robots share."""
 
 from collections.abc import Callable, Sequence
 import sys
@@ -54,14 +54,14 @@ SETTINGS = (
 
 
 class TfRelay(Node):
-    """Hears a robot, in a thread of its own, and passes on what it hears."""
+    """Listens to a robot in a thread of its own, and passes its transforms on."""
 
     def __init__(self, **node_options: Any) -> None:
         """
         Begin to pass on.
 
         :param node_options: as rclpy's ``Node`` takes them.
-        :raises BadInput: a parameter that cannot be.
+        :raises BadInput: a parameter is wrong.
         """
         super().__init__(NAME, **node_options)
         values = declare(self, SETTINGS)
@@ -107,7 +107,7 @@ class TfRelay(Node):
 
 
 def _fit(sample: Sample, publisher: str) -> Sample | Incident:
-    """Return a sample as a buffer would take it, or why it would not."""
+    """Return a sample as a buffer would take it, or why it would refuse it."""
     bad = bad_name(sample.parent, sample.child, sample.stamp, publisher, DEFAULT_MAX_NAME_BYTES)
     return bad or checked(sample, publisher)
 

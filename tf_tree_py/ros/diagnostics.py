@@ -11,10 +11,10 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
-from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.arrivals.incidents import Kind, REMARKS
 from tf_tree_py.core.arrivals.meters import Arrivals, Meter
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
+from tf_tree_py.core.telling.diagnosis import diagnose, EdgeDiagnosis
 
 from .buffer.arguments import check_places
 from .buffer.buffer import Buffer
@@ -89,21 +89,19 @@ class TransformDiagnostics:
     def report(self) -> DiagnosticArray:
         """Return how things are, and what has come since the last report."""
         arrived = self._meter.take()
-        edges = {(edge.parent, edge.child): edge for edge in self._buffer.edges()}
+        found = diagnose(self._buffer, arrived)
         now = self._buffer.now()
         heard = {names: now if names in arrived else min(now, self._heard.get(names, now))
-                 for names in edges}
+                 for names in map(_names, found.edges)}
         self._heard = heard
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [self._of_buffer(), *(
-            self._status(f' {names[0]} -> {names[1]}', self._of_edge(
-                edge, arrived.get(names, Arrivals()), now - heard[names]))
-            for names, edge in edges.items())]
+            self._status(_title(edge), self._of_edge(edge, now - heard[_names(edge)]))
+            for edge in found.edges)]
         message.status += [
-            self._status(f' {parent} -> {child}', _of_stranger(arrivals))
-            for (parent, child), arrivals in arrived.items()
-            if (parent, child) not in edges and parent and child and arrivals.incidents]
+            self._status(_title(edge), _of_absent(edge.arrivals))
+            for edge in found.absent if all(_names(edge)) and edge.arrivals.incidents]
         return message
 
     def _publish(self) -> None:
@@ -137,17 +135,16 @@ class TransformDiagnostics:
              **{f'{_verb(kind)}, in all: {kind.value}': str(count)
                 for kind, count in now.incidents.items() if count}}))
 
-    def _of_edge(self, edge: EdgeInfo, arrivals: Arrivals, silent: int) -> '_Health':
-        values = {'Authority': edge.authority, 'Samples': str(edge.samples)}
-        if edge.static:
+    def _of_edge(self, edge: EdgeDiagnosis, silent: int) -> '_Health':
+        info, arrivals = edge.info, edge.arrivals
+        values = {'Authority': info.authority, 'Samples': str(info.samples)}
+        if info.static:
             values |= _counts(arrivals)
             return _Health(WARN if arrivals.incidents else OK,
-                           f'static, from {edge.authority}' + _because(arrivals.incidents), values)
-        interval = (edge.latest - edge.oldest) / max(edge.samples - 1, 1)
-        ahead = max(0, -arrivals.shortest_delay)
+                           f'static, from {info.authority}' + _because(arrivals.incidents), values)
         values |= {
-            'Rate (Hz)': f'{1e9 / interval:.3f}' if interval else '0.000',
-            'Newest stamp (s)': format_stamp(edge.latest),
+            'Rate (Hz)': f'{edge.rate_hz:.3f}',
+            'Newest stamp (s)': format_stamp(info.latest),
             'Arrived': str(arrivals.count),
             **_counts(arrivals),
         }
@@ -155,23 +152,24 @@ class TransformDiagnostics:
             values |= {
                 'Delay, mean (s)': f'{arrivals.mean_delay / 1e9:.6f}',
                 'Delay, worst (s)': f'{arrivals.longest_delay / 1e9:.6f}',
-                'Skew (s)': f'{ahead / 1e9:.6f}',
+                'Skew (s)': f'{edge.ahead / 1e9:.6f}',
             }
-        refused = _refused(arrivals)
+        refused = arrivals.refused
         if refused and refused >= arrivals.count:
             return _Health(ERROR, f'all {refused} refused' + _because(arrivals.incidents), values)
-        if silent > max(self._period, _MISSED * interval):
+        if silent > max(self._period, _MISSED * edge.interval):
             return _Health(STALE, f'silent for {format_span(silent)}; the last one came from '
-                           f'{edge.authority}', values)
-        wrong = self._wrong(arrivals, refused, ahead)
+                           f'{info.authority}', values)
+        wrong = self._wrong(arrivals, edge.ahead)
         return _Health(WARN if wrong else OK, '; '.join([
-            f'{values["Rate (Hz)"]} Hz, from {edge.authority}', *wrong]), values)
+            f'{values["Rate (Hz)"]} Hz, from {info.authority}', *wrong]), values)
 
-    def _wrong(self, arrivals: Arrivals, refused: int, ahead: int) -> list[str]:
+    def _wrong(self, arrivals: Arrivals, ahead: int) -> list[str]:
         """Return what to warn of."""
         wrong = []
-        if refused:
-            wrong.append(f'{refused} of {arrivals.count} refused' + _because(arrivals.incidents))
+        if arrivals.refused:
+            wrong.append(f'{arrivals.refused} of {arrivals.count} refused'
+                         + _because(arrivals.incidents))
         elif arrivals.incidents:
             wrong.append('odd' + _because(arrivals.incidents))
         if arrivals.mean_delay > self._max_delay:
@@ -189,18 +187,21 @@ class _Health(NamedTuple):
     values: dict[str, str]
 
 
-def _of_stranger(arrivals: Arrivals) -> _Health:
+def _names(edge: EdgeDiagnosis) -> tuple[str, str]:
+    return edge.info.parent, edge.info.child
+
+
+def _title(edge: EdgeDiagnosis) -> str:
+    return f' {edge.info.parent} -> {edge.info.child}'
+
+
+def _of_absent(arrivals: Arrivals) -> _Health:
     """Return the health of an edge that is not in the tree, or is no longer."""
-    refused = _refused(arrivals)
     values = {'Arrived': str(arrivals.count), **_counts(arrivals)}
-    if not refused:
+    if not arrivals.refused:
         return _Health(WARN, 'not in the tree any more' + _because(arrivals.incidents), values)
-    return _Health(ERROR, f'not in the tree: {refused} refused' + _because(arrivals.incidents),
-                   values)
-
-
-def _refused(arrivals: Arrivals) -> int:
-    return sum(count for kind, count in arrivals.incidents.items() if kind not in REMARKS)
+    return _Health(ERROR, f'not in the tree: {arrivals.refused} refused'
+                   + _because(arrivals.incidents), values)
 
 
 def _counts(arrivals: Arrivals) -> dict[str, str]:

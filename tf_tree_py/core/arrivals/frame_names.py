@@ -1,15 +1,15 @@
 """
-What one robot's frames are called elsewhere, and which of its edges are let through.
+Renaming frames, and choosing which edges to take.
 
-Several robots that run the same software publish the same names, and a prefix
-tells them apart: ``robot1/base_link``. Names are judged as they arrive, without
-the slash that old software puts in front.
+Several robots that run the same software publish the same names. A prefix tells them
+apart: ``robot1/base_link``. Filters see the names that arrive, but without the leading
+slash that old software writes.
 """
 
 from collections.abc import Callable, Collection
 from typing import NamedTuple
 
-# What to make of (parent, child): None is left out.
+# Takes (parent, child) and returns their new names; None leaves the edge out.
 Rename = Callable[[str, str], tuple[str, str] | None]
 FrameFilter = Callable[[str, str], bool] | Collection[str]
 
@@ -21,12 +21,13 @@ def as_published(parent: str, child: str) -> tuple[str, str] | None:
 
 class FrameNames(NamedTuple):
     """
-    How frames are renamed, and which are left out; each step may be absent.
+    How frames are renamed, and which edges are left out; each step may be absent.
 
-    :ivar wanted: whether to let an edge through, by its names as they arrive.
+    :ivar wanted: returns whether to take an edge; it gets the names that arrive.
     :ivar shared: frames that keep their name, such as ``map``.
-    :ivar strip: taken from the front of every other; what does not have it is left out.
-    :ivar add: then put in front.
+    :ivar strip: the prefix to remove from all other frames; a frame without it is left
+        out.
+    :ivar add: the prefix to add after that.
     """
 
     wanted: Callable[[str, str], bool] | None = None
@@ -44,7 +45,7 @@ class FrameNames(NamedTuple):
 
     def frame(self, name: str) -> str | None:
         """Return a frame's new name, or None when it is left out."""
-        # A name that is missing must not become one.
+        # An empty name stays empty, so that it is refused later.
         if not name or name in self.shared:
             return name
         if not name.startswith(self.strip):
@@ -56,14 +57,14 @@ def rename(*, frame_prefix: str = '', strip_frame_prefix: str = '',
            shared_frames: Collection[str] = (),
            frame_filter: FrameFilter | None = None) -> Rename:
     """
-    Return what to make of an edge, as listeners, broadcasters and the relay take it.
+    Return a function that renames edges, for listeners, broadcasters and the relay.
 
-    :param frame_prefix: put in front of every frame, such as ``robot1/``.
-    :param strip_frame_prefix: taken from the front before that; an edge of a frame that
+    :param frame_prefix: the prefix to add to every frame, such as ``robot1/``.
+    :param strip_frame_prefix: the prefix to remove before that; an edge with a frame that
         does not have it is left out.
-    :param shared_frames: keep their name, such as ``map``.
-    :param frame_filter: whether to let (parent, child) through, or all frames to let
-        through: an edge between two of them.
+    :param shared_frames: frames that keep their name, such as ``map``.
+    :param frame_filter: returns whether to take (parent, child); or a collection of
+        frames: an edge is taken if both of its frames are in it.
     :raises ValueError: a string where a collection of strings belongs.
     """
     if not (frame_prefix or strip_frame_prefix or frame_filter is not None):

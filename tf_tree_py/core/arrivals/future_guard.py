@@ -1,21 +1,19 @@
 """
-Stamps from the far future: one of them makes all good data after it look old.
+Stamps from the far future: after one of them, good data is refused as too old.
 
-There is no clock here; whoever has one passes it in.
+The clock is the caller's.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 
 from .incidents import Incident, Kind
 from .sample import Sample
-from ..edges.history import History
-from ..stamp import format_span, format_stamp, from_seconds, LATEST
+from ..edges.protocol import History
+from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, from_seconds, LATEST
 
 FAR = from_seconds(10.0)
-"""How far ahead of the clock a stamp is reported, where nothing limits it: tf2's window."""
+"""Without a limit, stamps that are further ahead of the clock are reported: tf2's window."""
 
-_BEGINNING = -2**63
-_NEVER = 2**63
 _LIKELY = ("Most likely a publisher's clock is wrong (chrony or NTP set it), or one side goes by "
            'simulated time and the other does not (use_sim_time)')
 _CURE = 'Buffer(max_future=...) refuses such stamps'
@@ -23,25 +21,27 @@ _CURE = 'Buffer(max_future=...) refuses such stamps'
 
 class FutureGuard:
     """
-    Holds stamps against a clock that is read as rarely as possible.
+    Compares stamps with a clock, and reads the clock as rarely as possible.
 
-    What the clock allowed when it was last read, it allows later too. So a good stamp
-    costs one comparison, and the clock is read once in as long as stamps may be ahead.
-    Where the clock jumped back there has to be a new guard: see ``renewed``.
+    The clock only goes on, so a stamp that was allowed when it was last read is allowed
+    now. A good stamp therefore costs one comparison, and the clock is read only when a
+    stamp is beyond the last limit. After a clock has jumped back a new guard is needed:
+    see ``renewed``.
 
-    It is read without the buffer's lock, and may be read by several threads at once.
+    The guard is used without the buffer's lock, by several threads at once.
 
-    :ivar limit: stamps up to here are fine; of those beyond ask ``is_too_far``.
+    :ivar limit: stamps up to here are good; for later ones call ``is_too_far``.
     """
 
     def __init__(self, now: Callable[[], int] | None, max_future: int | None) -> None:
         """
-        Take a clock and a limit.
+        Make a guard that has not read the clock yet.
 
-        :param now: the clock, nanoseconds; what it says is not believed before it has
-            begun (0). None: nothing is too far ahead.
-        :param max_future: how far ahead of the clock a stamp may be; None: as far as
-            it likes, and from ``FAR`` on it is told.
+        :param now: the clock, nanoseconds; while it returns 0 it has not begun, and no
+            stamp is too far ahead. None: no stamp ever is.
+        :param max_future: how far ahead of the clock a stamp may be; what is further is
+            refused. None: nothing is refused, and what is further than ``FAR`` is
+            reported.
         """
         if max_future is not None and max_future < 0:
             raise ValueError(f'max_future is {max_future} ns, and cannot be negative')
@@ -50,7 +50,7 @@ class FutureGuard:
         self._now = now
         self._max_future = max_future
         self._span = FAR if max_future is None else max_future
-        self.limit = _NEVER if now is None else _BEGINNING
+        self.limit = FOREVER if now is None else BEGINNING
 
     def renewed(self) -> 'FutureGuard':
         """Return one that has not read the clock yet."""
@@ -70,10 +70,10 @@ class FutureGuard:
     def part(self, samples: Iterable[Sample], authority: str, histories: Mapping[str, History]
              ) -> tuple[list[Sample], list[Incident]]:
         """
-        Return which samples to insert, and what to tell of those that are too far ahead.
+        Return the samples to insert, and incidents for those that are too far ahead.
 
-        By the clock as it was read last. Where nothing is refused, an edge is told of
-        when it gets there, and not for every sample.
+        The clock is not read again. Where nothing is refused, only the first sample of an
+        edge that is too far ahead is reported, not all that follow.
 
         :param histories: what the buffer holds.
         """

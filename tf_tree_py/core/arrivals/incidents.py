@@ -1,12 +1,12 @@
 """
 What can be wrong, or odd, about a transform that arrives.
 
-Nothing of it raises, unless a caller wants it to: a listener must survive whatever
-comes off the wire. What happened is told as an ``Incident`` to whoever inserted, and
-counted.
+No exception is raised, unless a caller asks for it: a listener must survive whatever
+bytes arrive. An ``Incident`` says what happened. It is returned to the caller who
+inserted, and counted.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -16,7 +16,7 @@ from ..text import LONGEST_TEXT, shorten
 
 
 class Kind(Enum):
-    """The kinds of incident; those in ``REMARKS`` were taken all the same."""
+    """The kinds of incident; a transform whose kind is in ``REMARKS`` was taken."""
 
     MALFORMED = 'malformed message'
     EMPTY_FRAME = 'empty frame name'
@@ -40,15 +40,24 @@ REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
                      Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
 
 
+def count_refused(counts: Mapping[Kind, int]) -> int:
+    """Return how many transforms were not taken, of counts by kind."""
+    return sum(count for kind, count in counts.items() if kind not in REMARKS)
+
+
 class TransformWarning(UserWarning):
-    """A transform that a program inserted was refused, or is odd; once for each kind."""
+    """
+    A transform that a program inserted was refused, or is odd.
+
+    A buffer gives one warning for each kind.
+    """
 
 
 class RefusedException(TransformException):
     """
-    Transforms were refused that a program inserted with ``strict=True``.
+    The buffer refused transforms that a program inserted with ``strict=True``.
 
-    :ivar incidents: what was refused, and why.
+    :ivar incidents: the refused ones, each with its reason.
     """
 
     def __init__(self, message: str = '', *, incidents: Sequence['Incident'] = ()) -> None:
@@ -57,14 +66,14 @@ class RefusedException(TransformException):
 
 
 _ONE_OF = 'one of '
-# Of more publishers than these only the number is told.
+# If there are more publishers than this, the rest are only counted.
 _MAX_CANDIDATES = 12
-# Of a longer name only the two ends are told; those that a buffer takes are shorter.
+# An incident shows only the two ends of a longer name.
 _LONGEST_NAME = 1024
 
 
 def one_of(names: Collection[str]) -> str:
-    """Return the authority of what any of several publishers may have sent."""
+    """Return the authority of a transform that one of several publishers has sent."""
     if len(names) == 1:
         return next(iter(names))
     first = sorted(names)[:_MAX_CANDIDATES]
@@ -73,7 +82,7 @@ def one_of(names: Collection[str]) -> str:
 
 
 def is_ambiguous(authority: str) -> bool:
-    """Return whether an authority names several publishers, of which one it was."""
+    """Return whether an authority names several publishers, one of which is the sender."""
     return authority.startswith(_ONE_OF)
 
 
@@ -82,7 +91,8 @@ class Incident:
     """
     One transform that was refused, or taken with a remark.
 
-    Whoever sent it chose its names; what is too long for a log is shortened here.
+    The sender chose the names, so they may be of any length; here they are shortened to
+    what a log can show.
     """
 
     kind: Kind
@@ -91,16 +101,16 @@ class Incident:
     stamp: int
     authority: str
     detail: str
-    """One sentence: why, what was kept, and the likely culprit."""
+    """One sentence: the reason, what the buffer kept, and who is probably at fault."""
     newest: int = LATEST
-    """The newest stamp of the edge, where that is why it was refused."""
+    """The newest stamp of the edge, if the transform was refused for being older."""
 
     def __post_init__(self) -> None:
         for name, most in (('parent', _LONGEST_NAME), ('child', _LONGEST_NAME),
                            ('authority', LONGEST_TEXT), ('detail', LONGEST_TEXT)):
             text = getattr(self, name)
             if len(text) > most:
-                # The only way to set a field of what is frozen.
+                # A frozen dataclass allows no other way to set a field.
                 object.__setattr__(self, name, shorten(text, most))
 
     @property
@@ -112,6 +122,36 @@ class Incident:
         verb = 'Refused' if self.refused else 'Note on'
         return (f'{verb} transform {self.parent!r} -> {self.child!r} from {self.authority!r} '
                 f'({self.kind.value}): {self.detail}')
+
+
+@dataclass(frozen=True)
+class IncidentGroup:
+    """
+    The incidents of one kind and one edge.
+
+    :ivar count: how many.
+    :ivar first: the oldest stamp of their transforms, nanoseconds.
+    :ivar last: the newest.
+    """
+
+    count: int
+    first: int
+    last: int
+
+    def __add__(self, other: 'IncidentGroup') -> 'IncidentGroup':
+        """Return the two together; ``merging.merged`` adds whole tables of them."""
+        return IncidentGroup(self.count + other.count, min(self.first, other.first),
+                             max(self.last, other.last))
+
+
+def grouped(incidents: Iterable[Incident]) -> dict[tuple[Kind, str, str], IncidentGroup]:
+    """Return incidents by kind, parent and child."""
+    groups: dict[tuple[Kind, str, str], IncidentGroup] = {}
+    for incident in incidents:
+        key = (incident.kind, incident.parent, incident.child)
+        one = IncidentGroup(1, incident.stamp, incident.stamp)
+        groups[key] = groups[key] + one if key in groups else one
+    return groups
 
 
 @dataclass
@@ -131,7 +171,20 @@ class Statistics:
     @property
     def refused(self) -> int:
         """Return how many transforms were not taken, of all kinds."""
-        return sum(count for kind, count in self.incidents.items() if kind not in REMARKS)
+        return count_refused(self.incidents)
+
+    def __add__(self, other: 'Statistics') -> 'Statistics':
+        """
+        Return the counts of two buffers together, of two parts of a recording for instance.
+
+        The frames of the two may be the same ones: the larger number of the two stands.
+        """
+        if not isinstance(other, Statistics):
+            return NotImplemented
+        return Statistics(
+            self.accepted + other.accepted,
+            {kind: self.incidents.get(kind, 0) + other.incidents.get(kind, 0) for kind in Kind},
+            max(self.frames, other.frames))
 
     def __str__(self) -> str:
         text = f'{self.accepted} accepted, {self.refused} refused, {self.frames} frames'

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from .incidents import Incident, Kind
-from ..edges.history import History
+from ..edges.protocol import History
 from ..stamp import format_span, from_seconds
 
 WHY_OLD = ('A bag that loops, a simulation that was restarted, or a second publisher whose clock '
@@ -16,32 +16,32 @@ _PATIENCE = from_seconds(1.0)
 
 class JumpBack:
     """
-    Tells from stamps alone that another run has begun.
+    Recognises by the stamps alone that another run has begun.
 
-    Nothing else than a new run may look like one, so all of this has to come together:
+    Nothing but a new run may be taken for one, so all of these conditions have to hold:
 
     - Stamps are behind the newest that the buffer has seen by more than the limit, and
-      not one message comes any more that is not. (A publisher whose clock is slow does
-      not silence the others.)
-    - More than half of the edges that were alive, those with data inside the limit, are
-      among them. (An edge that was behind all along does not count.)
-    - Each of these goes on for a second of its own stamps, in steps of no more than the
-      limit. (Stragglers and a stamp that is sent over and over do not. A straggler of the
-      run before, just before or after a new one begins, is no step of it.)
+      no message arrives that is not. (If one publisher's clock is slow, the messages of
+      the others still arrive.)
+    - More than half of the edges that were alive (with data inside the limit) have such
+      stamps. (An edge that was behind all the time does not count.)
+    - The stamps of each of these edges go on for a second, in steps of no more than the
+      limit. (Late messages, and a stamp that is sent again and again, do not go on. A late
+      message of the run before, just before or after a new one begins, is not a step.)
 
-    If the run that was given up goes on after all, two publishers of the same edges
-    disagree about the time, and the one was only slow. Then the second becomes two, four,
-    and so on, so that they cannot make the buffer forget for ever in turns.
+    If the old run goes on after all, there was no new run: two publishers of the same
+    edges disagree about the time. Then the second becomes two, four, and so on, so that
+    these two cannot clear the buffer in turns for ever.
 
     Not safe for several threads: the buffer's lock is.
     """
 
     def __init__(self, limit: int) -> None:
         """
-        Begin.
+        Start with no stamps seen.
 
-        :param limit: how far stamps must go back, nanoseconds: further than any
-            publisher is late, and less than a run lasts.
+        :param limit: how far stamps must go back, nanoseconds. It has to be more than the
+            delay of any publisher, and less than the length of a run.
         """
         if limit <= 0:
             raise ValueError(f'clear_on_jump_back is {limit} ns, and has to be positive')
@@ -53,19 +53,19 @@ class JumpBack:
     def begin(self) -> None:
         """Begin anew, because the buffer was cleared."""
         self._newest: int | None = None
-        # Of each edge that is behind: the first and the last stamp of its steps.
+        # For each edge that is behind: the first and the last stamp of its steps.
         self._steps: dict[str, tuple[int, int]] = {}
         self._gone_back: set[str] = set()
 
     def follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int], authority: str,
                histories: Mapping[str, History]) -> Incident | None:
         """
-        Take note of a message, of one transform at least.
+        Look at a message of at least one transform.
 
         :param edges: (parent, child) of each of its transforms.
         :param histories: what the buffer holds, without this message.
-        :return: what to tell when another run has begun, and all that moves is to be
-            forgotten.
+        :return: an incident if another run has begun: then the caller forgets all that
+            moves. Else None.
         """
         newest = max(stamps)
         if self._newest is None or newest >= self._newest - self._limit:
@@ -87,7 +87,7 @@ class JumpBack:
             'a simulation that was restarted. What moves was forgotten')
 
     def _go_on(self, newest: int) -> None:
-        """Take note of a message of the run that is known."""
+        """Look at a message of the present run."""
         known = newest if self._newest is None else self._newest
         if self._given_up is not None and newest > self._given_up:
             if newest - known > self._limit:

@@ -1,16 +1,17 @@
-"""What arrives of each edge between two reports: how many, how late, what was refused."""
+"""Counts of what arrives, by edge: how many transforms, how late, how many refused."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import threading
 
-from .incidents import Incident, Kind
+from .incidents import count_refused, Incident, Kind
 from .observers import Observer
 
 Edge = tuple[str, str]
 
-# More are counted together, and those of longer names: somebody makes up frames.
+# A hostile publisher may invent any number of frames, with names of any length. Edges beyond
+# this number, and those with longer names, are counted together as one, _REST.
 _MAX_EDGES = 1_000
 _LONGEST_NAMES = 10_000
 _REST = ('', '')
@@ -21,11 +22,11 @@ class Arrivals:
     """
     What arrived of one edge.
 
-    A delay is from the stamp to the arrival, nanoseconds; one below zero says that the
+    A delay is the time from the stamp to the arrival, nanoseconds. It is negative if the
     publisher's clock is ahead.
 
-    :ivar count: transforms, those refused included.
-    :ivar timed: how many of them have a delay: all, once the clock has begun.
+    :ivar count: transforms, with those that were refused.
+    :ivar timed: how many of them have a delay: all that arrived after the clock began.
     :ivar incidents: how often each kind happened.
     """
 
@@ -38,16 +39,34 @@ class Arrivals:
 
     @property
     def mean_delay(self) -> float:
-        """Return the mean delay, nanoseconds; 0 if there is none."""
+        """Return the mean delay, nanoseconds; 0 if no delay was measured."""
         return self.total_delay / max(self.timed, 1)
 
+    @property
+    def refused(self) -> int:
+        """Return how many were not taken."""
+        return count_refused(self.incidents)
+
     def add_delay(self, delay: int) -> None:
-        """Take note of one more."""
+        """Count one more delay."""
         first = self.timed == 0
         self.longest_delay = delay if first else max(self.longest_delay, delay)
         self.shortest_delay = delay if first else min(self.shortest_delay, delay)
         self.total_delay += delay
         self.timed += 1
+
+    def __add__(self, other: 'Arrivals') -> 'Arrivals':
+        """Return what arrived in two times together; ``merging.merged`` adds whole tables."""
+        if not isinstance(other, Arrivals):
+            return NotImplemented
+        timed = [arrivals for arrivals in (self, other) if arrivals.timed]
+        return Arrivals(
+            self.count + other.count,
+            self.timed + other.timed,
+            self.total_delay + other.total_delay,
+            max((arrivals.longest_delay for arrivals in timed), default=0),
+            min((arrivals.shortest_delay for arrivals in timed), default=0),
+            self.incidents + other.incidents)
 
 
 class Meter(Observer):
@@ -59,9 +78,10 @@ class Meter(Observer):
 
     def __init__(self, now: Callable[[], int]) -> None:
         """
-        Begin to count.
+        Start with no counts.
 
-        :param now: the clock that stamps go by, nanoseconds; 0 before it has begun.
+        :param now: the clock that the stamps were taken from, nanoseconds; it returns 0
+            before it has begun.
         """
         self._now = now
         self._lock = threading.Lock()

@@ -1,8 +1,8 @@
 """
 One transform as it arrives, before it is let into the tree.
 
-The wire, a message and a caller all end up here, so the checks of tf2 stand
-once: names, NaN, quaternions.
+Samples from bytes, from messages and from callers are all checked here, so the checks
+of tf2 (names, NaN, quaternions) are written once.
 """
 
 from collections.abc import Sequence
@@ -13,29 +13,29 @@ import numpy as np
 import numpy.typing as npt
 
 from .incidents import Incident, Kind
-from ..edges.history import POSE_BYTES, unpack_pose
+from ..edges.packed import POSE_BYTES, unpack_pose
 from ..errors import InvalidArgumentException
 from ..geometry import so3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import format_stamp, NANOSECONDS_PER_SECOND
+from ..stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
 from ..text import shorten
-from ..times import checked_stamp, STAMP_LIMIT
+from ..times import checked_stamp
 
 # A quaternion whose squared length is within this of one is taken as it is.
 _UNIT_TOLERANCE = 1e-12
 
-# Up to so many poses plain floats are cheaper than an array.
+# Up to this number of poses, plain floats are cheaper than an array.
 _FEW = 6
 
-# Characters of a name that is not let in, in the reason for it.
+# An incident about a name that is refused shows this number of its characters.
 _NAME_IN_TEXT = 60
 
 # A sum of squares between these has neither lost digits nor overflowed.
 _LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
 
-# What int32 sec and uint32 nanosec of a message hold. Nanoseconds may be more than a second, so
-# the last second goes further.
+# The numbers that int32 sec and uint32 nanosec of a message can hold. The nanoseconds may be
+# more than a second, so the last stamp is some seconds after the last sec.
 _MIN_SEC, _MAX_SEC = -2**31, 2**31 - 1
 _MAX_NANOSEC = 2**32 - 1
 
@@ -72,17 +72,17 @@ class Batch(NamedTuple):
 
 def admitted(sample: Sample) -> Sample:
     """
-    Return a sample with plain names and stamp, as everything behind this door expects it.
+    Return a caller's sample with its names and stamp as the buffer needs them.
 
-    Takes one leading slash off each name, as tf2 does.
+    Removes one leading slash from each name, as tf2 does.
 
-    :raises InvalidArgumentException: a name or a stamp that is none.
+    :raises InvalidArgumentException: a name is no string, or the stamp is no stamp.
     """
     parent, child, stamp, pose = sample
     if not isinstance(parent, str) or not isinstance(child, str):
         raise InvalidArgumentException(
             f'Invalid argument: the frames {parent!r} and {child!r} have to be strings')
-    if type(stamp) is int and -STAMP_LIMIT <= stamp < STAMP_LIMIT and (
+    if type(stamp) is int and BEGINNING <= stamp < FOREVER and (
             parent[:1] != '/' != child[:1]):
         return sample
     return Sample(
@@ -108,7 +108,7 @@ def as_sec_nanosec(stamp: int) -> tuple[int, int]:
 
 def bad_name(parent: str, child: str, stamp: int, authority: str,
              max_bytes: int) -> Incident | None:
-    """Return why one of an edge's names is not let in; None if both are fine."""
+    """Return an incident if one of an edge's two names cannot be taken, else None."""
     for name in (parent, child):
         fault = _name_fault(name, max_bytes)
         if fault:
@@ -136,12 +136,16 @@ def is_sound(pose: PoseTuple) -> bool:
 
 
 def unit_poses(poses: Array) -> Array | None:
-    """Return poses (N, 7) with unit quaternions; None if one needs a closer look."""
+    """
+    Return poses (N, 7) with unit quaternions.
+
+    None if one is not finite, or too small or large to normalise: see ``checked``.
+    """
     q = poses[:, 3:]
-    # einsum, unlike sum and dot, does not warn of what is not finite.
+    # einsum does not warn of numbers that are not finite; sum and dot do.
     squares = np.einsum('ij,ij->i', q, q)
     excess = squares - 1.0
-    # NaN if any number is NaN or infinite, and then no comparison holds.
+    # Zero, but NaN if any number is NaN or infinite; a comparison with NaN is false.
     nothing = 0.0 * float(np.einsum('ij->', poses))
     if float(np.einsum('i,i->', excess, excess)) + nothing < _UNIT_TOLERANCE ** 2:
         return poses
@@ -151,11 +155,15 @@ def unit_poses(poses: Array) -> Array | None:
 
 
 def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Return a copy of poses (N, 7) with unit quaternions, and which need no closer look."""
+    """
+    Return a copy of poses (N, 7) with unit quaternions, and which of them are good.
+
+    The others are not finite, or too small or large to normalise: see ``checked``.
+    """
     poses = poses.copy()
     q = poses[:, 3:]
     squares = np.einsum('ij,ij->i', q, q)
-    # NaN where any number is NaN or infinite, and then no comparison holds.
+    # NaN where any number is NaN or infinite; a comparison with NaN is false.
     with np.errstate(invalid='ignore'):
         sizes = squares + 0.0 * np.einsum('ij->i', poses)
     good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
@@ -166,7 +174,7 @@ def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
 
 
 def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
-    """Return a batch's poses with unit quaternions; None if one needs a closer look."""
+    """Return a batch's poses with unit quaternions; None if one has to go to ``checked``."""
     if len(poses) <= _FEW:
         for pose in poses:
             if not is_sound(unpack_pose(pose)):
@@ -182,9 +190,9 @@ def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
 
 def checked(sample: Sample, authority: str) -> Sample | Incident:
     """
-    Return a sample fit for the tree, or why there is none.
+    Return a sample that the tree can take, or the incident that says why it cannot.
 
-    Normalises the quaternion, as tf2 does; refuses what tf2 refuses, and infinities,
+    Normalises the quaternion, as tf2 does. Refuses what tf2 refuses, and also infinities,
     which would become NaN on the first composition.
 
     :param sample: see ``admitted``.
@@ -205,5 +213,6 @@ def checked(sample: Sample, authority: str) -> Sample | Incident:
         return Sample(parent, child, stamp, pose)
     x, y, z, qx, qy, qz, qw = pose
     if not (qx or qy or qz or qw):
-        return refused(Kind.ZERO_ROTATION, 'a message that nobody filled? No rotation is 0 0 0 1')
+        return refused(Kind.ZERO_ROTATION,
+                       'a message that nobody filled? For no rotation give 0 0 0 1')
     return Sample(parent, child, stamp, (x, y, z, *so3.normalize((qx, qy, qz, qw))))

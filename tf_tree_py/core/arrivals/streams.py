@@ -1,8 +1,8 @@
 """
-Which edges of a topic two publishers send, told from the numbers of their messages.
+Finding the edges of a topic that two publishers send, by the numbers of messages.
 
-A message does not say who sent it, but every publisher counts its own. No publishers
-and no graph here: whoever knows when one of them left says so.
+A message does not say who sent it, but every publisher numbers its messages. This file
+knows no graph: its caller says when a publisher has left.
 """
 
 from collections.abc import Sequence
@@ -11,28 +11,29 @@ from random import random
 
 Edge = tuple[str, str]
 
-# So often the numbers of an edge have to fall back into a stream that is known.
+# How often the numbers of an edge must fall back into a known stream to prove two publishers.
 _RETURNS = 3
-# Of an edge; more than these do not go on beside each other.
+# More streams of one edge than this are not remembered.
 _MAX_STREAMS = 8
-# Characters of all names together, and what an edge takes besides: somebody makes up frames.
+# A hostile publisher may invent frames, so the memory is limited: characters of all names
+# together, and what each edge takes besides, counted in characters.
 _MAX_CHARACTERS = 2_000_000
 _EDGE_CHARACTERS = 300
 
 
 class Streams:
     """
-    Tells the edges that two publishers send.
+    Finds the edges that two publishers send.
 
-    The numbers of one publisher rise, however many get lost and whatever else it sends
-    between. So where those of an edge fall, a second stream has begun: a publisher that
-    was restarted, or a second one. The first does not come back; where numbers fall back
-    into a stream that was known, and again, two go on beside each other.
+    The numbers of one publisher rise, even if messages are lost, or are about other edges.
+    So if the numbers of an edge fall, a second stream has begun: a publisher was
+    restarted, or there are two. After a restart the first stream never goes on. If numbers
+    fall back into a known stream several times, two publishers send side by side.
 
-    Of what moves, one edge of a message is looked at, any of them, so that it costs the
-    same however many there are. What is static is sent once, so all
-    of it is looked at, and the first fall is told: that needs someone who knows whether
-    all who ever sent are still there.
+    Of a message of moving transforms one edge is looked at, chosen by chance, so that
+    large messages cost no more than small ones. A static edge is sent once, so all edges
+    of a static message are looked at, and the first fall counts. The caller then has to
+    know whether all publishers are still there.
 
     For one topic; not safe for several threads.
     """
@@ -46,15 +47,15 @@ class Streams:
 
     def follow(self, edges: Sequence[Edge], number: int) -> Sequence[Edge]:
         """
-        Take note of a message, of one edge at least.
+        Look at a message of at least one edge.
 
-        :param number: how its publisher counts it.
-        :return: the edges that two publishers seem to send; again and again, until they
-            are ``told``.
+        :param number: the number that its publisher gave it.
+        :return: the edges that two publishers seem to send. An edge is returned every time
+            until ``told`` is called for it.
         """
         if self._static:
             return [edge for edge in edges if self._is_contested(edge, number)]
-        # By chance, for two publishers may number their messages in step.
+        # A fixed choice would miss edges where two publishers number their messages in step.
         edge = edges[int(random() * len(edges))]
         numbers = self._edges.get(edge)
         if numbers is not None and numbers.last < number <= numbers.ceiling:
@@ -63,11 +64,11 @@ class Streams:
         return (edge,) if self._is_contested(edge, number) else ()
 
     def told(self, edge: Edge) -> None:
-        """Say no more of an edge."""
+        """Do not return an edge any more: it was reported."""
         self._told.add(edge)
 
     def begin_anew(self) -> None:
-        """Forget all numbers, for a publisher has left: which of them were its, nobody knows."""
+        """Forget all numbers: a publisher has left, and nobody knows which numbers were its."""
         self._edges.clear()
         self._characters = sum(map(_characters, self._told))
 
@@ -94,13 +95,13 @@ class Streams:
 
 class _Numbers:
     """
-    The numbers of one edge, sorted into as few streams that rise as there can be.
+    The numbers of one edge, sorted into rising streams, as few as possible.
 
-    A number continues the stream whose last number is nearest below it.
+    A number continues the stream whose last number is the nearest below it.
 
-    :ivar last: the last number of the stream that came last.
-    :ivar ceiling: up to here a number continues that one.
-    :ivar returns: how often numbers fell back into another stream.
+    :ivar last: the last number of the current stream, the one with the latest message.
+    :ivar ceiling: numbers above ``last`` and up to here continue the current stream.
+    :ivar returns: how often a number fell back into another stream.
     """
 
     __slots__ = ('last', 'ceiling', 'returns', '_others')
@@ -109,11 +110,11 @@ class _Numbers:
         self.last = number
         self.ceiling: float = math.inf
         self.returns = 0
-        # The last numbers of the other streams; the one that came last at the end.
+        # The last numbers of the other streams; the one with the latest message at the end.
         self._others: list[int] = []
 
     def sort_in(self, number: int) -> None:
-        """Find the stream that a number continues, or begin one."""
+        """Let a number continue its stream, or begin a new one."""
         last, others = self.last, self._others
         nearest = max((other for other in others if other < number), default=None)
         if number <= last or (nearest is not None and nearest > last):

@@ -1,8 +1,8 @@
 """
 Many samples of one edge, checked all at once.
 
-What is refused, and how it is told, is what inserting them one by one would do;
-where that is not plain to see, they are.
+The result is that of inserting them one by one: the same samples are refused, for the
+same reasons. Samples that cannot be judged together are inserted one by one.
 """
 
 from typing import Any, NamedTuple
@@ -12,14 +12,12 @@ import numpy.typing as npt
 
 from .incidents import Incident
 from .sample import checked, judged_poses, Sample
-from ..edges.history import DynamicHistory
+from ..edges.protocol import MovingHistory
 from ..errors import InvalidArgumentException
 from ..geometry.poses import checked_poses
 from ..geometry.so3 import Array
-from ..stamp import format_span
+from ..stamp import BEGINNING, FOREVER, format_span
 from ..times import Stamps
-
-_BEGINNING = -2**63
 
 
 class Track(NamedTuple):
@@ -47,33 +45,33 @@ class Track(NamedTuple):
                 'cache_time=UNLIMITED keeps everything')
 
     def sample(self, number: int) -> Sample:
-        """Return one of them."""
+        """Return one sample, by its number."""
         x, y, z, qx, qy, qz, qw = self.poses[number].tolist()
         return Sample(self.parent, self.child, int(self.stamps[number]),
                       (x, y, z, qx, qy, qz, qw))
 
     def samples(self, begin: int = 0) -> list[Sample]:
-        """Return them one by one, from a number on."""
+        """Return the samples from a number on."""
         return [self.sample(number) for number in range(begin, len(self.stamps))]
 
     def earliest_after(self) -> list[int]:
-        """Return for each sample the earliest stamp of it and those behind it."""
+        """Return for each sample the earliest stamp from it to the last."""
         earliest: list[int] = np.minimum.accumulate(self.stamps[::-1])[::-1].tolist()
         return earliest
 
     def judged(self, authority: str) -> 'Judged':
-        """Return which are fit for the tree, with unit quaternions, and why the others are not."""
+        """Return which samples the tree can take, with unit quaternions, and why not the rest."""
         poses, good = judged_poses(self.poses)
         refused = {}
         for number in np.flatnonzero(~good).tolist():
             sample = checked(self.sample(number), authority)
             if isinstance(sample, Incident):
                 refused[number] = sample
-            else:  # of an odd size, but sound
+            else:  # its quaternion was very small or large, and could be normalised
                 poses[number], good[number] = sample.pose, True
         return Judged(self._replace(poses=poses), good, refused)
 
-    def is_within(self, history: DynamicHistory) -> bool:
+    def is_within(self, history: MovingHistory) -> bool:
         """Return whether none is older than the history's window when its turn comes."""
         window, latest = history.cache_time, history.latest_stamp
         assert latest is not None
@@ -82,18 +80,18 @@ class Track(NamedTuple):
         newest = max(latest, int(self.stamps.max()))
         if newest - int(self.stamps.min()) <= window:
             return True
-        if window >= 2**63:
+        if window >= FOREVER:
             return False  # one by one: 64 bits do not hold the difference
         before = np.maximum.accumulate(np.concatenate([[latest], self.stamps[:-1]]))
-        return bool((self.stamps >= np.maximum(before, _BEGINNING + window) - window).all())
+        return bool((self.stamps >= np.maximum(before, BEGINNING + window) - window).all())
 
 
 class Judged(NamedTuple):
     """
-    A track whose poses were looked at.
+    A track whose poses were checked.
 
-    :ivar good: (N,) which of its samples may be taken.
-    :ivar refused: why the others may not, by number.
+    :ivar good: (N,) whether each sample can be taken.
+    :ivar refused: the incidents of the others, by the sample's number.
     """
 
     track: Track
@@ -101,7 +99,7 @@ class Judged(NamedTuple):
     refused: dict[int, Incident]
 
     def after(self, number: int) -> tuple[Track, list[Incident]]:
-        """Return the good ones from a number on, and why the others there are refused."""
+        """Return the good samples from a number on, and the incidents of the others there."""
         track, good = self.track, self.good[number:]
         stamps, poses = track.stamps[number:], track.poses[number:]
         if self.refused:

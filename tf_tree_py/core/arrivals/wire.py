@@ -8,10 +8,10 @@ byte after the encapsulation, and a string is a uint32 length that counts its
 closing NUL. Both byte orders are read. A bag and a subscription give the same
 bytes, so both are read here.
 
-A publisher sends the same frame names over and over. So a message that was
-once read field by field leaves a ``_Layout``: one struct for the whole message,
-and the names that must be found in it. The next of its kind is one unpack and
-one comparison.
+A publisher sends the same frame names over and over. So the first message is read
+field by field, and a ``_Layout`` is kept: one struct for the whole message, and the
+names that it has to contain. A later message with the same names takes one comparison
+of the names and one unpack of the numbers.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 from .frame_names import as_published, Rename
 from .incidents import Incident, Kind
 from .sample import as_sec_nanosec, Batch, Sample
-from ..edges.history import pack_pose, POSE_BYTES
+from ..edges.packed import pack_pose, POSE_BYTES
 from ..stamp import LATEST, NANOSECONDS_PER_SECOND
 
 _BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
@@ -33,15 +33,15 @@ _FIRST_LENGTH, _FIRST_NAME = 16, 20  # behind encapsulation, count, sec, nanosec
 _MIN_TRANSFORM_BYTES = 72
 # A serialized message may be padded to the next boundary.
 _MAX_PADDING = 7
-# Bytes of all layouts together: a swarm of robots has hundreds of transforms.
+# Bytes that all layouts together may take: a swarm of robots has hundreds of transforms.
 _MAX_REMEMBERED = 8_000_000
-# What a layout takes for a transform, and at most for a byte of its names: as it is, and as text
-# of which one odd character makes every one four bytes wide.
+# Memory of a layout, for each transform and for each byte of its names. A name is kept as bytes
+# and as text, and in a text one odd character makes all characters four bytes wide.
 _TRANSFORM_BYTES = 500
 _NAME_BYTES = 5
-# Of a name that is no text, what is told of it.
+# An error about a name that is no text shows this number of its bytes.
 _TOLD_BYTES = 60
-# Layouts that have to be tried one after the other.
+# Layouts with one key; a message is compared with one after the other.
 _MAX_ALIKE = 64
 # The byte order of this machine, as struct writes it.
 _NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
@@ -51,22 +51,23 @@ _Unpack = Callable[[bytes], tuple[Any, ...]]
 
 
 class WireError(ValueError):
-    """Bytes that are no TFMessage: truncated, or never one."""
+    """The bytes are not a TFMessage, or only a part of one."""
 
 
 class WireReader:
     """
-    Turns messages into batches, remembering how the last ones were laid out.
+    Turns messages into batches, and remembers the layouts of the last ones.
 
-    Not safe for several threads: one reader a subscription.
+    Not safe for several threads: each subscription has a reader of its own.
     """
 
     def __init__(self, rename: Rename = as_published) -> None:
         """
-        Begin without memory.
+        Start with no layouts.
 
-        :param rename: what to make of (parent, child); None of what to pass over. Asked
-            once a layout, so what is passed over costs next to nothing.
+        :param rename: takes (parent, child) and returns their new names, or None to leave
+            the transform out. It is called once for each layout, so a transform that is
+            left out costs nearly nothing.
         """
         self._rename = rename
         self._layouts: dict[_Key, list[_Layout]] = {}
@@ -99,7 +100,7 @@ class WireReader:
         if layout.size > _MAX_REMEMBERED:
             return
         if self._remembered + layout.size > _MAX_REMEMBERED:
-            # Names that change all the time: somebody hostile. Start afresh.
+            # So many names come only from a hostile publisher. Forget all layouts.
             self._layouts.clear()
             self._remembered = 0
         alike = self._layouts.setdefault(layout.key, [])
@@ -143,26 +144,27 @@ def read(data: bytes) -> Batch:
 
 
 def _key(data: bytes) -> _Key:
-    """Return what tells most layouts apart: the size, and the first parent's name."""
+    """Return the size and the first parent's name: they differ for most layouts."""
     if len(data) <= _FIRST_NAME:
         return len(data), b''
-    # One byte of four is all of the length, or some of it: of one layout always the same.
+    # This byte is one of the four of the name's length. Whichever it is, all messages of one
+    # layout have the same.
     return len(data), data[_FIRST_NAME:_FIRST_NAME + data[_FIRST_LENGTH]]
 
 
 class _Layout:
-    """Where the numbers of a message with these very names lie in its bytes."""
+    """Where the numbers stand in the bytes of a message with certain names."""
 
     __slots__ = ('key', 'size', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
 
     def __init__(self, data: bytes, order: str, places: Sequence['_Place'],
                  edges: Sequence[tuple[str, str] | None]) -> None:
         """
-        Take what was found in a message.
+        Make the layout of a message that was read.
 
-        :param order: struct's letter of its byte order.
-        :param places: where each of its transforms lies.
-        :param edges: what each of them is about; None: it is passed over.
+        :param order: struct's letter for its byte order.
+        :param places: where each of its transforms stands.
+        :param edges: (parent, child) of each; None: it is left out.
         """
         self.key = _key(data)
         self.edges = tuple(edge for edge in edges if edge is not None)
@@ -191,7 +193,7 @@ class _Layout:
 
 
 def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
-    """Return stamps in nanoseconds; those of one message are usually the same."""
+    """Return stamps in nanoseconds. Usually all of one message are equal: that is faster."""
     count = len(secs)
     if count > 1 and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
         return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count
@@ -200,7 +202,12 @@ def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
 
 
 def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack:
-    """Return what unpacks fields of a message of a size; each is where it lies, and its form."""
+    """
+    Return a function that unpacks fields of a message.
+
+    :param size: of the message, bytes.
+    :param fields: for each its first byte and struct's format.
+    """
     form, position = order, 0
     for begin, kind in fields:
         # struct aligns nothing by itself after an explicit byte order.
@@ -210,7 +217,7 @@ def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack
 
 
 class _Place(NamedTuple):
-    """Where one transform lies: its stamp, its names' bytes with their lengths, its pose."""
+    """Where one transform stands: its stamp, its names with their lengths, its pose."""
 
     stamp: int
     parent: slice
@@ -219,7 +226,7 @@ class _Place(NamedTuple):
 
 
 def _find_layout(data: bytes, rename: Rename) -> _Layout:
-    """Read a message field by field, and note how it lies."""
+    """Read a message field by field, and return its layout."""
     order = _BYTE_ORDERS.get(data[:2])
     if order is None:
         raise WireError(f'not CDR: it begins with the bytes {data[:4].hex(" ")}')
@@ -242,7 +249,7 @@ def _find_layout(data: bytes, rename: Rename) -> _Layout:
 
 
 class _Cursor:
-    """A place in the bytes, and how to read on from there."""
+    """A position in the bytes, and methods that read on from there."""
 
     def __init__(self, data: bytes, order: str) -> None:
         self.data = data
@@ -264,7 +271,7 @@ class _Cursor:
         return int(number)
 
     def take_string(self) -> tuple[str, slice]:
-        """Read a string; return it, and where it lies with its length in front."""
+        """Read a string; return it, and where it stands, its length included."""
         length = self.take_uint32()
         begin = self.skip(length, alignment=1)
         text = self.data[begin:self.position]

@@ -1,8 +1,8 @@
 """
 The buffer: a tree behind one lock, fed, asked and waited for, without ROS.
 
-Every public method may be called from any thread. No long computation runs while
-the lock is held, and nothing of a caller's but the query that ``wait_for`` is given.
+Every public method may be called from any thread. While the lock is held, no long
+computation runs, and of callers' code only the query that ``wait_for`` was given.
 """
 
 from collections.abc import Callable, Hashable, Iterable
@@ -38,22 +38,24 @@ DEFAULT_AUTHORITY = 'default_authority'
 
 class BufferCore(Queries):
     """
-    Transforms between frames, over a window of time; what to ask it stands in ``Queries``.
+    Transforms between frames, over a window of time. ``Queries`` has the lookups.
 
     A lookup costs O(depth log n), an insertion O(1) amortised when it is the
     newest of its edge.
 
     :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given,
         and with ``UNLIMITED`` everything.
-    :param max_frames: how many frame names are let in, against a hostile publisher.
-    :param max_name_bytes: how long a frame name may be in UTF-8, likewise.
-    :param now: the clock that stamps go by, nanoseconds, such as ``time.time_ns``; what
-        is far ahead of it is told. None: stamps may be of any time.
-    :param max_future: how far ahead of it a stamp may be, nanoseconds; what is further
-        is refused. None: it is taken, as tf2 does.
-    :param clear_on_jump_back: forget what moves when stamps jump back by more than so
-        many nanoseconds, as those of a looping bag do: see ``JumpBack``. None: refuse
-        what is older than the window, as tf2 does.
+    :param max_frames: how many frame names are taken: a hostile publisher may send any
+        number.
+    :param max_name_bytes: how many bytes of UTF-8 a frame name may have, likewise.
+    :param now: the clock that the stamps are taken from, nanoseconds, such as
+        ``time.time_ns``; stamps far ahead of it are reported. None: stamps may be of any
+        time.
+    :param max_future: how far ahead of the clock a stamp may be, nanoseconds; what is
+        further is refused. None: it is taken, as in tf2.
+    :param clear_on_jump_back: forget what moves when stamps jump back by more than this,
+        nanoseconds, as those of a looping bag do: see ``JumpBack``. None: refuse what is
+        older than the window, as tf2 does.
     """
 
     def __init__(self, cache_time: int | None = None, *,

@@ -1,4 +1,4 @@
-"""How long a blocking wait may last: by the wall here, by a ROS clock in ``ros``."""
+"""How long a blocking wait may last: by the wall clock here, by a ROS clock in ``ros``."""
 
 import threading
 import time
@@ -16,7 +16,7 @@ class Deadline(Protocol):
 
 
 class WallDeadline:
-    """A timeout by the monotonic clock, from now on."""
+    """A timeout by the monotonic clock, which begins now."""
 
     def __init__(self, timeout_s: float) -> None:
         self._begin = time.monotonic()

@@ -1,9 +1,10 @@
 """
 Who waits for what, and what wakes them.
 
-Nothing polls: a waiter stands under all that may change its fate (``errors.Blocker``),
-and is handed out when something of that did, to try again. No waiting, no threads and
-no clocks here; the buffer's lock guards it all.
+Nothing polls. A waiter stands in line under every edge that may change the answer of its
+query (``errors.Blocker``), and is taken out when one of these edges has changed, to ask
+again. This file only keeps the lines: it neither sleeps nor reads a clock, and the
+buffer's lock guards it.
 """
 
 from bisect import bisect_left, insort
@@ -19,9 +20,9 @@ _Entry = tuple[int, int, 'Waiter']
 
 class Waiter:
     """
-    Somebody whose query failed and may succeed later.
+    One who waits: its query failed, and may succeed later.
 
-    :ivar wake: called, without the lock, when it is time to try again.
+    :ivar wake: called without the lock when it is time to ask again.
     """
 
     __slots__ = ('wake', 'number', 'places')
@@ -43,7 +44,7 @@ class Waiters:
 
     A waiter may stand under several edges; when one of them is ready, it leaves all.
     Adding, removing and finding the ready ones cost O(log n) and a memmove for each
-    edge, however many wait.
+    edge.
 
     :ivar somebody: set while anybody waits.
     """
@@ -61,7 +62,7 @@ class Waiters:
         return self._count
 
     def add(self, waiter: Waiter, blockers: Iterable[Blocker]) -> None:
-        """Put a waiter under all that may change its fate, out of where it stood before."""
+        """Put a waiter under all its blockers; it leaves the places where it stood before."""
         self.discard(waiter)
         waiter.places = tuple(set(blockers))
         waiter.number = next(self._numbers)
@@ -85,12 +86,12 @@ class Waiters:
             self.somebody.clear()
 
     def take_reached(self, child: str, latest: int) -> list[Waiter]:
-        """Take out those for whom an edge had to reach a stamp, and has."""
+        """Take out those who wait until an edge reaches a stamp that it has now reached."""
         line = self._lines.get(child)
         return [] if line is None else self._take(line[:bisect_left(line, (latest + 1,))])
 
     def take_all(self) -> list[Waiter]:
-        """Take out everybody: the structure changed, or all is lost."""
+        """Take out everybody: the structure changed, or the wait is to fail."""
         return self._take([entry for line in self._lines.values() for entry in line])
 
     def _take(self, entries: Iterable[_Entry]) -> list[Waiter]:

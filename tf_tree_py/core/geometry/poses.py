@@ -2,8 +2,9 @@
 What callers give as poses, turned into seven floats each.
 
 A pose is a ``Pose``, seven numbers, a 4x4 matrix, or a ``Rotation`` or
-``RigidTransform`` of scipy, which are told by what they can do: a rotation alone
-is a pose that goes nowhere. Whether the numbers are sound is judged later.
+``RigidTransform`` of scipy. Those of scipy are recognised by their methods. A rotation
+alone is a pose whose translation is zero. Whether the numbers can be used is checked
+later.
 """
 
 from typing import Any, NoReturn

@@ -1,8 +1,8 @@
 """
 Planar poses (x, y, yaw): metres and radians, yaw about z, anticlockwise.
 
-For a robot on flat ground. ``project`` tells what it drops, because that is
-where a planar tree goes wrong: see ``project``.
+For a robot on flat ground. ``project`` returns what a planar pose cannot hold as
+well, because a planar tree goes wrong by just that.
 """
 
 import math

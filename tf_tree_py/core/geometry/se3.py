@@ -106,6 +106,20 @@ def apply_many(a_T_b: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     return np.asarray(so3.rotate_many(poses[..., 3:], array) + poses[..., :3])
 
 
+def distance(a: PoseTuple, b: PoseTuple) -> tuple[float, float]:
+    """Return how far apart two poses are: metres, and radians up to pi."""
+    x, y, z, qx, qy, qz, qw = a
+    *turn, w = so3.multiply((-qx, -qy, -qz, qw), b[3:])
+    return math.dist((x, y, z), b[:3]), 2.0 * math.atan2(math.hypot(*turn), abs(w))
+
+
+def distance_many(a: Array, b: Array) -> tuple[Array, Array]:
+    """Return how far apart poses (..., 7) are: metres (...), and radians (...) up to pi."""
+    turn = so3.multiply_many(so3.conjugate_many(a[..., 3:]), b[..., 3:])
+    return (np.linalg.norm(b[..., :3] - a[..., :3], axis=-1),
+            2.0 * np.arctan2(np.linalg.norm(turn[..., :3], axis=-1), np.abs(turn[..., 3])))
+
+
 def interpolate(a: PoseTuple, b: PoseTuple, ratio: float) -> PoseTuple:
     """
     Return the pose between two: the translation on a line, the rotation by slerp.

@@ -4,9 +4,9 @@ Rotations as unit quaternions (x, y, z, w): each formula once, in two forms.
 The scalar form takes and gives tuples of plain floats, because one numpy
 operation on one quaternion costs more than all of its arithmetic. The form
 whose name ends in ``_many`` takes arrays (..., 4) and broadcasts. A test holds
-the two equal. q and -q are the same rotation; nothing here prefers a sign
-unless it says so, and ``with_tf2_sign`` is the sign that messages have. Poses live
-in ``se3``.
+the two equal. q and -q are the same rotation. A function here may return either,
+unless its docstring names the sign; ``with_tf2_sign`` returns the one that messages
+have. Poses live in ``se3``.
 """
 
 import math
@@ -120,8 +120,8 @@ def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[fl
 
     sin((1 - u) t) / sin t and sin(u t) / sin t (Shoemake, "Animating Rotation with
     Quaternion Curves", 1985), with t the angle between the first and that of +-second
-    which is nearer. Good for the tiniest angles: acos(cosine) may be wrong in half
-    its digits there, but the weights depend on it only in the second order.
+    which is nearer. The weights are good for the tiniest angles, too: acos(cosine) may
+    be wrong in half its digits there, but they depend on it only in the second order.
 
     :param cosine: the dot product of the two, -1 to 1.
     :param ratio: u, 0 for the first, 1 for the second.
@@ -145,9 +145,15 @@ def slerp_weights_many(cosine: Array, ratio: Array,
     """Return ``slerp_weights`` of arrays that broadcast against each other."""
     near = np.abs(cosine)
     apart = near < 1.0
-    angle = np.arccos(np.where(apart, near, 0.0))
-    second = np.where(apart, np.sin(ratio * angle) / np.sin(angle), 0.0 if as_tf2 else ratio)
-    first = np.where(apart, np.cos(ratio * angle) - near * second, 1.0 - second)
+    if apart.all():
+        angle = np.arccos(near)
+        turned = ratio * angle
+        second = np.sin(turned) / np.sin(angle)
+        first = np.cos(turned) - near * second
+    else:
+        angle = np.arccos(np.where(apart, near, 0.0))
+        second = np.where(apart, np.sin(ratio * angle) / np.sin(angle), 0.0 if as_tf2 else ratio)
+        first = np.where(apart, np.cos(ratio * angle) - near * second, 1.0 - second)
     return first, np.where(cosine >= 0.0, second, -second)
 
 
@@ -166,7 +172,7 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 def slerp_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:
     """Interpolate (..., 4) with (..., 4) at ratios (...); ``as_tf2`` as in ``slerp_weights``."""
-    # Summed as the scalar form does it, for the last bit decides what is "one" there.
+    # The sum has the order of the scalar form: its last bit decides whether it is one.
     x, y, z, w = (a[..., i] * b[..., i] for i in range(4))
     first, second = slerp_weights_many(x + y + z + w, ratio, as_tf2)
     return np.asarray(first[..., None] * a + second[..., None] * b)

@@ -1,10 +1,10 @@
 """
-The lookup audit: which line of code asked for which time, and what that is worth.
+The lookup audit: which line of code asked for which time, and what that cost.
 
-Asking for the latest, or for a stamp taken too late, gives a good pose of the
-wrong moment, and nothing raises. While an audit watches a buffer's lookups, each
-calling line's stamps are held against the newest data and against now, and the way
-that the source went in the target meanwhile is added up: centimetres and degrees.
+A lookup of the latest, or of a stamp that was taken too late, returns a good pose of
+the wrong moment, and raises nothing. An audit watches a buffer's lookups. For each
+calling line it compares the stamps with the newest data and with the present time, and
+measures how far the source moved in the target in between: centimetres and degrees.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,20 +19,21 @@ import threading
 import time
 from typing import Any, NamedTuple
 
+from .table import as_lines
 from ..arrivals.observers import End, Observer
 from ..errors import TransformException
-from ..geometry import se3, so3
+from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..text import shorten
 from ..tree.queries import Queries
 
 ASSUMED_AGE = from_seconds(0.1)
-"""How old data is taken to be that was looked up with the latest, if nobody tells."""
+"""The assumed age of data whose pose was looked up with ``LATEST``, if it is not known."""
 
-# Kinds of line that are kept apart; more than any program has, unless it makes up frames.
+# Lines that are kept; a program has fewer, unless it invents frames.
 _MAX_LINES = 1_000
-# Of a frame; a buffer server is asked by strangers.
+# Characters of a frame's name: strangers may ask a buffer server for any name.
 _LONGEST_NAME = 200
 _PACKAGE = __name__.partition('.')[0]
 _data_stamp: ContextVar[int | None] = ContextVar('data_stamp', default=None)
@@ -58,10 +59,10 @@ class Lookup(NamedTuple):
     :ivar newest: the latest common time of the two frames; ``LATEST``: nothing moves.
     :ivar now: when it was asked.
     :ivar pose: ``target_T_source`` as answered; None if it raised.
-    :ivar other_stamp: the moment to compare with: of the data if that was told, else
-        the newest, else for the latest ``ASSUMED_AGE`` before.
+    :ivar other_stamp: the moment to compare with. That of the data, if it is known. If
+        not: the newest, and for a lookup of the latest ``ASSUMED_AGE`` before it.
     :ivar other_pose: ``target_T_source`` then; None if there is none.
-    :ivar told: whether the stamp of the data was told.
+    :ivar told: whether the stamp of the data is known; see ``LookupAudit.data_of``.
     """
 
     caller: Caller
@@ -81,15 +82,17 @@ class Line:
     """
     What one line of code asked for, about one pair of frames, in one way.
 
-    Times in seconds, means over the answered lookups; metres and radians, the largest
-    of all. ``moved_m`` and ``turned_rad`` are how far the source went in the target
-    between the pose that was given and the moment compared with, which lies ``apart_s``
-    away: see ``meaning``.
+    Times are seconds, the mean of all lookups that were answered and compared. Distances
+    are metres and radians, the largest of all: how far the source moved in the target
+    from the pose that was returned to the moment compared with. See ``meaning``.
 
     :ivar latest: whether it asked for the latest, and not for a stamp.
-    :ivar told: whether the stamp of the data was told; see ``LookupAudit.data_of``.
-    :ivar behind_newest_s: how much newer the newest data was than the stamp answered for.
-    :ivar behind_now_s: how much later it was.
+    :ivar told: whether the stamp of the data is known; see ``LookupAudit.data_of``.
+    :ivar behind_newest_s: from the stamp of the answer to the newest data.
+    :ivar behind_now_s: from the stamp of the answer to the time of the question.
+    :ivar apart_s: from the stamp of the answer to the moment compared with.
+    :ivar moved_m: the distance.
+    :ivar turned_rad: the angle.
     """
 
     caller: Caller
@@ -108,7 +111,7 @@ class Line:
 
     @property
     def meaning(self) -> str:
-        """Say what the distance tells."""
+        """Return in words what the distance means."""
         if self.told:
             return 'that is what it cost'
         return 'that is what 100 ms cost' if self.latest else 'the latest would have cost that'
@@ -128,15 +131,9 @@ class Line:
                            ('apart_s', abs(stamp - lookup.other_stamp))):
             mean = getattr(self, name)
             setattr(self, name, mean + (span / 1e9 - mean) / self.compared)
-        moved, turned = _distance(lookup.pose, lookup.other_pose)
+        moved, turned = se3.distance(lookup.pose, lookup.other_pose)
         self.moved_m = max(self.moved_m, moved)
         self.turned_rad = max(self.turned_rad, turned)
-
-
-def _distance(a: PoseTuple, b: PoseTuple) -> tuple[float, float]:
-    """Return how far apart two poses are, metres and radians."""
-    difference = se3.compose(se3.inverse(a), b)
-    return math.hypot(*difference[:3]), math.hypot(*so3.log(difference[3:]))
 
 
 class LookupAudit(Observer):
@@ -170,9 +167,9 @@ class LookupAudit(Observer):
     @contextmanager
     def data_of(self, stamp: int) -> Iterator[None]:
         """
-        Tell the stamp of the data that is worked on meanwhile, nanoseconds.
+        Tell the audit the stamp of the data that the code inside works on, nanoseconds.
 
-        Then what a lookup with another stamp costs is known, and not guessed.
+        A lookup there with another stamp is compared with this one, and not with a guess.
         """
         token = _data_stamp.set(stamp)
         try:
@@ -219,25 +216,20 @@ class LookupAudit(Observer):
     # --- reading
 
     def lines(self) -> list[Line]:
-        """Return a copy of what is known: what may be wrong first, the costliest of it first."""
+        """Return copies of all lines: first those that may be wrong, the costliest on top."""
         with self._lock:
             lines = [Line(**vars(line)) for line in self._lines.values()]
         return sorted(lines, key=lambda line: (
             not (line.latest or line.told), -line.moved_m, line.caller, line.target))
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Forget all lines."""
         with self._lock:
             self._lines.clear()
 
     def as_text(self) -> str:
         """Return a table for a terminal."""
-        rows = [_HEADINGS, *map(_cells, self.lines())]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        return '\n'.join('  '.join(
-            cell.rjust(width) if number in _NUMBERS else cell.ljust(width)
-            for number, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()
-            for row in rows)
+        return '\n'.join(as_lines([_HEADINGS, *map(_cells, self.lines())], _NUMBERS))
 
     def as_json(self) -> str:
         """Return a list of all lines, as JSON: SI units."""
@@ -261,7 +253,7 @@ def _cells(line: Line) -> tuple[str, ...]:
 
 
 def _caller() -> Caller:
-    """Return the nearest line above that is not this library's."""
+    """Return the line that called this library."""
     frame = sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get('__name__', '').startswith(_LIBRARY):
         frame = frame.f_back

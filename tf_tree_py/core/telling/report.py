@@ -10,14 +10,15 @@ from ..tree.outline import EdgeInfo
 _SHORTEST_SPAN_S = 1e-4
 
 
-# What YAML reads as a string without quotes: no indicator in front, no ': ' and ' #' within, and
-# neither a number nor a date, which begin with a digit (an 'm', say, makes neither).
+# Names that YAML reads as strings without quotes. They begin with no indicator of YAML and contain
+# neither ': ' nor ' #'. Numbers and dates begin with a digit, so a name that begins with one needs
+# a letter that stands in neither, such as 'm'.
 _PLAIN = re.compile(
     r'(?:[^\W\d]|/|[0-9](?=[^:]*[g-np-su-wyz/]))'
     r'(?:[\w/.$%&*@!?+=~^|<>(){}\[\],;\'"`#-]|:(?=[\w/:])|[ ](?=[\w/]))*', re.IGNORECASE)
-# And words that YAML 1.1 takes for true, false and nothing.
+# Words that YAML 1.1 reads as true, false or nothing.
 _WORDS = frozenset(['y', 'n', 'yes', 'no', 'on', 'off', 'true', 'false', 'null'])
-# A key of more characters than 1024, its quotes included, needs a mark.
+# YAML wants '? ' before a key of more than 1024 characters, quotes included.
 _LONGEST_KEY = 1000
 
 
@@ -25,8 +26,8 @@ def as_yaml(edges: Iterable[EdgeInfo]) -> str:
     """
     Return tf2's ``all_frames_as_yaml``, byte for byte; the ``tf2_frames`` service's answer.
 
-    A name that YAML would not read back so is written in quotes that make it, which tf2
-    does not. Static edges have the rate 10000.000 there, one sample in no time.
+    A name that YAML would read back as something else is quoted here, but not by tf2.
+    Static edges have the rate 10000.000, as in tf2: one sample in no time.
     """
     blocks = [
         f'{_yaml_key(edge.child)}: \n'
@@ -35,14 +36,14 @@ def as_yaml(edges: Iterable[EdgeInfo]) -> str:
         f'  rate: {rate_hz(edge):.3f}\n'
         f'  most_recent_transform: {as_seconds(edge.latest):.6f}\n'
         f'  oldest_transform: {as_seconds(edge.oldest):.6f}\n'
-        f'  buffer_length: {as_seconds(edge.latest - edge.oldest):.3f}\n'
+        f'  buffer_length: {as_seconds(edge.span):.3f}\n'
         for edge in edges
     ]
     return ''.join(blocks) or '[]'
 
 
 def _yaml_key(name: str) -> str:
-    """Return a name as a key of YAML, without the colon behind it."""
+    """Return a name as a key of YAML, without the colon."""
     key = name
     if not _PLAIN.fullmatch(name) or name.lower() in _WORDS:
         key = _yaml_text(name)
@@ -50,7 +51,7 @@ def _yaml_key(name: str) -> str:
 
 
 def _yaml_text(text: str) -> str:
-    """Return a text as a string of YAML, in single quotes unless something needs a code."""
+    """Return a YAML string: in single quotes, or in double ones if characters are escaped."""
     if text.isprintable():
         return "'" + text.replace("'", "''") + "'"
     return '"' + ''.join(_yaml_letter(letter) for letter in text) + '"'
@@ -79,15 +80,15 @@ def _dot_label(edge: EdgeInfo) -> str:
         return f'Broadcaster: {edge.authority}\nstatic'
     return (f'Broadcaster: {edge.authority}\nAverage rate: {rate_hz(edge):.3f} Hz\n'
             f'Most recent transform: {as_seconds(edge.latest):.6f}\n'
-            f'Buffer length: {as_seconds(edge.latest - edge.oldest):.3f} s')
+            f'Buffer length: {as_seconds(edge.span):.3f} s')
 
 
 def _quoted(text: str) -> str:
-    """Return a quoted ID of DOT: its backslashes, quotes and line ends escaped."""
+    """Return a quoted ID of DOT, with backslashes, quotes and line ends escaped."""
     escaped = text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', '\\n')
     return f'"{escaped}"'
 
 
 def rate_hz(edge: EdgeInfo) -> float:
     """Return the samples a second of an edge, as tf2 counts them."""
-    return edge.samples / max(as_seconds(edge.latest - edge.oldest), _SHORTEST_SPAN_S)
+    return edge.samples / max(as_seconds(edge.span), _SHORTEST_SPAN_S)

@@ -9,18 +9,15 @@ in tf2. "Now" goes by every frame's newest sample.
 from collections.abc import Collection, Container, Mapping
 from typing import NamedTuple
 
-from ..edges.history import DynamicHistory, History
+from ..edges.protocol import History, moves
 from ..errors import ANY_STRUCTURE, Blocker
 
 Histories = Mapping[str, History]
 
-FOREVER = 2**63
-"""Behind every stamp: the end of a stretch of time that does not end."""
-
 
 class Climb(NamedTuple):
     """
-    A way up.
+    The way from a frame up, as far as it goes.
 
     :ivar edges: from the lowest to the highest.
     :ivar frames: likewise, with the one it begins at: one more than edges.
@@ -80,6 +77,13 @@ class Branches(NamedTuple):
         """Return the frames from the source up to the meeting point and down to the target."""
         return [*self.source.frames[:self._height()], *reversed(self.target.frames)]
 
+    def links(self) -> list[tuple[str, History]]:
+        """Return each edge on that way, in its order, with its parent."""
+        source, target = self.source, self.target
+        up = list(zip(source.frames[1:], source.edges, strict=True))[:self._height()]
+        down = list(zip(target.frames[1:], target.edges, strict=True))
+        return up + down[::-1]
+
     def _height(self) -> int:
         return self.source.frames.index(self.target.top)
 
@@ -121,12 +125,12 @@ def _reach(histories: Histories, start: str, stamp: int) -> _Reach:
 def blockers(histories: Histories, target: str, source: str,
              stamp: int) -> tuple[Blocker, ...] | None:
     """
-    Return all that could make two climbs meet, or show that they never will.
+    Return all edges whose next samples may decide whether two climbs meet.
 
-    Both sides are followed through every parent that a frame may still turn out to
-    have had at the stamp.
+    At a stamp without data a frame may still turn out to have had one of several
+    parents. Both climbs are followed through all of these.
 
-    :return: None when they can no longer meet: the data of one side is gone for good.
+    :return: None if they can never meet: the data of one side is gone for good.
     """
     from_source = _reach(histories, source, stamp)
     from_target = _reach(histories, target, stamp)
@@ -135,7 +139,7 @@ def blockers(histories: Histories, target: str, source: str,
     awaited = [histories[frame] for frame in from_source.frames | from_target.frames
                if frame in histories]
     return tuple((history.child, history.next_turn(stamp)) for history in awaited
-                 if isinstance(history, DynamicHistory)) or ANY_STRUCTURE
+                 if moves(history)) or ANY_STRUCTURE
 
 
 # --- loops
@@ -155,11 +159,11 @@ def find_loop(histories: Histories, parent: str, child: str, begin: int, end: in
     """
     Return a way from a parent up to its would-be child at any time in a stretch of time.
 
-    Behind its newest sample an edge is taken to go on, for it will when the next one
-    arrives, unless it has ended.
+    An edge that has not ended is taken to go on after its newest sample: when the next one
+    arrives, it will have.
 
-    :param begin: nanoseconds; ``end`` is no longer part of it.
-    :param without: edges to take for ended.
+    :param begin: nanoseconds; the stretch ends before ``end``.
+    :param without: edges that are treated as ended.
     :return: edges from the parent upwards, and the frames that these lead to; None if the
         child is up there at no time.
     """

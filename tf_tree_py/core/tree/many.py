@@ -1,9 +1,9 @@
 """
 One lookup at many stamps, in numpy.
 
-Each moving edge on the path is copied out of its history (under the lock) as
-an ``EdgeTrack``; everything else happens here, without it. Two ways lead to the
-same poses, to rounding:
+Each edge on the path is copied out of its history (under the lock) as an
+``EdgeTrack``, which knows its own motion; everything else happens here, without the
+lock. Two ways lead to the same poses, to rounding:
 
 - directly: interpolate every edge at every stamp, and compose;
 - through polynomials, when there are many more stamps than samples: between two
@@ -14,13 +14,14 @@ same poses, to rounding:
 """
 
 from collections.abc import Sequence
+from functools import cache, reduce
 import math
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..geometry import se3
-from ..geometry.se3 import PoseTuple
+from ..edges.track import EdgeTrack
+from ..geometry import se3, so3
 from ..geometry.so3 import Array
 from ..times import Stamps
 
@@ -30,53 +31,9 @@ _BLOCK = 8192
 _TOLERANCE = 5e-13
 _ROUNDING = 2.0 ** -52
 # With more, the powers of a polynomial would lose more than it gains.
-_MAX_NODES = 7
+_MIN_NODES, _MAX_NODES = 3, 7
 
-
-class EdgeTrack:
-    """
-    A copy of one moving edge's samples.
-
-    :ivar stamps: (n,) nanoseconds, sorted.
-    :ivar poses: (n, 7) ``parent_T_child``.
-    """
-
-    def __init__(self, stamps: Stamps, poses: Array) -> None:
-        # The last sample once more, so that it too has a successor.
-        self.stamps = stamps
-        self._poses = np.concatenate([poses, poses[-1:]])
-        lengths = np.diff(stamps, append=stamps[-1:])
-        self._inverse_lengths = np.divide(1.0, lengths, where=lengths > 0,
-                                          out=np.zeros(len(stamps)))
-
-    def at(self, samples: npt.NDArray[np.intp], since: Array) -> Array:
-        """
-        Return the poses so many nanoseconds after samples, towards the next ones.
-
-        :param samples: (...) indices.
-        :param since: (...) nanoseconds.
-        :return: (..., 7)
-        """
-        ratios = since * self._inverse_lengths[samples]
-        return se3.interpolate_many(
-            self._poses[samples], self._poses[samples + 1], ratios, as_tf2=True)
-
-    @property
-    def reach(self) -> float:
-        """Return how far the child is away at most, metres."""
-        return float(np.linalg.norm(self._poses[:, :3], axis=1).max())
-
-    def speeds(self) -> tuple[Array, Array]:
-        """Return how fast the edge turns and goes after each sample, radians and metres a ns."""
-        rotations = self._poses[:, 3:]
-        cosines = np.abs(np.einsum('ij,ij->i', rotations[:-1], rotations[1:]))
-        turns = 2.0 * np.arccos(np.minimum(cosines, 1.0))
-        steps = np.linalg.norm(np.diff(self._poses[:, :3], axis=0), axis=1)
-        return turns * self._inverse_lengths, steps * self._inverse_lengths
-
-
-Part = EdgeTrack | PoseTuple
-"""An edge on the path: moving, or static (some of these composed)."""
+_IDENTITY = np.array(se3.IDENTITY)
 
 
 class PathTrack:
@@ -87,11 +44,12 @@ class PathTrack:
     :param target_parts: from the meeting point down to the target.
     """
 
-    def __init__(self, source_parts: Sequence[Part], target_parts: Sequence[Part]) -> None:
+    def __init__(self, source_parts: Sequence[EdgeTrack],
+                 target_parts: Sequence[EdgeTrack]) -> None:
         self._source_parts = source_parts
         self._target_parts = target_parts
         self._moving = [part for part in (*source_parts, *target_parts)
-                        if isinstance(part, EdgeTrack)]
+                        if len(part.knots)]
 
     def poses_at(self, stamps: Stamps) -> Array:
         """
@@ -103,10 +61,13 @@ class PathTrack:
         if not len(stamps):
             return np.empty((0, 7))
         if not self._moving:
-            return np.tile(self._compose([]), (len(stamps), 1))
+            return np.tile(self._compose_after(stamps[:1]).T, (len(stamps), 1))
+        # About as many knots as that there are at least.
+        if len(stamps) <= 2 * _MIN_NODES * max(len(edge.knots) for edge in self._moving):
+            return self._directly(stamps)
         first, last = stamps.min(), stamps.max()
         knots = np.unique(np.concatenate([
-            [first, last], *(edge.stamps for edge in self._moving)]))
+            [first, last], *(edge.knots for edge in self._moving)]))
         knots = knots[(knots >= first) & (knots <= last)]
         nodes = self._nodes_needed(knots)
         if nodes and len(knots) > 1 and len(stamps) > 2 * nodes * len(knots):
@@ -117,34 +78,30 @@ class PathTrack:
         poses = np.empty((len(stamps), 7))
         for begin in range(0, len(stamps), _BLOCK):
             block = stamps[begin:begin + _BLOCK]
-            poses[begin:begin + _BLOCK] = self._compose_after(block, np.zeros(len(block)))
+            poses[begin:begin + _BLOCK] = self._compose_after(block).T
         return poses
 
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
         """Return the poses by way of the interpolating polynomials between the knots."""
-        # Chebyshev's second kind on 0 to 1: the ends are among them.
-        places = 0.5 - 0.5 * np.cos(np.pi * np.arange(nodes) / (nodes - 1))
-        lengths = np.diff(knots).astype(float)
-        values = self._compose_after(knots[:-1, None], lengths[:, None] * places)
-        # Coefficients of the powers of 0 to 1, highest first. Only the change since the knot
-        # goes through the ill-conditioned inverse.
-        to_powers = np.linalg.inv(np.vander(places))
-        coefficients = np.einsum('pn,snc->psc', to_powers, values - values[:, :1])
-        coefficients[-1] = values[:, 0]
+        places, to_powers = _nodes(nodes)
+        # The last piece is a point. It has the last of several samples there, and the piece
+        # before it leads to the first.
+        lengths = np.diff(knots, append=knots[-1:])
+        values = self._compose_after(knots[:, None], lengths[:, None] * places)
+        # Only the change since the knot goes through the ill-conditioned inverse.
+        coefficients = np.einsum('pn,csn->psc', to_powers, values - values[..., :1])
+        coefficients[-1] = values[..., 0].T
+        np.maximum(lengths, 1, out=lengths)
         poses = np.empty((len(stamps), 7))
         for begin in range(0, len(stamps), _BLOCK):
             block = stamps[begin:begin + _BLOCK]
-            pieces = np.searchsorted(knots[1:-1], block, side='right')
-            places = ((block - knots[pieces]) / lengths[pieces])[:, None]
-            block_poses = coefficients[0].take(pieces, axis=0)
+            pieces = knots[1:].searchsorted(block, side='right')
+            since = ((block - knots.take(pieces)) / lengths.take(pieces))[:, None]
+            block_poses = poses[begin:begin + _BLOCK]
+            coefficients[0].take(pieces, axis=0, out=block_poses, mode='clip')
             for coefficient in coefficients[1:]:
-                block_poses *= places
-                block_poses += coefficient.take(pieces, axis=0)
-            poses[begin:begin + _BLOCK] = block_poses
-        # The last piece leads to the first of several samples there; the last one counts.
-        at_end = stamps == knots[-1]
-        if at_end.any():
-            poses[at_end] = self._directly(knots[-1:])
+                block_poses *= since
+                block_poses += coefficient.take(pieces, axis=0, mode='clip')
         return poses
 
     def _nodes_needed(self, knots: Stamps) -> int:
@@ -157,51 +114,58 @@ class PathTrack:
         """
         if len(knots) < 2:
             return 0
-        lengths = np.diff(knots)
-        angle = distance = 0.0
-        for edge in self._moving:
-            samples = _samples_before(edge, knots[:-1])
-            turning, going = edge.speeds()
-            angle += float((turning[samples] * lengths).max())
-            distance += float((going[samples] * lengths).max())
-        reach = sum(map(_reach, (*self._source_parts, *self._target_parts)))
+        angles, distances = zip(*(edge.motion(knots) for edge in self._moving), strict=True)
+        angle, distance = sum(angles), sum(distances)
+        reach = sum(part.reach for part in (*self._source_parts, *self._target_parts))
         tolerance = _TOLERANCE + _ROUNDING * reach
-        for nodes in range(3, _MAX_NODES + 1):
+        for nodes in range(_MIN_NODES, _MAX_NODES + 1):
             derivative = (max(1.0, reach) * angle ** nodes
                           + nodes * distance * angle ** (nodes - 1))
             if 2.0 * derivative / (4.0 ** nodes * math.factorial(nodes)) < tolerance:
                 return nodes
         return 0
 
-    def _compose_after(self, stamps: Stamps, since: Array) -> Array:
-        """Return the poses at times that begin at stamps and lie before the next knot."""
-        return self._compose([
-            edge.at(samples, (stamps - edge.stamps[samples]) + since)
-            for edge in self._moving
-            for samples in [_samples_before(edge, stamps)]
-        ])
-
-    def _compose(self, moving: list[Array]) -> Array:
-        """Return inverse(top_T_target) top_T_source, given the poses of the moving edges."""
-        at_hand = iter(moving)
-
-        def branch(parts: Sequence[Part]) -> Array:
-            product = np.array(se3.IDENTITY)
-            for number, part in enumerate(parts):
-                pose = next(at_hand) if isinstance(part, EdgeTrack) else np.array(part)
-                product = se3.compose_many(product, pose) if number else pose
-            return product
-
-        top_T_source = branch(self._source_parts)
+    def _compose_after(self, stamps: Stamps, since: Array | None = None) -> Array:
+        """Return the poses (7, ...) some time after stamps."""
+        top_T_source = _product(self._source_parts, stamps, since)
         if not self._target_parts:
             return top_T_source
-        return se3.compose_many(se3.inverse_many(branch(self._target_parts)), top_T_source)
+        top_T_target = _product(self._target_parts, stamps, since)
+        if not self._source_parts:
+            return _inverse(top_T_target)
+        return _compose(_inverse(top_T_target), top_T_source)
 
 
-def _reach(part: Part) -> float:
-    """Return how far an edge's child is away at most, metres."""
-    return part.reach if isinstance(part, EdgeTrack) else math.hypot(*part[:3])
+@cache
+def _nodes(count: int) -> tuple[Array, Array]:
+    """
+    Return Chebyshev's nodes, and what makes coefficients of values there.
+
+    :return: the nodes of the second kind on 0 to 1, (n,), the ends among them; and the
+        matrix (n, n) from values to the coefficients of the powers, highest first.
+    """
+    places = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))
+    return places, np.linalg.inv(np.vander(places))
 
 
-def _samples_before(edge: EdgeTrack, stamps: Stamps) -> npt.NDArray[np.intp]:
-    return np.searchsorted(edge.stamps, stamps, side='right') - 1
+def _product(parts: Sequence[EdgeTrack], stamps: Stamps, since: Array | None) -> Array:
+    """Return the product of the edges of one branch, the highest first."""
+    return reduce(_compose, [part.at(stamps, since) for part in parts] or [_IDENTITY])
+
+
+def _compose(a_T_b: Array, b_T_c: Array) -> Array:
+    """Return a_T_c of poses (7, ...); see ``se3.compose``."""
+    # The formulas for plain floats serve rows as well.
+    q: Any = a_T_b[3:]
+    b_t_c: Any = b_T_c[:3]
+    b_q_c: Any = b_T_c[3:]
+    poses = np.stack((*so3.rotate(q, b_t_c), *so3.multiply(q, b_q_c)))
+    poses[:3] += a_T_b[:3]
+    return poses
+
+
+def _inverse(a_T_b: Array) -> Array:
+    """Return b_T_a of poses (7, ...); see ``se3.inverse``."""
+    rows: Any = a_T_b
+    inverse: Any = se3.inverse(rows)
+    return np.stack(inverse)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..stamp import format_span, format_stamp
 
-# More lines nobody reads, and longer names no screen shows.
+# Nobody reads more lines than this, and no screen shows longer names.
 _MAX_LINES = 200
 _MAX_NAME = 80
 
@@ -21,6 +21,11 @@ class EdgeInfo(NamedTuple):
     samples: int
     oldest: int
     latest: int
+
+    @property
+    def span(self) -> int:
+        """Return the time from the oldest sample to the newest, nanoseconds."""
+        return self.latest - self.oldest
 
 
 def summary(frames: int, edges: list[EdgeInfo]) -> str:
@@ -58,8 +63,8 @@ def outline(edges: Iterable[EdgeInfo]) -> list[str]:
 
 
 def _lines_below(root: str, children: dict[str, list[EdgeInfo]]) -> Iterator[str]:
-    # What is still to be shown, the next one last: an edge, the lead of its line, and
-    # whether a sibling follows.
+    # The edges still to be shown, the next one at the end. Each has the lead of its line, and
+    # whether a sibling follows it.
     waiting = [(edge, '', number > 0) for number, edge in enumerate(reversed(children[root]))]
     while waiting:
         edge, lead, more = waiting.pop()
@@ -74,7 +79,7 @@ def _remark(edge: EdgeInfo) -> str:
         return 'static'
     if edge.samples == 1:
         return f'1 sample at {format_stamp(edge.latest)}'
-    return (f'{_counted(edge.samples, "sample")} in {format_span(edge.latest - edge.oldest)}, '
+    return (f'{_counted(edge.samples, "sample")} in {format_span(edge.span)}, '
             f'the last at {format_stamp(edge.latest)}')
 
 

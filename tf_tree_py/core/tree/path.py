@@ -6,35 +6,34 @@ Only the arithmetic along a known path; which edges those are, ``tree`` finds.
 
 from collections.abc import Iterable, Sequence
 
-from .many import EdgeTrack, Part, PathTrack
-from ..edges.history import DynamicHistory, History, StaticHistory
+from .many import PathTrack
+from ..edges.protocol import History, moves, MovingHistory
+from ..edges.static import StaticHistory
 from ..errors import ExtrapolationException
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
-from ..stamp import LATEST
-
-_BEGINNING, _END = -2**63, 2**63 - 1
+from ..stamp import BEGINNING, FOREVER, LATEST
 
 
 class Path:
     """
     The two branches from a meeting point down to the source and to the target.
 
-    Runs of static edges are composed once, here; so a path is good only until one
-    of them changes. ``fixed`` tells whether it is good for every stamp, or, since
-    an edge on it changes its parent over time, only for the one it was found for.
+    Runs of static edges are composed once, here; so a path is valid only until one of
+    them changes. ``fixed`` says whether no edge on it changes its parent over time. If
+    one does, the path is valid only for the stamp that it was found for.
     """
 
     __slots__ = ('fixed', '_source_parts', '_target_parts', '_dynamic')
 
     def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History]) -> None:
         """Take the edges of both branches, each from the leaf up to the meeting point."""
-        # Edges above the meeting point do not matter: where these edges lead, they meet.
+        # Edges above the meeting point do not matter: the branches meet below them.
         self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
         self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
-                              if isinstance(edge, DynamicHistory))
+                              if moves(edge))
 
     def latest_common_time(self) -> int:
         """
@@ -45,14 +44,14 @@ class Path:
         stamps = [edge.latest_stamp for edge in self._dynamic if edge.latest_stamp is not None]
         return min(stamps, default=LATEST)
 
-    def slowest_edges(self) -> list[DynamicHistory]:
+    def slowest_edges(self) -> list[MovingHistory]:
         """Return the edges that have to go on before the latest common time does."""
         common = self.latest_common_time()
         return [edge for edge in self._dynamic if edge.latest_stamp == common]
 
     def span(self) -> tuple[int, int]:
         """Return the oldest and the newest stamp that every moving edge has data for."""
-        oldest, latest = _BEGINNING, _END
+        oldest, latest = BEGINNING, FOREVER - 1
         for edge in self._dynamic:
             assert edge.oldest_stamp is not None and edge.latest_stamp is not None
             oldest, latest = max(oldest, edge.oldest_stamp), min(latest, edge.latest_stamp)
@@ -60,20 +59,15 @@ class Path:
 
     def track(self, first: int, last: int) -> PathTrack:
         """Return a copy of what it takes to answer from one stamp to another, in the span."""
-        def copied(part: History) -> Part:
-            if isinstance(part, StaticHistory):
-                return part.pose
-            return EdgeTrack(*part.copy_between(first, last))
+        return PathTrack([part.track(first, last) for part in self._source_parts],
+                         [part.track(first, last) for part in self._target_parts])
 
-        return PathTrack([copied(part) for part in self._source_parts],
-                         [copied(part) for part in self._target_parts])
-
-    def without_data(self, stamp: int) -> list[DynamicHistory]:
+    def without_data(self, stamp: int) -> list[MovingHistory]:
         """Return the edges that keep it from answering at a stamp."""
         return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
 
     def failure(self, stamp: int) -> ExtrapolationException:
-        """Return why a path that never changes has no answer at a stamp, and what may help."""
+        """Return why a fixed path has no answer at a stamp, and what may change that."""
         stuck = self.without_data(stamp)
         error = furthest_from_cure(stuck, stamp).extrapolation(stamp)
         if not any(edge.is_too_old(stamp) for edge in stuck):
@@ -94,16 +88,17 @@ class Path:
         return se3.compose(se3.inverse(top_T_target), top_T_source)
 
 
-def furthest_from_cure(edges: Iterable[DynamicHistory], stamp: int) -> DynamicHistory:
+def furthest_from_cure(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     """
-    Return which of some edges without data for a stamp is the worst.
+    Return the worst of some edges that have no data for a stamp.
 
-    One that is too late to cure, then one that lacks the past, then who is furthest behind.
+    That is first an edge whose data for the stamp is gone for good, then one that has no
+    data as old, then the one whose newest data is the oldest.
     """
-    def order(edge: DynamicHistory) -> tuple[int, int]:
+    def order(edge: MovingHistory) -> tuple[int, int]:
         oldest, latest = edge.oldest_stamp, edge.latest_stamp
         if oldest is None or latest is None:
-            return 2, _BEGINNING
+            return 2, BEGINNING
         if stamp < oldest:
             return (0 if edge.is_too_old(stamp) else 1), -oldest
         return 2, latest
@@ -116,9 +111,9 @@ def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:
     parts: list[History] = []
     for edge in reversed(edges):
         above = parts[-1] if parts else None
-        if isinstance(edge, StaticHistory) and isinstance(above, StaticHistory):
-            parts[-1] = StaticHistory(
-                edge.child, above.parent, se3.compose(above.pose, edge.pose))
+        if above and above.parent and above.is_static and edge.is_static:
+            parts[-1] = StaticHistory(edge.child, above.parent, se3.compose(
+                above.sample(LATEST), edge.sample(LATEST)))
         else:
             parts.append(edge)
     return tuple(parts)

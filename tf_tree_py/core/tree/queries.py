@@ -1,7 +1,7 @@
 """
-What can be asked of a tree: one lookup, many stamps, all frames.
+The questions to a tree: one lookup, many stamps, all frames.
 
-Shared by the buffer, whose tree goes on changing, and by a snapshot of it.
+The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 """
 
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .tree import Tree
 from ..arrivals.observers import asked, halves, NOBODY, Observers
+from ..edges.protocol import History
 from ..errors import (
     Blocker,
     ConnectivityException,
@@ -36,10 +37,10 @@ class Queries:
 
     ``lookup('map', 'camera', stamp)`` gives ``map_T_camera``: it takes coordinates
     in camera to coordinates in map, as everything was at the stamp. Stamps are
-    integer nanoseconds. Where one pose is asked for, the stamp 0 is ``LATEST``, as in
-    tf2: the newest time that every edge between the two frames has data for.
-    ``lookup_at`` and everything that takes many stamps know no ``LATEST``: there 0 is a
-    time like any other, for data whose time begins at 0.
+    integer nanoseconds. In ``lookup`` and other questions for one pose the stamp 0 is
+    ``LATEST``, as in tf2: the newest time that every edge between the two frames has data
+    for. In ``lookup_at``, and in all that takes many stamps, 0 is a time like any other,
+    for data whose time begins at 0.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -115,11 +116,11 @@ class Queries:
     def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
                     source_stamp: int, fixed_frame: str) -> Pose:
         """
-        Return ``target_T_source`` between two times, through a frame that stays put.
+        Return ``target_T_source`` between two times, through a frame that does not move.
 
-        (target <- fixed at target_stamp) (fixed <- source at source_stamp): where a
-        thing seen from the source then is for the target now, if it did not move in
-        the fixed frame. Raises as ``lookup`` does.
+        (target <- fixed at target_stamp) (fixed <- source at source_stamp): a thing was
+        seen from the source at source_stamp; this gives where it is in the target at
+        target_stamp, if it did not move in the fixed frame. Raises as ``lookup`` does.
         """
         return Pose._make(self.lookup_full_stamped(
             target_frame, target_stamp, source_frame, source_stamp, fixed_frame)[1])
@@ -154,7 +155,7 @@ class Queries:
                 errors.append(error)
                 watched += error.blocked_on or ()
             else:
-                # It may lose its data while the other is waited for.
+                # This half may lose its data during the wait for the other.
                 watched += () if stamp == LATEST else self._tree.blockers(
                     target_frame, source_frame, stamp)
         if not errors:
@@ -197,7 +198,27 @@ class Queries:
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return [source_frame]
-            return self._tree.frames_between(target_frame, source_frame, moment)
+            return self._tree.branches(target_frame, source_frame, moment).frames()
+
+    def edges_between(self, target_frame: str, source_frame: str,
+                      stamp: int = LATEST) -> list[EdgeInfo]:
+        """
+        Return the edges from the source up to the common ancestor and down to the target.
+
+        In that order, each with its parent at the stamp. Raises as ``lookup`` does.
+        """
+        stamp = self._stamp_of(stamp)
+        return self._edges_between(
+            target_frame, source_frame, None if stamp == LATEST else stamp)
+
+    def _edges_between(self, target_frame: str, source_frame: str,
+                       moment: int | None) -> list[EdgeInfo]:
+        """Return them at a stamp, 0 among them; None goes by the newest samples."""
+        with self._lock, _Naming(target_frame, source_frame):
+            if target_frame == source_frame:
+                return []
+            links = self._tree.branches(target_frame, source_frame, moment).links()
+            return [_info(parent, history) for parent, history in links]
 
     # --- many poses
 
@@ -262,7 +283,7 @@ class Queries:
                 valid = (stamps >= oldest) & (stamps <= latest)
                 inside = stamps if valid.all() else stamps[valid]
                 track = path.track(*_ends(inside))
-            # There may have been another way when this one had no data.
+            # Where this path has no data, frames may have hung elsewhere.
             frozen = self.snapshot() if was_rehung and not valid.all() else None
         if path is not None and inside is stamps:
             return track.poses_at(stamps), valid
@@ -274,7 +295,7 @@ class Queries:
         return poses, valid
 
     def _path_for_all(self, target_frame: str, source_frame: str) -> tuple[Path | None, bool]:
-        """Return the path that never changes, if there is one, and whether there were others."""
+        """Return the path if it is fixed, else None; and whether frames ever hung elsewhere."""
         was_rehung = self._tree.was_rehung
         try:
             path = self._tree.newest_path(target_frame, source_frame)
@@ -286,7 +307,7 @@ class Queries:
 
     def _add_one_by_one(self, target_frame: str, source_frame: str, stamps: Stamps,
                         poses: Array, valid: npt.NDArray[np.bool_]) -> None:
-        """Look up what has no answer yet, where frames hung elsewhere at other times."""
+        """Look up the stamps without an answer one by one: frames may have hung elsewhere."""
         for number in np.flatnonzero(~valid).tolist():
             try:
                 poses[number] = self._tree.pose_at(target_frame, source_frame, int(stamps[number]))
@@ -297,7 +318,7 @@ class Queries:
     def _raise_first(self, target_frame: str, source_frame: str, stamps: Stamps,
                      given: npt.NDArray[np.bool_] | None,
                      valid: npt.NDArray[np.bool_]) -> None:
-        """Raise what ``lookup`` says of the first stamp that has no answer."""
+        """Raise the error of ``lookup_at`` for the first stamp that has no answer."""
         first = int(np.argmin(valid))
         count = len(stamps) - int(valid.sum())
         many = (f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}]'
@@ -355,8 +376,7 @@ class Queries:
         with self._lock:
             histories = [self._tree.histories[frame] for frame in self._tree.frames
                          if frame in self._tree.histories]
-            return [EdgeInfo(history.parent, history.child, history.authority, history.is_static,
-                             len(history), history.oldest_stamp or 0, history.latest_stamp or 0)
+            return [_info(history.parent, history)
                     for history in histories if history.parent is not None]
 
     def __repr__(self) -> str:
@@ -367,7 +387,7 @@ class Queries:
         return as_html(self._summary(), Queries.edges(self))
 
     def _summary(self) -> str:
-        # The buffer's own listing may ask the graph who the publishers are.
+        # ROS's Buffer has an edges() of its own, which may ask the graph for the publishers.
         return f'{type(self).__name__}: {summary(len(self.frames()), Queries.edges(self))}'
 
 
@@ -375,9 +395,9 @@ class Snapshot(Queries):
     """
     A buffer's contents at one moment, which never change.
 
-    Everything that can be asked of a buffer can be asked here, and all answers
-    agree with each other, whatever the writers do meanwhile. It pickles, so that it can
-    be kept in a file and handed to other processes.
+    It answers every question that a buffer answers. All answers agree with each other,
+    whatever arrives in the buffer meanwhile. It can be pickled, to keep it in a file or to
+    send it to another process.
     """
 
     def __getstate__(self) -> dict[str, Any]:
@@ -392,7 +412,7 @@ class Snapshot(Queries):
 
 
 class _Naming:
-    """Says in an error which frames were asked for."""
+    """Puts the frames of a question into its error."""
 
     __slots__ = ('frames',)
 
@@ -405,6 +425,11 @@ class _Naming:
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):
             error.target_frame, error.source_frame = self.frames
+
+
+def _info(parent: str, history: History) -> EdgeInfo:
+    return EdgeInfo(parent, history.child, history.authority, history.is_static, len(history),
+                    history.oldest_stamp or 0, history.latest_stamp or 0)
 
 
 def _ends(stamps: Stamps) -> tuple[int, int]:

@@ -1,20 +1,22 @@
 """
 Which frames hang on which: the edges, the way between two frames, the one rule.
 
-The rule: at any time a frame has one parent, and no edge closes a loop. An edge
-that would is refused here, when it arrives, so no lookup ever meets one.
-Samples over time are ``history``'s, arithmetic is ``path``'s, the lock is
-``buffer_core``'s.
+The rule: at any time a frame has one parent, and no edge closes a loop. An edge that
+would close one is refused when it arrives, so no lookup ever meets a loop. The samples
+are kept by ``edges``, poses are composed by ``path``, and the lock is the buffer's.
 """
 
 from collections.abc import Sequence
 from functools import partial
 
-from .climb import blockers, Branches, climb_both, find_loop, FOREVER, Loop
+from .climb import blockers, Branches, climb_both, find_loop, Loop
 from .path import furthest_from_cure, Path
 from ..arrivals.incidents import Incident, is_ambiguous, Kind
 from ..arrivals.sample import bad_name, Batch, is_sound, Sample
-from ..edges.history import DynamicHistory, History, pack_pose, StaticHistory
+from ..edges.discrete import DynamicHistory
+from ..edges.packed import pack_pose
+from ..edges.protocol import History, moves, MovingHistory
+from ..edges.static import StaticHistory
 from ..errors import (
     ANY_STRUCTURE,
     Blocker,
@@ -28,7 +30,7 @@ from ..errors import (
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import format_span, format_stamp, LATEST
+from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, LATEST
 from ..suggest import known_names
 from ..times import Stamps
 
@@ -36,11 +38,11 @@ Edge = tuple[str, str]
 # An edge, the end that is reached, the end to reach, and whether that is the parent.
 Step = tuple[History, str, str, bool]
 
-# Kinds of message whose edges are remembered, and edges of all of them together; who sends ever
-# new ones gains nothing.
+# Kinds of message whose edges are remembered, and edges of all of them together. The limits hold
+# even if a hostile publisher sends new ones all the time.
 _MAX_KNOWN = 256
 _MAX_KNOWN_EDGES = 20_000
-# What is kept to save time, or to tell only once, is thrown away when it is more than that.
+# Paths kept to save time, and fights that were reported: all are forgotten at these numbers.
 _MAX_PATHS = 20_000
 _MAX_FIGHTS = 1_000
 
@@ -51,11 +53,12 @@ class Tree:
 
     The parent belongs to the sample, so the tree may change over time. A path on
     which no edge ever changed its parent is kept until the structure changes;
-    ``version`` counts those changes. An edge that began earlier than was known is one.
+    ``version`` counts those changes. A sample that is older than all others of its edge
+    is such a change, too.
 
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
-    :ivar when_empty: the hint for who asks before there is any.
+    :ivar when_empty: the hint of an error while there is no frame.
     """
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
@@ -77,9 +80,9 @@ class Tree:
 
     def append(self, sample: Sample, authority: str) -> bool:
         """
-        Take the next sample of an edge that did not change: the common case.
+        Take a sample that continues a known edge: the common case.
 
-        :return: False, with nothing done, when it needs a closer look.
+        :return: False, with nothing done, in all other cases: see ``insert``.
         """
         parent, child, stamp, pose = sample
         history = self.histories.get(child)
@@ -91,10 +94,10 @@ class Tree:
 
     def append_batch(self, batch: Batch, authority: str) -> int:
         """
-        Take the next samples of edges that did not change: ``append`` for a message.
+        Take the samples of a message that continue known edges: ``append`` for each.
 
-        :param batch: with sound poses.
-        :return: how many it took, up to the first that needs a closer look.
+        :param batch: with checked poses.
+        :return: how many it took: all before the first that does not continue its edge.
         """
         histories = self._known_edges(batch.edges)
         taken = 0
@@ -106,8 +109,8 @@ class Tree:
         return taken
 
     def _known_edges(self, edges: Sequence[Edge]) -> list[History | None]:
-        """Return the history of each edge that is in the tree just so; kept for the next time."""
-        # The edges stand beside their histories, so that no other object gets their id.
+        """Return each edge's history if its parent is the same; remembered for the next time."""
+        # The edges are kept beside their histories: while they live, no other object has their id.
         kept = self._known.get(id(edges))
         if kept is not None:
             return kept[1]
@@ -115,7 +118,7 @@ class Tree:
         for parent, child in edges:
             history = self.histories.get(child)
             known.append(history if history and history.parent == parent else None)
-        # One that is not in the tree may never be, and its name may be of any length.
+        # An unknown edge may be refused for ever, and its names may be of any length: not kept.
         if None not in known:
             if (len(self._known) >= _MAX_KNOWN
                     or self._known_count + len(known) > _MAX_KNOWN_EDGES):
@@ -130,40 +133,37 @@ class Tree:
         """
         Take one checked sample (see ``sample``), unless it breaks a rule.
 
-        :return: what was refused or is worth telling; empty nearly always.
+        :return: what was refused or is odd; nearly always empty.
         """
         history = self.histories.get(child)
-        if isinstance(history, DynamicHistory) and not static and (
-                history.goes_on(parent, stamp) or history.is_too_old(stamp)):
+        if history is not None and history.is_static == static and (
+                history.goes_on(parent, stamp, pose) or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
                 history.authority = authority
                 return []
             return [self._too_old(history, parent, stamp, authority)]
-        if static and isinstance(history, StaticHistory) and (
-                history.parent == parent and history.pose == pose):
-            # Sent again, as a static broadcaster does with all it has when one is new.
-            history.authority = authority
-            return []
         return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
 
-    def history_to_extend(self, parent: str, child: str, stamp: int) -> DynamicHistory | None:
+    def history_to_extend(self, parent: str, child: str, stamp: int) -> MovingHistory | None:
         """
-        Return the history of an edge to which samples from a stamp on can just be added.
+        Return the history of an edge if samples from a stamp on can simply be added.
 
-        None where one of them might change who is whose parent, or be refused for that.
+        None if one of them might change the structure, or be refused because of it.
         """
         history = self.histories.get(child)
-        if (not isinstance(history, DynamicHistory) or history.latest_stamp is None
-                or not history.fixed_parent or history.parent != parent):
+        if not moves(history) or not history.fixed_parent or history.parent != parent:
             return None
-        if history.goes_on(parent, stamp) or find_loop(
+        began = history.oldest_stamp
+        if began is None:
+            return None
+        if began <= stamp or find_loop(
                 self.histories, parent, child, stamp, FOREVER, []) is None:
             return history
         return None
 
-    def extend(self, history: DynamicHistory, stamps: Stamps, poses: Array,
+    def extend(self, history: MovingHistory, stamps: Stamps, poses: Array,
                authority: str) -> None:
-        """Take samples of an edge; see ``history_to_extend`` and ``DynamicHistory.extend``."""
+        """Take samples of an edge; see ``history_to_extend`` and ``MovingHistory.extend``."""
         began = history.oldest_stamp
         history.extend(stamps, poses)
         history.authority = authority
@@ -181,7 +181,7 @@ class Tree:
             return [Incident(
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
-        silent: list[DynamicHistory] = []
+        silent: list[MovingHistory] = []
         if child in self.frames:  # else nothing hangs on it
             loop = self._close_loop(parent, child, _time_of(history, stamp, static), silent)
             if loop is not None:
@@ -191,7 +191,7 @@ class Tree:
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
         else:
-            if not isinstance(history, DynamicHistory):
+            if history is None or history.is_static:
                 history = DynamicHistory(child, self.cache_time)
             unchanged = (not history.fixed_parent and history.parent == parent
                          and history.latest_stamp is not None and stamp >= history.latest_stamp)
@@ -214,16 +214,16 @@ class Tree:
         self._steps.clear()
 
     def _close_loop(self, parent: str, child: str, time: tuple[int, int],
-                    silent: list[DynamicHistory]) -> Loop | None:
+                    silent: list[MovingHistory]) -> Loop | None:
         """
-        Return the loop that an edge would close at some time, if any.
+        Return the loop that a new edge would close at some time, if any.
 
-        Where it is the newest and goes past edges that fell silent before it, these may
-        give way.
+        If nothing newer is known of the child, an edge of the loop that fell silent may
+        give way to the new one.
 
-        :param time: when the parent is to be the parent: from a stamp to one that is no
-            longer part.
-        :param silent: those are added here.
+        :param time: when the parent would be the parent: from the first stamp up to, but
+            without, the second.
+        :param silent: the edges that give way are added here.
         """
         begin, end = time
         while True:
@@ -231,14 +231,14 @@ class Tree:
             if loop is None or end != FOREVER:
                 return loop
             gives_way = [edge for edge in loop.edges
-                         if isinstance(edge, DynamicHistory) and edge.fell_silent(begin)]
+                         if moves(edge) and edge.fell_silent(begin)]
             if not gives_way:
                 return loop
             silent += gives_way[:1]
 
-    def _ended(self, edge: DynamicHistory, parent: str, child: str, stamp: int,
+    def _ended(self, edge: MovingHistory, parent: str, child: str, stamp: int,
                authority: str) -> Incident:
-        """End an edge that fell silent, for another turns it round."""
+        """End a silent edge because a new edge turns it round; return the incident."""
         assert edge.latest_stamp is not None
         incident = Incident(
             Kind.SILENT_EDGE_ENDED, parent, child, stamp, authority,
@@ -259,7 +259,7 @@ class Tree:
             f'each frame the child of the next, {way} is a loop; kept: {kept}. '
             'Two nodes disagree about who is whose parent: stop the sender of this, or the other')
 
-    def _too_old(self, history: DynamicHistory, parent: str, stamp: int,
+    def _too_old(self, history: History, parent: str, stamp: int,
                  authority: str) -> Incident:
         assert history.latest_stamp is not None
         return Incident(
@@ -271,7 +271,7 @@ class Tree:
 
     def _remarks(self, history: History | None, parent: str, child: str, stamp: int,
                  authority: str, static: bool) -> list[Incident]:
-        """Return what to tell about a sample that is taken; the same fight only once."""
+        """Return remarks on a sample that is taken; each fight over a parent only once."""
         if history is None or history.parent is None:
             return []
         remarks = []
@@ -323,7 +323,7 @@ class Tree:
             except ExtrapolationException:
                 if not self.was_rehung:
                     raise path.failure(stamp) from None
-                # There may have been another way.
+                # A frame hung elsewhere at some time, so there may be another way.
         return self._find_path(target, source, stamp).pose_at(stamp)
 
     def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
@@ -345,12 +345,12 @@ class Tree:
     def _kept_path(self, target: str, source: str) -> Path | None:
         try:
             return self._paths.get((target, source))
-        except TypeError:  # a list, say: check_frame names it
+        except TypeError:  # not hashable, such as a list: check_frame raises an error for it
             return None
 
     def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
         """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
-        path = Path(*self._climb_both(target, source, stamp).edges())
+        path = Path(*self.branches(target, source, stamp).edges())
         if path.fixed:
             if len(self._paths) >= _MAX_PATHS:
                 self._paths.clear()
@@ -358,7 +358,7 @@ class Tree:
         return path
 
     def blockers(self, target: str, source: str, stamp: int) -> tuple[Blocker, ...]:
-        """Return what may change the answer at a stamp; nothing where none will ever come."""
+        """Return what may change the answer at a stamp; empty if nothing ever can."""
         return blockers(self.histories, target, source, stamp) or ()
 
     @property
@@ -371,7 +371,7 @@ class Tree:
 
     def check_frame(self, argument: str, frame: str) -> None:
         """
-        Say what is wrong with a frame name in a query, if anything.
+        Raise an error if a query cannot use a frame name.
 
         :raises InvalidArgumentException: empty, or with a leading slash.
         :raises LookupException: not known.
@@ -390,17 +390,14 @@ class Tree:
             return self.when_empty
         return partial(known_names, frame, tuple(self.frames))
 
-    def frames_between(self, target: str, source: str, stamp: int | None) -> list[str]:
+    def branches(self, target: str, source: str, stamp: int | None) -> Branches:
         """
-        Return the frames from the source up to the meeting point and down to the target.
+        Return the climbs from two frames to where they meet.
 
         :param stamp: nanoseconds; None goes by the newest samples.
 
         Errors are those of ``newest_path`` and ``pose_at``.
         """
-        return self._climb_both(target, source, stamp).frames()
-
-    def _climb_both(self, target: str, source: str, stamp: int | None) -> Branches:
         self.check_frame('target_frame', target)
         self.check_frame('source_frame', source)
         branches = climb_both(self.histories, target, source, stamp)
@@ -429,10 +426,10 @@ class Tree:
                    stamp: int) -> ExtrapolationException | None:
         """Return which edge has no data for a stamp; None if both climbs got to a root."""
         stuck = [history for climb in branches
-                 if isinstance(history := self.histories.get(climb.top), DynamicHistory)]
+                 if moves(history := self.histories.get(climb.top))]
         if not stuck:
             return None
-        # If the frames are joined now, it is an edge between them, not one above.
+        # If the frames are joined now, the edge to name lies between them, not above.
         now = climb_both(self.histories, target, source, None)
         between = Path(*now.edges()).without_data(stamp) if now.meet else []
         return furthest_from_cure(between or stuck, stamp).extrapolation(stamp)
@@ -468,7 +465,7 @@ class Tree:
         return min(stamps, default=LATEST)
 
     def _steps_from(self, target: str, stamp: int | None) -> list[Step]:
-        """Return the edges in an order in which one end is always reached already."""
+        """Return the edges in an order that reaches one end of each before its turn."""
         if target in self._steps:
             return self._steps[target]
         fixed = not self.was_rehung
@@ -494,8 +491,7 @@ class Tree:
     def copy(self) -> 'Tree':
         """Return a tree of its own with the same samples."""
         twin = Tree(self.cache_time, self.max_frames, self.max_name_bytes)
-        twin.histories = {child: history if isinstance(history, StaticHistory) else history.copy()
-                          for child, history in self.histories.items()}
+        twin.histories = {child: history.copy() for child, history in self.histories.items()}
         twin.frames = dict(self.frames)
         return twin
 
@@ -504,8 +500,7 @@ class Tree:
     def clear(self) -> None:
         """Forget what moves; frame names and static edges stay, as in tf2."""
         for history in self.histories.values():
-            if isinstance(history, DynamicHistory):
-                history.clear()
+            history.clear()
         self._structure_changed()
 
     def remove(self, frame: str) -> bool:
@@ -525,14 +520,12 @@ class Tree:
 
 def _goes_back(history: History, parent: str, authority: str) -> bool:
     """Return whether a frame returns to a parent and several publishers may be behind it."""
-    return (is_ambiguous(authority) and isinstance(history, DynamicHistory)
+    return (is_ambiguous(authority) and moves(history)
             and history.has_named(parent))
 
 
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
-    """Return for which time a sample would say who the parent is."""
+    """Return the stretch of time in which a new sample would name the parent."""
     if static:
-        return -FOREVER, FOREVER
-    if not isinstance(history, DynamicHistory):
-        return stamp, FOREVER
-    return stamp, history.next_stamp(stamp)
+        return BEGINNING, FOREVER
+    return stamp, FOREVER if history is None else history.next_stamp(stamp)

@@ -1,6 +1,6 @@
 """
-Packages with tf2's names: lists of what is theirs, and no code.
+Packages with tf2's names, which only list what they import from ``tf_tree_py``.
 
-They are found by a folder on Python's path (see ``tf_tree_py.dropin``), under their own
-names; so this folder is no package to import from.
+This folder itself is put on Python's path (see ``tf_tree_py.dropin``), so they are
+imported by their own names. Do not import from ``tf_tree_py.dropin.packages``.
 """

@@ -1,1 +1,1 @@
-"""The labs over DDS: what only these import is rclpy and ``tf_tree_py.ros``."""
+"""The labs over DDS: only these import rclpy and ``tf_tree_py.ros``."""

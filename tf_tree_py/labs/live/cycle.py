@@ -1,4 +1,4 @@
-"""The loop over DDS: two processes that each claim to be the other's parent."""
+"""The loop over DDS: two processes each publish the other's frame as a child."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from ..cycle import BASE_T_ODOM, BELOW, FRAMES, ODOM_T_BASE
 from ..report import Column, Report, Table
 
 _PERIOD = from_seconds(0.020)
-# Who publishes is asked of the graph once a second.
+# The names of publishers are looked up in the graph, once a second.
 _WATCHED_S = 1.5
 _PATIENCE_S = 20.0
 
@@ -45,7 +45,7 @@ class Refusals(Observer):
 
 
 def ekf(node: Node, pipe: Connection) -> None:
-    """Say where base_link is in odom; and, for once, what hangs below."""
+    """Publish odom -> base_link, and once the edges below it."""
     StaticTransformBroadcaster(node).sendTransform(
         [transform_stamped(parent, child, time.time_ns(), pose)
          for child, (parent, pose) in BELOW.items()])
@@ -53,7 +53,7 @@ def ekf(node: Node, pipe: Connection) -> None:
 
 
 def wheel_odometry(node: Node, pipe: Connection) -> None:
-    """Say where odom is in base_link."""
+    """Publish base_link -> odom."""
     _publish(node, pipe, 'base_link', 'odom', BASE_T_ODOM)
 
 
@@ -64,7 +64,7 @@ def _publish(node: Node, pipe: Connection, parent: str, child: str, pose: Pose) 
 
 
 def run(seconds: float = _WATCHED_S) -> Report:
-    """Let the first node speak, then the second, and ask all the while."""
+    """Start the first publisher, then the second, and look up all the time."""
     answers: Counter[str] = Counter()
     with session() as lab:
         buffer, refusals = Buffer(), Refusals()
@@ -84,7 +84,7 @@ def run(seconds: float = _WATCHED_S) -> Report:
 
 
 def _ask(buffer: Buffer) -> list[str]:
-    """Ask for every pair of frames; say how each went."""
+    """Look up every pair of frames; return the result of each."""
     said = []
     for target, source in permutations(FRAMES, 2):
         try:

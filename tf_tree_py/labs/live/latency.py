@@ -1,4 +1,4 @@
-"""Latency over DDS: a drive in one process, somebody who looks it up late in this one."""
+"""Latency over DDS: a drive in one process publishes, and this one looks it up too late."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -40,9 +40,9 @@ class Ages(Observer):
 
 class Look(NamedTuple):
     """
-    What lookups for one image were wrong by, metres, positive where it was not yet.
+    The errors of lookups for one image, metres; positive: ahead of the true position.
 
-    :ivar delay: how long after the image they were really made, nanoseconds.
+    :ivar delay: the measured time from the image to the lookups, nanoseconds.
     """
 
     speed: float
@@ -54,7 +54,7 @@ class Look(NamedTuple):
 
 
 def publish(node: Node, pipe: Connection, begin: int) -> None:
-    """Drive a robot at each speed since ``begin``, and say where it is at 100 Hz."""
+    """Drive a robot at each speed since ``begin``, and publish their poses at 100 Hz."""
     moving, fixed = TransformBroadcaster(node), StaticTransformBroadcaster(node)
     fixed.sendTransform([transform_stamped(_base(speed), _camera(speed), begin, BASE_T_CAMERA)
                          for speed in SPEEDS])
@@ -89,10 +89,10 @@ def run(images: int = _IMAGES) -> Report:
 
 
 def _phases(images: int) -> Iterator[int]:
-    """Yield the stamps of images that come at all phases of the drive's timer alike."""
+    """Yield the stamps of images that are spread evenly over the phases of the drive's timer."""
     start = time.time_ns()
     for number in range(images):
-        # A bit more than the longest delay, and never the same part of a period.
+        # A little more than the longest delay, and each time at another phase of the period.
         image = start + round((number * 12 + number / images) * PERIOD)
         time.sleep(max(0, image - time.time_ns()) / 1e9)
         yield time.time_ns()
@@ -153,7 +153,7 @@ def _report(looks: list[Look], ages: Any) -> Report:
 
 
 def _fit(looks: list[Look], speed: float) -> tuple[float, float]:
-    """Return the slope, m/s, and how old the latest was, seconds, from error = v (delay - age)."""
+    """Return the slope v, m/s, and the age of the latest, seconds, of error = v (delay - age)."""
     delays, errors = zip(*[(as_seconds(look.delay), look.latest)
                            for look in looks if look.speed == speed], strict=True)
     slope, error_at_zero = np.polyfit(delays, errors, 1)

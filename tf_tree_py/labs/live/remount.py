@@ -1,13 +1,14 @@
-"""Remounting over DDS: one edge is sent anew, and every running module answers otherwise."""
+"""Remounting over DDS: one edge is sent again, and the answers of all running modules change."""
 
 from collections.abc import Sequence
-from math import degrees, dist, hypot
+from math import degrees, dist
 from multiprocessing.connection import Connection, wait
 import time
 from typing import NamedTuple
 
 from rclpy.node import Node
 from tf_tree_py.core import LATEST, Pose, TransformException
+from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
@@ -20,12 +21,12 @@ from ..report import Column, Report, Table
 
 _PERIOD = from_seconds(0.020)
 _PROCESSES = 3
-# How long to watch that the modules without the camera say nothing new.
+# How long to check that the modules without the camera report no change.
 _AFTERWARDS_S = 0.3
 
 
 class Answer(NamedTuple):
-    """A module says where its sensor is; when, nanoseconds."""
+    """A module's report: the pose of its sensor, and when, nanoseconds."""
 
     module: str
     pose: Pose
@@ -33,7 +34,7 @@ class Answer(NamedTuple):
 
 
 def publish(node: Node, pipe: Connection) -> None:
-    """Be the robot: 32 edges that move at 50 Hz, 6 that do not; remount one when told."""
+    """Publish as the robot: 32 moving edges at 50 Hz, and 6 static; remount one on request."""
     broadcaster, fixed = TransformBroadcaster(node), StaticTransformBroadcaster(node)
     fixed.sendTransform([transform_stamped(parent, child, time.time_ns(), pose)
                          for (parent, child), pose in SENSORS.items()])
@@ -48,7 +49,7 @@ def publish(node: Node, pipe: Connection) -> None:
 
 
 def perceive(node: Node, pipe: Connection, modules: Sequence[Module]) -> None:
-    """Be some modules: ask the tree for each frame, 50 a second, and tell what is new."""
+    """Run some modules: look up their sensors 50 times a second, and report changes."""
     buffer = Buffer()
     told: dict[Module, Pose] = {}
     with TransformListener(buffer, node):
@@ -57,14 +58,14 @@ def perceive(node: Node, pipe: Connection, modules: Sequence[Module]) -> None:
                 try:
                     pose = buffer.lookup(module.target, module.sensor, LATEST)
                 except TransformException:
-                    continue  # not yet
+                    continue  # it has not come yet
                 if told.get(module) != pose:
                     told[module] = pose
                     pipe.send(Answer(module.name, pose, time.time_ns()))
 
 
 def run(processes: int = _PROCESSES) -> Report:
-    """Start the robot and its modules, and remount the camera under their feet."""
+    """Start the robot and its modules, and remount the camera while they run."""
     with session() as lab:
         robot = lab.start(publish)
         pipes = [lab.start(perceive, MODULES[number::processes]) for number in range(processes)]
@@ -78,7 +79,7 @@ def run(processes: int = _PROCESSES) -> Report:
 
 
 def _changes(pipes: Sequence[Connection]) -> dict[str, Answer]:
-    """Return what modules say anew, until they have been silent for a while."""
+    """Return the changes that modules report, until there are none for a while."""
     after = {said.module: said for said in answers(pipes)}
     while wait(pipes, _AFTERWARDS_S):
         after.update((said.module, said) for said in answers(pipes))
@@ -97,7 +98,7 @@ def _report(before: dict[str, Answer], after: dict[str, Answer], resent: int,
             module.name, module.target, module.sensor,
             None if said is None else (said.when - resent) / 1e9,
             dist(old @ sensor_p, new @ sensor_p),
-            hypot(*(old.inverse() @ new).as_rotation_vector())))
+            distance(old, new)[1]))
     slowest = max((said.when - resent) / 1e9 for said in after.values())
     return Report(
         tables=[Table(

@@ -1,9 +1,8 @@
 """
-Processes of a lab over DDS: on this machine alone, in a domain of their own, with a clean end.
+The processes of a lab over DDS: on this machine alone, in a domain of their own.
 
-The lab's own process holds one end of a pipe to each of the others. A pipe is also
-their clock and their end: they wait on it for what to do and for the next tick, and
-end when it closes, even if the lab is killed.
+The lab's own process has a pipe to each of the others. They wait on the pipe for requests
+and for the next tick, and end when it closes: so they also end if the lab is killed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,13 +22,13 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-# Beyond the domains that people use; their ports lie above those that Linux gives away.
+# People use smaller ones; the ports of these lie above those that Linux gives to programs.
 _FIRST_DOMAIN, _DOMAINS = 216, 16
 _PATIENCE_S = 20.0
 
 Work = Callable[..., None]
 
-# Each process is a fork of one that has imported what all of them need, and done nothing yet.
+# Processes are forked from one that has only imported what all need.
 _processes = multiprocessing.get_context('forkserver')
 _processes.set_forkserver_preload(['tf_tree_py.ros', __name__])
 
@@ -38,8 +37,8 @@ class Session:
     """
     The processes of a running lab, and this one's own ROS context.
 
-    :ivar context: in the lab's domain; nodes are made by ``node``.
-    :ivar domain_id: which that is.
+    :ivar context: in the lab's domain; ``node`` makes nodes in it.
+    :ivar domain_id: the lab's domain.
     """
 
     def __init__(self, context: Context, domain_id: int) -> None:
@@ -57,7 +56,7 @@ class Session:
         """
         Start a process that calls ``work(node, pipe, *arguments)``; return our end of the pipe.
 
-        :param work: a function of a module, found by its name there. Its node has its name.
+        :param work: a function at the top of a module; the node gets its name.
         """
         ours, theirs = _processes.Pipe()
         process = _processes.Process(
@@ -84,7 +83,7 @@ class Session:
 
 @contextmanager
 def session() -> Iterator[Session]:
-    """Open a session in a domain of its own, and end what was started in it."""
+    """Open a session in a domain of its own; close it in the end."""
     domain_id = _FIRST_DOMAIN + os.getpid() % _DOMAINS
     with _environment(_surroundings(domain_id)):
         opened = Session(new_context(), domain_id)
@@ -96,14 +95,14 @@ def session() -> Iterator[Session]:
 
 
 def _surroundings(domain_id: int) -> dict[str, str | None]:
-    """Return what rclpy reads on the way into a domain on this machine alone."""
+    """Return the environment variables for a domain on this machine alone."""
     return {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': None,
             'ROS_DOMAIN_ID': str(domain_id)}
 
 
 @contextmanager
 def _environment(variables: dict[str, str | None]) -> Iterator[None]:
-    """Set variables, or unset those that are None, and put everything back."""
+    """Set variables (unset those that are None), and restore them in the end."""
     before = {name: os.environ.get(name) for name in variables}
     _set(variables)
     try:
@@ -123,17 +122,17 @@ def _set(variables: dict[str, str | None]) -> None:
 @contextmanager
 def _keeping_ctrl_c() -> Iterator[None]:
     """
-    Start processes that never hear of Ctrl-C: it is for the lab, which hears of it afterwards.
+    Start processes that ignore Ctrl-C; the lab itself gets it after the start.
 
-    A blocked signal is inherited by processes, a handler is not. And here a handler
-    takes note, for a start that is broken off half way leaves half a process.
+    A process inherits a blocked signal, but no handler. In the lab a handler delays the
+    signal, because an interrupted start would leave half a process.
     """
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
         yield
         return
     pressed: list[Any] = []
-    # Its first start would unblock the signal.
+    # Starting it later would unblock the signal.
     resource_tracker.ensure_running()
     signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -147,12 +146,12 @@ def _keeping_ctrl_c() -> Iterator[None]:
 
 
 def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ...]) -> None:
-    """Be one process: Ctrl-C is for the lab, whose end closes the pipe."""
+    """Run in a started process; Ctrl-C is for the lab, whose end closes the pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _set(_surroundings(domain_id))
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = small_node(work.__name__)
-    # A pipe that closes while we listen or talk is how a lab ends.
+    # The lab has ended: it closed the pipe while we were reading or writing.
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         work(node, pipe, *arguments)
     node.destroy_node()
@@ -160,7 +159,7 @@ def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ..
 
 
 def new_context() -> Context:
-    """Return a context of its own, which to DDS is a process that has just begun."""
+    """Return a new context; to DDS it looks like a new process."""
     context = Context()
     rclpy.init(context=context, args=[], signal_handler_options=SignalHandlerOptions.NO)
     return context
@@ -174,18 +173,18 @@ def small_node(name: str, context: Context | None = None) -> Node:
 
 def answer(pipe: Connection) -> Any:
     """
-    Return the next thing that a process says.
+    Return the next object that a process sends.
 
-    :raises RuntimeError: it says nothing for 20 s, or ended.
+    :raises RuntimeError: it sends nothing for 20 s, or has ended.
     """
     return answers([pipe])[0]
 
 
 def answers(pipes: Sequence[Connection]) -> list[Any]:
     """
-    Return the next thing from each process that has something to say, and there is one.
+    Wait until a process sends something; return the next object of each that does.
 
-    :raises RuntimeError: nobody says anything for 20 s, or one ended.
+    :raises RuntimeError: none sends anything for 20 s, or one has ended.
     """
     ready = wait(pipes, _PATIENCE_S)
     if not ready:
@@ -198,7 +197,7 @@ def answers(pipes: Sequence[Connection]) -> list[Any]:
 
 def ticks(pipe: Connection, period: int) -> Iterator[None]:
     """
-    Yield every so many nanoseconds, until there is something in the pipe.
+    Yield once a period (nanoseconds), until there is something in the pipe.
 
     :raises EOFError: the pipe closes; at the next ``recv``.
     """
@@ -206,5 +205,5 @@ def ticks(pipe: Connection, period: int) -> Iterator[None]:
     number = 0
     while not pipe.poll(max(0, start + number * period - time.monotonic_ns()) / 1e9):
         yield
-        # What a busy machine misses is not made up for in a burst.
+        # If the machine was too busy for some ticks, they are left out.
         number = max(number, (time.monotonic_ns() - start) // period) + 1

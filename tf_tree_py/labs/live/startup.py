@@ -1,4 +1,4 @@
-"""Startup over DDS: a listener that is up before the static publisher, 50 times."""
+"""Startup over DDS: a listener starts before the static publisher, 50 times."""
 
 from multiprocessing.connection import Connection
 import time
@@ -20,7 +20,7 @@ from ..startup import CHILD, measure, PARENT, POSE, report, Start, STARTS
 
 
 def publish(_: Node, pipe: Connection) -> None:
-    """Each time that it is told to: start a publisher, and end it when told."""
+    """On each request start a publisher, and on the next one end it."""
     pipe.send('ready')
     while True:
         pipe.recv()
@@ -36,7 +36,7 @@ def publish(_: Node, pipe: Connection) -> None:
 
 
 def run(starts: int = STARTS) -> Report:
-    """Start a listener, then the publisher, and ask; so many times."""
+    """Start a listener, then the publisher, and look up; repeat."""
     with session() as lab:
         publisher = lab.start(publish)
         answer(publisher)
@@ -48,7 +48,7 @@ def run(starts: int = STARTS) -> Report:
 
 
 def _start(publisher: Connection) -> tuple[dict[float, Start], float]:
-    """Return how the programs fared, and after how many seconds the transform was sent."""
+    """Return the programs' results, and after how many seconds the transform was sent."""
     context = new_context()
     node = small_node('early_listener', context)
     buffer = Buffer()
@@ -57,7 +57,7 @@ def _start(publisher: Connection) -> tuple[dict[float, Start], float]:
         one = measure(lambda timeout: buffer.lookup_transform(
             PARENT, CHILD, Time(), Duration(nanoseconds=from_seconds(timeout))),
             lambda: publisher.send('start'))
-        # One clock for all processes of a machine.
+        # All processes of a machine share this clock.
         sent = answer(publisher) - begin
     publisher.send('end')
     answer(publisher)

@@ -1,4 +1,4 @@
-"""Spam over DDS: ten subscribers of a calibration that comes 100 times a second, or once."""
+"""Spam over DDS: a calibration is sent 100 times a second, or once, to ten subscribers."""
 
 from multiprocessing.connection import Connection
 import time
@@ -21,7 +21,7 @@ from .session import answer, new_context, session, small_node, ticks
 from ..report import Column, Report, Table
 from ..static_spam import CHILD, PARENT, POSE, RATE_HZ, SUBSCRIBERS
 
-# The same edge twice, by two names: one that comes all the time, and one that came once.
+# The same edge under two names: one is sent all the time, the other once.
 _SPAMMED, _STATIC = CHILD, f'{CHILD}_static'
 _PROCESSES = 2
 _SECONDS = 3.0
@@ -29,7 +29,7 @@ _PATIENCE_S = 20.0
 
 
 class Use(NamedTuple):
-    """What a process needed, and how many transforms it took."""
+    """The CPU time that a process used, and how many transforms it took."""
 
     cpu_s: float
     seconds: float
@@ -37,7 +37,7 @@ class Use(NamedTuple):
 
 
 def spam(node: Node, pipe: Connection) -> None:
-    """Send the calibration at 100 Hz; then tell what that took."""
+    """Send the calibration at 100 Hz; on request stop, and report the CPU time."""
     broadcaster = TransformBroadcaster(node)
     begin, cpu, sent = time.monotonic(), time.process_time(), 0
     for _ in ticks(pipe, from_seconds(1.0 / RATE_HZ)):
@@ -48,14 +48,14 @@ def spam(node: Node, pipe: Connection) -> None:
 
 
 def once(node: Node, pipe: Connection) -> None:
-    """Send the calibration once, and stay until the end for those who come late."""
+    """Send the calibration once, and stay until the end for late subscribers."""
     StaticTransformBroadcaster(node).sendTransform(
         transform_stamped(PARENT, _STATIC, LATEST, POSE))
     pipe.recv()
 
 
 def subscribe(_: Node, pipe: Connection, number: int) -> None:
-    """Be so many subscribers, each as if in a process of its own; wait and measure when told."""
+    """Run subscribers, each as if in its own process; wait for an edge and measure on request."""
     contexts = [new_context() for _ in range(number)]
     nodes = [small_node('subscriber', context) for context in contexts]
     buffers = [Buffer() for _ in nodes]
@@ -91,7 +91,7 @@ def _accepted(buffers: list[Buffer]) -> int:
 
 
 class Row(NamedTuple):
-    """What one way of sending costs, a second: all subscribers together, and the sender."""
+    """The cost a second of one way of sending: of all subscribers together, and of the sender."""
 
     how: str
     transforms: float
@@ -101,7 +101,7 @@ class Row(NamedTuple):
 
 
 def run(seconds: float = _SECONDS) -> Report:
-    """Measure the quiet, then the spam; then kill the spammer."""
+    """Measure the static edge, then the spam; then end the spammer."""
     size = len(serialize_message(TFMessage(transforms=[
         transform_stamped(PARENT, CHILD, time.time_ns(), POSE)])))
     with session() as lab:
@@ -112,7 +112,7 @@ def run(seconds: float = _SECONDS) -> Report:
             quiet = _measure('once, static', pipes, _STATIC, seconds, size)
             spammer = lab.start(spam)
             loud = _measure(f'{RATE_HZ} Hz, as if it moved', pipes, _SPAMMED, seconds, size)
-            # This buffer's own listener may hear either sender last.
+            # This buffer's listener may be the last to discover either sender.
             for child in (_STATIC, _SPAMMED):
                 buffer.lookup_within(_PATIENCE_S, PARENT, child)
             spammer.send('end')
@@ -123,7 +123,7 @@ def run(seconds: float = _SECONDS) -> Report:
 
 
 def _measure(how: str, pipes: list[Connection], child: str, seconds: float, size: int) -> Row:
-    """Wait until all subscribers have an edge, then see what a while costs them."""
+    """Wait until all subscribers have an edge, then measure their CPU time for a while."""
     for order in (child, seconds):
         for pipe in pipes:
             pipe.send(order)
@@ -133,7 +133,7 @@ def _measure(how: str, pipes: list[Connection], child: str, seconds: float, size
 
 
 def _ask(buffer: Buffer) -> list[tuple[str, str]]:
-    """Ask for an image of this moment: the spammer is dead, the static one may be."""
+    """Look up for an image of this moment: the spammer has ended, the static sender may have."""
     said = []
     for how, child in ((f'{RATE_HZ} Hz, as if it moved', _SPAMMED), ('once, static', _STATIC)):
         try:

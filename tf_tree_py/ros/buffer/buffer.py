@@ -24,7 +24,7 @@ from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_MAX_NAME_BYTES,
 )
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
 from .arguments import check_places
@@ -269,7 +269,19 @@ class Buffer(CoreApi, BufferInterface):
 
     def edges(self) -> list[EdgeInfo]:
         """Return every edge that has data, in order of its child's first appearance."""
-        edges, names = super().edges(), self.feeds.names()
+        return self._with_names(super().edges())
+
+    def edges_between(self, target_frame: str, source_frame: str,
+                      stamp: Any = LATEST) -> list[EdgeInfo]:
+        """
+        Return the edges from the source up to the common ancestor and down to the target.
+
+        See ``BufferCore.edges_between``.
+        """
+        return self._with_names(super().edges_between(target_frame, source_frame, stamp))
+
+    def _with_names(self, edges: list[EdgeInfo]) -> list[EdgeInfo]:
+        names = self.feeds.names()
         return [edge._replace(authority=names.get(edge.authority, edge.authority))
                 for edge in edges]
 
@@ -283,5 +295,5 @@ def _cache_time(given: Duration | int | None) -> int | None:
     return UNLIMITED if given == UNLIMITED else _nanoseconds_or_none(given)
 
 
-def _nanoseconds_or_none(duration: Duration | None) -> int | None:
+def _nanoseconds_or_none(duration: Duration | int | None) -> int | None:
     return None if duration is None else as_nanoseconds(duration)

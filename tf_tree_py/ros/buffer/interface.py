@@ -19,7 +19,7 @@ NO_TIME = Duration()
 @cache
 def _registry() -> Any:
     """Import what can be transformed when it is first needed: that is many messages."""
-    return import_module('tf_tree_py.ros.messages.registration')
+    return import_module('tf_tree_py.ros.messages.registry')
 
 
 class BufferInterface:

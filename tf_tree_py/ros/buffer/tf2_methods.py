@@ -11,7 +11,7 @@ from tf_tree_py.core.errors import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.telling import report
-from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, lookup_velocity, ORIGIN
+from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, ORIGIN
 
 from .twists import velocity_stamped
 from ..messages.convert import as_nanoseconds, transform_stamped
@@ -19,11 +19,7 @@ from ..messages.times import RosTimes
 
 
 class CoreApi(RosTimes, BufferCore):
-    """
-    What tf2_py offers: lookups that never wait, and listings.
-
-    The names with a leading underscore are used by tf2's own tools and by people.
-    """
+    """What tf2_py offers, and twists: lookups that never wait, and listings."""
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
                               time: Any) -> TransformStamped:
@@ -113,41 +109,3 @@ class CoreApi(RosTimes, BufferCore):
     def all_frames_as_string(self) -> str:
         """Return every frame and its parent, a line each, as tf2 writes it."""
         return report.as_string(self.edges())
-
-    def lookupVelocityCore(self, tracking_frame: str, observation_frame: str, time: Any,
-                           averaging_interval: Any) -> tuple[Vector3, Vector3]:
-        """
-        Return tf2's linear and angular velocity, tf2's errors included.
-
-        Right for rotating frames: ``tf_tree_py.lookup_twist``.
-        """
-        velocity = lookup_velocity(self, tracking_frame, observation_frame,
-                                   self._as_stamp(time), as_nanoseconds(averaging_interval))
-        return velocity.linear, velocity.angular
-
-    def lookupVelocityFullCore(self, tracking_frame: str, observation_frame: str,
-                               reference_frame: str, reference_point: Vector3,
-                               reference_point_frame: str, time: Any,
-                               averaging_interval: Any) -> tuple[Vector3, Vector3]:
-        """Return the velocity of a point, in the axes of a reference frame; as above."""
-        velocity = lookup_velocity(
-            self, tracking_frame, observation_frame, self._as_stamp(time),
-            as_nanoseconds(averaging_interval), reference_frame=reference_frame,
-            reference_point=reference_point, reference_point_frame=reference_point_frame)
-        return velocity.linear, velocity.angular
-
-    def _allFramesAsDot(self, time: Any = None) -> str:
-        return report.as_dot(self.edges())
-
-    def _frameExists(self, frame_id: str) -> bool:
-        return frame_id in self.frames()
-
-    def _getFrameStrings(self) -> list[str]:
-        return self.frames()
-
-    def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-               fixed_frame: str) -> list[str]:
-        """Return the frames from the source over the fixed one to the target."""
-        to_fixed = self.frames_between(fixed_frame, source_frame, self._as_stamp(source_time))
-        return to_fixed[:-1] + self.frames_between(
-            target_frame, fixed_frame, self._as_stamp(target_time))

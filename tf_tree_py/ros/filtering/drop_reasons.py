@@ -1,4 +1,4 @@
-"""Why a message filter gives a message up, and how often it did."""
+"""Why a message filter drops messages, and how many."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -30,7 +30,7 @@ class Drop(Enum):
 @dataclass(frozen=True)
 class FilterStatistics:
     """
-    Counts since a filter was made: received = delivered + all the dropped + held.
+    Counts since a filter was made: received = delivered + all dropped + held.
 
     :ivar held: messages that wait now, for a transform or for the executor.
     """
@@ -43,9 +43,9 @@ class FilterStatistics:
 
 def drop_for(error: TransformException, *, released: bool) -> Drop:
     """
-    Return the reason that an error is.
+    Return why a message is dropped whose lookup failed with an error.
 
-    :param released: nobody delivers transforms any more.
+    :param released: whether nobody delivers transforms any more.
     """
     if isinstance(error, ClockJumpException):
         return Drop.CLOCK_JUMPED

@@ -1,4 +1,4 @@
-"""Messages that wait until they can be transformed, and come with their transforms."""
+"""Holds messages until they can be transformed, and calls back with both."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -8,7 +8,6 @@ from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import CallbackGroup
-from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import await_or_execute
 from rclpy.node import Node
@@ -19,15 +18,14 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
 
-from .drop_reasons import Drop, drop_for, FilterStatistics
+from .drop_reasons import Drop as Drop, drop_for, FilterStatistics
 from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
+from ..buffer.interface import NO_TIME
 from ..buffer.ours import check_is_ours
 from ..messages.convert import as_nanoseconds, transform_stamped
 from ..topics.qos import sensor_qos
 from ..waiting.timeouts import Wait
-
-_NO_TIME = Duration()
 
 # For each target frame its name, the stamp that was found, and target_T_frame.
 _Answer = list[tuple[str, int, PoseTuple]]
@@ -37,13 +35,13 @@ class MessageFilter:
     """
     Calls back with a message and its transform, once there is one.
 
-    The transform is the one that was found, not one to look up again: it may be gone by
-    then. Every message is called back with once, or dropped for one reason, which is
-    counted and told to ``on_drop``.
+    The callback gets the transform that was found, and need not look it up again: it may
+    be gone by then. Each message is either passed to the callback once, or dropped. Drops
+    are counted by reason, and ``on_drop`` is called with them.
 
-    Callbacks run in the node's executor, as a subscription's. Messages of one frame come
-    in the order in which they were added, but one without an answer does not hold up
-    those behind it; otherwise they come in the order in which they were answered.
+    Callbacks run in the node's executor, as a subscription's do. Messages of one frame come
+    in the order in which they were added; one whose transform is missing does not hold up
+    those behind it. Messages of different frames come as their transforms are found.
 
     All methods may be called from any thread. A filter lives as long as its node or
     until ``close()``; it is a context manager.
@@ -51,7 +49,7 @@ class MessageFilter:
 
     def __init__(self, buffer: Buffer, node: Node, target_frames: str | Sequence[str],
                  callback: Callable[[Any, Any], Any], *, queue_size: int = 10,
-                 tolerance: Any = _NO_TIME, timeout: Any = None,
+                 tolerance: Any = NO_TIME, timeout: Any = None,
                  on_drop: Callable[[Any, Drop, str], None] | None = None,
                  header_of: Callable[[Any], Header] | None = None,
                  callback_group: CallbackGroup | None = None) -> None:
@@ -68,8 +66,9 @@ class MessageFilter:
             that much later than the message's.
         :param timeout: how long a message may wait for its transforms, by the buffer's
             clock; None: until the queue is full.
-        :param on_drop: takes a dropped message, the reason, and a sentence; called as
-            ``callback`` is, but by ``close``, and after it, at once.
+        :param on_drop: takes a dropped message, the reason, and a sentence. It runs in the
+            executor as ``callback`` does; ``close``, and ``add`` after it, call it
+            directly.
         :param header_of: returns a message's header, if that is not its ``header``.
         :param callback_group: the node's own unless given.
         :raises TypeError: another buffer than ours, such as tf2's.
@@ -77,7 +76,7 @@ class MessageFilter:
         check_is_ours(buffer, 'MessageFilter')
         check_places('MessageFilter(buffer, node, target_frames, callback)', node=node)
         self._several = not isinstance(target_frames, str)
-        targets = target_frames if self._several else [target_frames]
+        targets = [target_frames] if isinstance(target_frames, str) else target_frames
         self._targets = [target.removeprefix('/') for target in targets]
         if not self._targets or '' in self._targets:
             raise ValueError(f'target_frames are {target_frames!r}: name at least one, none empty')
@@ -128,9 +127,9 @@ class MessageFilter:
         """
         Add every message of a topic; the subscription ends with the filter.
 
-        :param qos: best effort, volatile, depth 10 unless given: that hears every
-            publisher, where a reliable subscription does not hear sensors that publish
-            with best effort. An int is the depth of a reliable one, as in rclpy.
+        :param qos: best effort, volatile, depth 10 unless given: that matches every
+            publisher. A reliable subscription gets nothing from best-effort sensors. An
+            int is the depth of a reliable one, as in rclpy.
         """
         subscription = self._node.create_subscription(
             msg_type, topic, self.add, sensor_qos() if qos is None else qos,
@@ -149,7 +148,7 @@ class MessageFilter:
                                     len(self._waiting) + len(self._ready))
 
     def close(self) -> None:
-        """Drop what is held, and whatever is still added."""
+        """Drop all messages that are held, and those that are still added."""
         with self._lock:
             if self._closed:
                 return
@@ -167,7 +166,7 @@ class MessageFilter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # --- deciding, with the lock
+    # --- with the lock
 
     def _query(self, frame: str, stamp: int) -> _Answer:
         answer = [(target, *self._buffer.lookup_stamped(target, frame, stamp))
@@ -178,9 +177,9 @@ class MessageFilter:
         return answer
 
     def _found(self, held: '_Held') -> None:
-        """Pass a message on that has its answer."""
-        # One that came before may have got its answer by the same transform, in a thread
-        # that is just about to find out.
+        """Move a message whose transforms were found to those that are ready."""
+        # The same transform may have completed an earlier message too, whose thread has not
+        # asked again yet. It has to come first.
         for earlier in list(self._waiting.values()):
             if earlier.number >= held.number:
                 break
@@ -208,7 +207,7 @@ class MessageFilter:
         with suppress(InvalidHandle):  # the node is gone, or the filter closed
             self._bell.trigger()
 
-    # --- calling back, without it
+    # --- calling back, without the lock
 
     async def _call_back(self) -> None:
         ready = len(self._ready)

@@ -1,5 +1,5 @@
 """
-Between messages and plain numbers; messages taken from frame to frame.
+Conversions between messages and numbers, and messages transformed to another frame.
 
 No topics, no buffer.
 """

@@ -1,4 +1,4 @@
-"""Messages as arrays, for whom goes on in numpy."""
+"""Messages as numpy arrays."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -64,7 +64,7 @@ def as_matrix(transform: Any) -> Array:
 
 def as_points(message: Any) -> npt.NDArray[Any]:
     """
-    Return the points of a message as an array of its own.
+    Return the points of a message as a new array.
 
     Positions of a ``Path`` or ``PoseArray``, corners of a ``Polygon``, all points of a
     ``PointCloud2``, row by row, and those of a ``LaserScan`` that hit something.

@@ -1,10 +1,7 @@
 """
-Between ROS messages and core's plain numbers: the only file that knows message fields.
+Conversions between ROS messages and core's plain numbers: times, samples, transforms.
 
-A ``TransformStamped`` is filled through its slots, which costs a tenth of the
-checked properties; where the message classes have other slots than those this
-file knows, the public constructors are used. A test holds the two equal. Its
-quaternion has the sign that tf2's would have.
+The messages that have no part in a lookup are in ``geometry``.
 """
 
 from collections.abc import Callable
@@ -21,8 +18,10 @@ from tf_tree_py.core.arrivals.sample import as_sec_nanosec, Sample
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import has_tf2_sign, with_tf2_sign
+from tf_tree_py.core.geometry.so3 import has_tf2_sign
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+
+from .fast_messages import whole_maker
 
 _ROS_TIME = ClockType.ROS_TIME.value
 _STEADY_TIME = ClockType.STEADY_TIME.value
@@ -39,7 +38,7 @@ def as_nanoseconds(time: Any) -> int:
     :raises InvalidArgumentException: none of these.
     """
     nanoseconds = getattr(time, 'nanoseconds', None)
-    # What pandas calls so is a part of a second.
+    # A Timedelta of pandas has an attribute nanoseconds, but it is only the last three digits.
     if nanoseconds is None or isinstance(time, timedelta):
         try:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
@@ -72,10 +71,10 @@ def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
     if type(time) is TimeMessage:  # the common case
         return time.sec * NANOSECONDS_PER_SECOND + time.nanosec  # type: ignore[no-any-return]
     stamp = as_nanoseconds(time)
-    # Asking a Time for its clock costs as much as all else here, and steady time counts
-    # from when the machine started.
+    # Asking for the clock type costs as much as all else here. Steady time counts from when the
+    # machine started, so it is a small number; system time is wrong only if time is simulated.
     if isinstance(time, Time) and stamp and (stamp < _LONGEST_UPTIME or is_simulated()):
-        # rclpy's enumerations are several times slower to compare.
+        # Comparing rclpy's enumerations is several times slower.
         kind = time.clock_type.value
         if kind != _ROS_TIME and (kind == _STEADY_TIME or is_simulated()):
             raise InvalidArgumentException(_other_clock(time))
@@ -105,7 +104,7 @@ def as_sample(message: TransformStamped) -> Sample:
     header = message.header
     try:
         stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
-    except AttributeError:  # an rclpy Time has no business there, but tf2 lets it in
+    except AttributeError:  # it should be a message, but tf2 accepts a Time of rclpy too
         stamp = as_nanoseconds(header.stamp)
     return Sample(header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/'),
                   stamp, _pose_tuple(message.transform))
@@ -118,7 +117,7 @@ def as_pose(transform: Transform | TransformStamped) -> Pose:
 
 def _pose_tuple(transform: Transform) -> PoseTuple:
     t, q = transform.translation, transform.rotation
-    # A message takes an int where it wants a float, and then serializes garbage.
+    # rclpy accepts an int in a float field, but serializes it as another number.
     return (float(t.x), float(t.y), float(t.z),
             float(q.x), float(q.y), float(q.z), float(q.w))
 
@@ -127,8 +126,8 @@ def with_float_fields(message: TransformStamped) -> TransformStamped:
     """
     Return the message itself, or, if it holds ints, a copy with floats.
 
-    rclpy writes the memory of an int as if it were a double, so ``translation.x = 1``
-    would be published as 5e-324 or so.
+    rclpy serializes the memory of an int as if it were a double, so
+    ``translation.x = 1`` would be published as about 5e-324.
     """
     t, q = message.transform.translation, message.transform.rotation
     if all(type(number) is float for number in (t.x, t.y, t.z, q.x, q.y, q.z, q.w)):
@@ -155,78 +154,23 @@ def transform_message(pose: PoseTuple) -> Transform:
                      rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
-def public_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
-                             pose: PoseTuple) -> TransformStamped:
+def transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
+                      pose: PoseTuple) -> TransformStamped:
     """
-    Return a ``TransformStamped``, by its public constructor.
+    Return a ``TransformStamped``; its quaternion has the sign that tf2's would have.
 
+    :param pose: seven floats; other numbers are not converted.
     :raises InvalidArgumentException: a stamp that no message can hold.
     """
-    x, y, z, *q = pose
-    return TransformStamped(
-        header=Header(stamp=time_message(stamp), frame_id=frame_id),
-        child_frame_id=child_frame_id,
-        transform=transform_message((x, y, z, *with_tf2_sign((q[0], q[1], q[2], q[3])))))
-
-
-def slotted_transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
-                              pose: PoseTuple) -> TransformStamped:
-    """Return the same, ten times faster, past constructors and checks."""
-    time = _new(TimeMessage)
-    time._check_fields = _CHECK_FIELDS
     sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
-    if sec.bit_length() > 31:  # seldom, and a call costs as much as all of this
+    if sec.bit_length() > 31:  # seldom; a call each time would cost as much as this line
         sec, nanosec = as_sec_nanosec(stamp)
-    time._sec, time._nanosec = sec, nanosec
-    header = _new(Header)
-    header._check_fields = _CHECK_FIELDS
-    header._stamp = time
-    header._frame_id = frame_id
-    translation = _new(Vector3)
-    translation._check_fields = _CHECK_FIELDS
-    rotation = _new(Quaternion)
-    rotation._check_fields = _CHECK_FIELDS
-    translation._x, translation._y, translation._z, x, y, z, w = pose
-    # With w > 0.5 it has tf2's sign; to see that here spares the call.
-    if w > 0.5 or has_tf2_sign(x, y, z, w):
-        rotation._x = x
-        rotation._y = y
-        rotation._z = z
-        rotation._w = w
-    else:
-        rotation._x = -x
-        rotation._y = -y
-        rotation._z = -z
-        rotation._w = -w
-    transform = _new(Transform)
-    transform._check_fields = _CHECK_FIELDS
-    transform._translation = translation
-    transform._rotation = rotation
-    message = _new(TransformStamped)
-    message._check_fields = _CHECK_FIELDS
-    message._header = header
-    message._child_frame_id = child_frame_id
-    message._transform = transform
-    return message
+    x, y, z, qx, qy, qz, qw = pose
+    # With w > 0.5 the sign is always tf2's, and no call is needed to see that.
+    if not (qw > 0.5 or has_tf2_sign(qx, qy, qz, qw)):
+        qx, qy, qz, qw = -qx, -qy, -qz, -qw
+    return _transform_stamped(
+        sec, nanosec, frame_id, child_frame_id, x, y, z, qx, qy, qz, qw)
 
 
-_new = object.__new__
-_CHECK_FIELDS = getattr(Vector3(), '_check_fields', None)
-_KNOWN_SLOTS = {
-    TimeMessage: ['_sec', '_nanosec', '_check_fields'],
-    Header: ['_stamp', '_frame_id', '_check_fields'],
-    Vector3: ['_x', '_y', '_z', '_check_fields'],
-    Quaternion: ['_x', '_y', '_z', '_w', '_check_fields'],
-    Transform: ['_translation', '_rotation', '_check_fields'],
-    TransformStamped: ['_header', '_child_frame_id', '_transform', '_check_fields'],
-}
-
-
-def slots_are_known() -> bool:
-    """Return whether the message classes are laid out as this file expects."""
-    return all(list(getattr(kind, '__slots__', ())) == slots
-               for kind, slots in _KNOWN_SLOTS.items())
-
-
-transform_stamped: Callable[[str, str, int, PoseTuple], TransformStamped] = (
-    slotted_transform_stamped if slots_are_known() else public_transform_stamped)
+_transform_stamped = whole_maker(TransformStamped)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.geometry.screws import adjoint
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion
 
@@ -19,10 +20,7 @@ def rotate_covariance(covariance: Any, a_q_b: Quaternion) -> Array:
 
 def carry_covariance(covariance: Any, a_T_b: PoseTuple) -> Array:
     """Return the covariance (36,) of a twist that the adjoint carried from b to a."""
-    adjoint = _diagonal(a_T_b[3:])
-    # Column by column: the lever arm is t x R.
-    adjoint[:3, 3:] = np.cross(a_T_b[:3], adjoint[:3, :3].T).T
-    return _congruent(covariance, adjoint)
+    return _congruent(covariance, adjoint(a_T_b))
 
 
 def _diagonal(a_q_b: Quaternion) -> Array:

@@ -1,4 +1,4 @@
-"""A cloud that was taken while its sensor moved, as if it had been taken at once."""
+"""Point clouds whose sensor moved during the scan, corrected as if taken at one moment."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from .convert import as_nanoseconds, time_message
 from .point_cloud import copy_of_cloud, points_of, write_points
 from .point_times import point_times
 
-# What has been logged; a driver's clouds are all alike.
+# (frame, reading) pairs that have been logged: the clouds of a driver are all read alike.
 _told: set[tuple[str, str]] = set()
 _MAX_TOLD = 1000
 
@@ -25,20 +25,20 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     """
     Return a cloud with each point where it would have been seen at one time.
 
-    Its layout and all other fields stay, the times of the points too: they go on
-    telling when a point was taken, from the old stamp. A point without a time becomes
+    Its layout and all other fields stay. So do the times of the points: they still say
+    when a point was taken, counted from the old stamp. A point without a time becomes
     NaN. What was assumed about the times is logged once; ``point_times`` returns it.
 
     :param buffer: a ``Buffer``, a ``BufferCore`` or a snapshot.
     :param target_frame: None for the cloud's own.
-    :param fixed_frame: what stays put and has no jumps; by REP 105 that is odom, not map.
+    :param fixed_frame: a frame that does not move or jump: by REP 105 odom, not map.
     :param reference_stamp: an rclpy ``Time`` or a message's; None for the cloud's stamp,
         zero for the newest possible.
     :param field: which field holds the times, and how: see ``point_times``.
     :param unit: likewise.
     :param origin: likewise; an rclpy ``Time`` or a message's.
     :param timeout: an rclpy ``Duration`` to wait for the transforms; needs a ``Buffer``.
-    :raises InvalidArgumentException: a cloud without times, or with times that cannot be.
+    :raises InvalidArgumentException: a cloud without times, or with impossible ones.
     :raises TransformException: as ``lookup_many``; the scan must lie inside the buffer.
     """
     source_frame = cloud.header.frame_id

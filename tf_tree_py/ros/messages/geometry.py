@@ -2,10 +2,10 @@
 What a rigid transform does to each message that has no header.
 
 Every function here takes a message in b and the pose ``a_T_b``, and returns a new
-message in a that shares nothing with the first. Messages may hold ints, or numpy's
-numbers, where they want floats: those that come out hold floats. A quaternion of
-a pose need not be of unit length; one that is all zero, in a message that nobody
-filled, counts as no rotation, as in tf2. Headers are ``stamped``'s.
+message in a that shares nothing with the first. The fields of the given message may
+hold ints or numpy's numbers; those of the returned one hold floats. A quaternion of a
+pose need not have unit length. One that is all zero counts as no rotation, as in tf2:
+nobody filled that message. Headers are in ``do_transform``.
 """
 
 from collections.abc import Sequence
@@ -31,12 +31,12 @@ from geometry_msgs.msg import (
 import numpy as np
 from tf_tree_py.core.arrivals.sample import is_sound, unit_poses
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.screws import carry, Screw
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.twist import carry, Screw
 
 from .covariance import carry_covariance, rotate_covariance
-from .message_maker import maker, many_maker, reader
+from .fast_messages import maker, many_maker, reader
 
 _accel, _accel_with_covariance = maker(Accel), maker(AccelWithCovariance)
 _point, _point32, _vector3, _quaternion = map(maker, (Point, Point32, Vector3, Quaternion))
@@ -109,8 +109,8 @@ def pose_with_covariance(message: PoseWithCovariance, a_T_b: PoseTuple) -> PoseW
     """
     Return a pose with its covariance, as tf2 does.
 
-    The covariance of position and of rotation about fixed axes (REP 103): it is only
-    turned. That a rotation about a's origin would also move the thing is not in it.
+    It is the covariance of the position and of a rotation about fixed axes (REP 103), and
+    is only turned. How a rotation about a's origin would move the position is not in it.
     """
     return _pose_with_covariance(
         pose(message.pose, a_T_b), rotate_covariance(message.covariance, a_T_b[3:]))
@@ -143,13 +143,13 @@ def twist(message: Twist, a_T_b: PoseTuple, lever_arm: bool = False) -> Twist:
     """
     Return a twist in a's axes.
 
-    By default the two are free vectors: still the velocity of the point at b's origin
-    and the rate of turn of that body, only turned into a's axes. That is what a
-    controller means that wants base_link's velocity in map.
+    By default both are free vectors, which are only turned into a's axes: the velocity of
+    the point at b's origin, and the angular velocity of its body. A controller that wants
+    base_link's velocity in map means this.
 
-    :param lever_arm: True for the velocity of that point of the same rigid body which
-        is at a's origin, v + t x w. That is what is wanted between frames of one body,
-        such as the velocity of base_link from an odometer mounted elsewhere.
+    :param lever_arm: True for the velocity of the point of the same rigid body that is at
+        a's origin, v + t x w. Use it between frames of one body, such as for the velocity
+        of base_link from an odometer that is mounted elsewhere.
     """
     vx, vy, vz, wx, wy, wz = _carried((*_xyz(message.linear), *_xyz(message.angular)),
                                       a_T_b, lever_arm)
@@ -175,8 +175,8 @@ def accel(message: Accel, a_T_b: PoseTuple) -> Accel:
     """
     Return an acceleration in a's axes: free vectors, only turned.
 
-    It stays that of the point at b's origin. That of another point of the body takes
-    the rate of turn too (w x (w x r)), which the message does not have.
+    It stays the acceleration of the point at b's origin. For another point of the body one
+    needs the angular velocity too (w x (w x r)), which the message does not have.
     """
     return _accel(vector3(message.linear, a_T_b), vector3(message.angular, a_T_b))
 
@@ -212,7 +212,7 @@ def _unit(t: Any, q: Any) -> PoseTuple:
 
 
 def unit(values: PoseTuple) -> PoseTuple:
-    """Return a pose with a unit quaternion; what is not finite stays so, zero is no rotation."""
+    """Return a pose with a unit quaternion: no rotation for zero; what is not finite stays."""
     x, y, z, qx, qy, qz, qw = values
     size = math.hypot(qx, qy, qz, qw)
     if size == 0.0:

@@ -15,12 +15,12 @@ def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
 
     Fields: x, y, z (FLOAT32); intensity (FLOAT32) where the scan has one for each ray;
     time (FLOAT32, seconds after the header's stamp) where its rays were not taken at
-    once, so that ``deskew_cloud`` can be used on it.
+    once, so that ``deskew_cloud`` can use it.
 
-    A ray counts when range_min <= range <= range_max, as the message's definition
-    has it. NaN (an error), and +-inf (nothing seen, too close: REP 117) do not.
+    A ray is valid if range_min <= range <= range_max, as the message defines it. NaN (an
+    error) and +-inf (nothing seen, or too close: REP 117) are not.
 
-    :param keep_invalid: keep the other rays too, as NaN, so that the n-th point is the
+    :param keep_invalid: keep invalid rays too, as NaN, so that the n-th point is the
         n-th ray.
     """
     points = _points(scan)
@@ -44,9 +44,9 @@ def points_of_scan(scan: LaserScan) -> npt.NDArray[np.float64]:
 
 
 def _points(scan: LaserScan) -> npt.NDArray[np.float64]:
-    """Return where each ray ends: (N, 3), NaN where it does not count."""
+    """Return where each ray ends: (N, 3), NaN where it is invalid."""
     given = np.array(scan.ranges, dtype=np.float32)
-    # In single precision on both sides, or a range of just range_max would not count.
+    # Both in single precision: otherwise a range of exactly range_max would not count.
     valid = (np.float32(scan.range_min) <= given) & (given <= np.float32(scan.range_max))
     valid &= np.isfinite(given)
     ranges = np.where(valid, given, np.nan)

@@ -1,8 +1,8 @@
 """
-PointCloud2 as it lies in memory: read, moved and written back in place.
+PointCloud2: its bytes are read, transformed and written in place.
 
-Nothing of a cloud's layout changes: padding, organisation in rows, the order of
-fields, byte order, float32 or float64, and what other fields hold stay as they are.
+The layout of a cloud does not change: its padding, its rows, the order and the types of
+its fields and its byte order stay, and so do the values of all other fields.
 """
 
 from array import array
@@ -19,8 +19,8 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 
+from .fast_messages import copy_of, maker
 from .geometry import transform_values
-from .message_maker import copy_of, maker
 
 POINT = ('x', 'y', 'z')
 NORMAL = ('normal_x', 'normal_y', 'normal_z')
@@ -31,7 +31,7 @@ _CODES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
           PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
 _DATATYPES = {code: datatype for datatype, code in _CODES.items()}
 
-# Points moved at once: what is at work then fits into a core's cache.
+# Points per block: all arrays of one block fit into the cache of a CPU core.
 _BLOCK = 8192
 
 _cloud, _field = maker(PointCloud2), maker(PointField)
@@ -44,8 +44,8 @@ def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamp
     """
     Return a cloud in the transform's target frame, its layout and other fields kept.
 
-    Computed in doubles, rounded once. A point with a NaN, or with an infinity, comes
-    out as NaN.
+    It is computed in doubles and rounded once. A point with a NaN or an infinity becomes
+    NaN.
 
     :param transform: a bare ``Transform`` leaves the header as it is.
     :param rotate_normals: turn normal_x, normal_y and normal_z too.
@@ -70,10 +70,10 @@ def transform_points(point_cloud: npt.ArrayLike,
 
 
 def _apply(cloud: PointCloud2, names: Sequence[str], matrix: Array) -> None:
-    """Multiply three fields, and 1, by a matrix (3, 4), in place."""
+    """Replace (x, y, z) of three fields by the matrix (3, 4) times (x, y, z, 1), in place."""
     columns = float_columns(cloud, names)
     given, moved = np.ones((4, _BLOCK)), np.empty((3, _BLOCK))
-    # Infinities become NaN, and what is beyond a float32 infinity, without a word.
+    # No warnings where an infinity becomes NaN, or a number too large for float32 an infinity.
     with np.errstate(invalid='ignore', over='ignore'):
         for row in zip(*columns, strict=True):
             for begin in range(0, len(row[0]), _BLOCK):
@@ -131,11 +131,11 @@ def float_columns(cloud: PointCloud2, names: Sequence[str]) -> list[npt.NDArray[
 
 def field_column(cloud: PointCloud2, name: str) -> npt.NDArray[Any]:
     """
-    Return one field of all points where it lies: writing to it changes the cloud.
+    Return a view of one field of all points: writing to it changes the cloud.
 
-    :return: (rows, columns), which are (1, N) where the rows follow without padding.
-    :raises InvalidArgumentException: there is no such field, or it cannot be where the
-        message says.
+    :return: (rows, columns), which is (1, N) if there is no padding between rows.
+    :raises InvalidArgumentException: there is no such field, or the message contradicts
+        itself about where it is.
     """
     field = next((field for field in cloud.fields if field.name == name), None)
     if field is None:
@@ -175,7 +175,7 @@ def _grid(cloud: PointCloud2) -> tuple[int, int, int]:
 
 
 def copy_of_cloud(cloud: PointCloud2, header: Header) -> PointCloud2:
-    """Return a cloud of its own with the same contents and a copy of another header."""
+    """Return a copy of a cloud, with a copy of another header."""
     data = array('B')
     data.frombytes(cloud.data)
     fields = [_field(field.name, field.offset, field.datatype, field.count)
@@ -189,7 +189,7 @@ def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[Any]],
     """
     Return an unorganised cloud of columns (N,), packed, in the machine's byte order.
 
-    :param columns: by field name, of types that a PointField can say.
+    :param columns: by field name, of types that a PointField knows.
     """
     kind = np.dtype([(name, values.dtype) for name, values in columns.items()])
     points = np.empty(len(next(iter(columns.values()))), kind)

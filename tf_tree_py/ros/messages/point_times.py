@@ -1,10 +1,13 @@
 """
-When each point of a cloud was taken: drivers agree neither on a name, nor a unit, nor a zero.
+When each point of a cloud was taken.
+
+Drivers use different field names, units and zeros.
 
 Ouster: ``t``, UINT32, nanoseconds after the header's stamp. Velodyne: ``time``,
 FLOAT32, seconds after (or before) it. Livox: ``offset_time``, UINT32, nanoseconds
 after it, or ``timestamp``, FLOAT64, nanoseconds since 1970. Hesai, RoboSense:
-``timestamp``, FLOAT64, seconds since 1970. What is not told is inferred from this.
+``timestamp``, FLOAT64, seconds since 1970. What the caller does not pass is
+inferred from this.
 """
 
 from collections.abc import Sequence
@@ -24,14 +27,14 @@ FIELDS = ('t', 'time', 'timestamp', 'offset_time')
 
 UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}
 
-# Units by how far the times of a scan go, up to so much: a scan takes milliseconds to
-# seconds. Floats are seconds and ints nanoseconds if that is possible at all.
+# The unit for times up to each limit: a scan takes milliseconds to seconds. Floats are taken
+# for seconds if that is possible, and integers for nanoseconds.
 _FLOAT_LIMITS = (('s', 10.0), ('ms', 1e4), ('us', 1e7), ('ns', math.inf))
 _INT_LIMITS = (('ms', 1e3), ('us', 1e6), ('ns', math.inf))
 
-# A header's stamp beyond this counts from 1970, and no offset is as great.
+# A header's stamp beyond this counts from 1970; no offset is so large.
 _CALENDAR = 10**6 * NANOSECONDS_PER_SECOND
-# No point is taken so long before or after its cloud's stamp.
+# The longest time between a point and the stamp of its cloud.
 _TOO_FAR = 60 * NANOSECONDS_PER_SECOND
 
 
@@ -39,12 +42,12 @@ class PointTimes(NamedTuple):
     """
     When the points of a cloud were taken, and how that was read.
 
-    :ivar stamps: (N,) nanoseconds, row by row; of no meaning where not valid.
+    :ivar stamps: (N,) nanoseconds, row by row; meaningless where not valid.
     :ivar valid: (N,) whether the point has a time at all.
     :ivar field: the field that was read.
     :ivar unit: 's', 'ms', 'us' or 'ns'.
     :ivar origin: the stamp, nanoseconds, that the field's zero stands for.
-    :ivar reading: one sentence that says all this, and what of it was assumed.
+    :ivar reading: one sentence with all of this, and which parts were assumed.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -61,12 +64,12 @@ def point_times(cloud: PointCloud2, field: str | None = None, unit: str | None =
     """
     Return when each point of a cloud was taken.
 
-    :param field: None for the first there is of t, time, timestamp and offset_time.
+    :param field: None for the first of t, time, timestamp and offset_time that the cloud has.
     :param unit: 's', 'ms', 'us' or 'ns'; None to infer it from type and range. A scan
-        that saw next to nothing may be too short for that: give it where you know it.
+        with few points may be too short for that: pass the unit if you know it.
     :param origin: the stamp, nanoseconds, that zero stands for: 0 where the field counts
-        from the clock's own zero; None to infer whether that or the header's stamp.
-    :param points_valid: (N,) only these points count when something is inferred.
+        from the clock's own zero; None to infer whether it is that or the header's stamp.
+    :param points_valid: (N,) the points from which unit and origin are inferred.
     :raises InvalidArgumentException: no such field, a unit that is none, or times that
         cannot belong to the cloud's stamp.
     """
@@ -114,7 +117,7 @@ def _inferred_unit(first: Any, last: Any, name: str, stamp: int,
 
 def _is_absolute(last: Any, name: str, stamp: int) -> bool:
     """Return whether times, nanoseconds, count from the clock's zero and not from the header."""
-    # By a clock that has just started, both may be near: then the name decides.
+    # If the clock has just started, both are near the stamp: then the name decides.
     return bool((stamp > _CALENDAR or name == 'timestamp') and abs(last - stamp) < abs(last))
 
 
@@ -135,10 +138,10 @@ def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any,
 def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64]:
     if values.dtype.kind != 'f':
         return values.astype(np.int64) * size
-    # Whole units apart from the rest, so that a time since 1970 loses nothing here.
+    # The whole part is converted by itself, so that a time since 1970 loses no digits here.
     exact = values.astype(float)
     whole = np.floor(exact)
-    with np.errstate(invalid='ignore'):  # Points that were not seen may hold anything.
+    with np.errstate(invalid='ignore'):  # Invalid points may hold anything.
         rest = np.rint((exact - whole) * size)
         return np.asarray(whole.astype(np.int64) * size + rest.astype(np.int64))
 

@@ -1,4 +1,4 @@
-"""Queries whose stamps may be ROS times: ``Buffer``'s, and those of its snapshots."""
+"""Queries by ROS times: the base of ``Buffer`` and of its snapshots."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from .convert import as_stamp
 
 
 class RosTimes(Queries):
-    """Takes an rclpy ``Time`` or a message's wherever a stamp belongs, beside what core takes."""
+    """Queries that take a ``Time`` of rclpy or of a message as a stamp too."""
 
     def _is_simulated(self) -> bool:
         """Return whether stamps are of another clock than the system's."""
@@ -26,7 +26,7 @@ class RosTimes(Queries):
         return checked_stamp(stamp)
 
     def snapshot(self) -> Snapshot:
-        """Return everything as it is now, for several lookups that must agree."""
+        """Return a copy of everything as it is now, for several lookups that must agree."""
         with self._lock:
             return RosSnapshot(self._tree.copy(), self._is_simulated())
 

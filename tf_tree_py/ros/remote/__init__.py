@@ -1,5 +1,5 @@
 """
-A buffer that is asked from another process, by tf2's action.
+Lookups in the buffer of another process: tf2's action, its server and its client.
 
-The answers are the buffer's.
+How a lookup is answered is not here: the server asks its buffer.
 """

@@ -16,13 +16,12 @@ from .goal_client import GoalClient
 from .lookup_call import LookupCall
 from .lookup_goal import full_goal, simple_goal
 from ..buffer.arguments import check_places
-from ..buffer.interface import BufferInterface
+from ..buffer.interface import BufferInterface, NO_TIME
 from ..messages.convert import as_nanoseconds, as_stamp
 from ..waiting.futures import outcome
 
-_NO_TIME = Duration()
 _PADDING = Duration(seconds=2.0)
-# Seconds, 31 years: the message can say no more than 68.
+# 31 years, in seconds. The message holds up to 68 years.
 _FOREVER_S = 1e9
 
 
@@ -31,11 +30,12 @@ class BufferClient(BufferInterface):
     Asks a buffer server, tf2's or ours, for transforms.
 
     It works from any thread and inside callbacks, also of a single-threaded executor:
-    the answers are taken by one thread of the client's own. Any number of lookups may
-    be on their way at once, without a thread each.
+    one thread of the client's own takes the answers. Any number of lookups may be on
+    their way at once; they need no thread each.
 
-    Timeouts are by the wall here, as in tf2; a server of ours goes by its own clock.
-    The client lives until ``close()`` or the end of its context; it is a context manager.
+    The client measures timeouts by the wall clock, as tf2's does; a server of ours goes by
+    its own clock. The client lives until ``close()`` or the end of its context; it is a
+    context manager.
 
     :ivar action_client: has ``wait_for_server`` and ``server_is_ready``.
     """
@@ -47,8 +47,8 @@ class BufferClient(BufferInterface):
 
         :param node: whose context, namespace and remappings to use.
         :param ns: the action's name, such as ``tf2_buffer_server``.
-        :param check_frequency: how often to look, during a lookup, whether the server
-            is still there and the time is not over, Hz.
+        :param check_frequency: how often to check, during a lookup, that the server is
+            still there and the time is not over, Hz.
         :param timeout_padding: how much longer than the timeout the answer may take; an
             rclpy ``Duration``, or seconds.
         """
@@ -60,11 +60,11 @@ class BufferClient(BufferInterface):
         weakref.finalize(self, self.action_client.stop)
 
     def close(self) -> None:
-        """Give up what is on its way, and stop."""
+        """End the lookups that are on their way, and stop."""
         self.action_client.close()
 
     def destroy(self) -> None:
-        """Give up what is on its way, and stop: tf2's name for ``close``."""
+        """End the lookups that are on their way, and stop: tf2's name for ``close``."""
         self.close()
 
     def __enter__(self) -> 'BufferClient':
@@ -86,7 +86,7 @@ class BufferClient(BufferInterface):
     # --- at once
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = _NO_TIME) -> TransformStamped:
+                         timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
@@ -101,12 +101,12 @@ class BufferClient(BufferInterface):
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
                               source_time: Any, fixed_frame: str,
-                              timeout: Any = _NO_TIME) -> TransformStamped:
+                              timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform from a source at one time to a target at another.
 
-        Through a frame that stays put meanwhile. Parameters and errors as
-        ``lookup_transform``.
+        It goes through a frame that does not move between the two times. Parameters and
+        errors are those of ``lookup_transform``.
         """
         return self._answer(lambda: self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
@@ -121,7 +121,7 @@ class BufferClient(BufferInterface):
     def wait_for_transform_full_async(
             self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
             fixed_frame: str, timeout: Any = None) -> LookupCall:
-        """Return a future of the transform between two times, likewise."""
+        """Return a future of the transform between two times; the timeout is as above."""
         return self._begin(full_goal(
             target_frame, self._as_stamp(target_time), source_frame, self._as_stamp(source_time),
             fixed_frame), timeout)

@@ -9,7 +9,9 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import RCLError, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
+from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TransformException
 
@@ -20,9 +22,10 @@ from ..buffer.ours import check_is_ours
 from ..messages.convert import as_nanoseconds
 from ..waiting.futures import TransformFuture
 
-# Whoever was accepted asks for the result at once. rclpy's server tells the states of all
-# goals that it still knows whenever one changes: with tf2's 10 s, several hundred lookups a
-# second slow each other down to a third.
+# How long a result is kept. A client asks for it as soon as its goal is accepted, so this
+# may be short. It should be: whenever a goal changes, rclpy's server publishes the states of
+# all goals that it still knows. With tf2's 10 s and several hundred lookups a second that
+# cuts the rate to a third.
 _RESULT_TIMEOUT_S = 2
 
 
@@ -30,19 +33,19 @@ class BufferServer:
     """
     Answers the lookups of other processes from a buffer, as tf2's ``buffer_server`` does.
 
-    Each waits in the buffer, without a thread and without polling, until the transform
-    is there, the timeout is over, or it can never be there. Your node's executor sends
-    the answers, so callbacks of yours that block it delay them.
+    Each lookup waits in the buffer, without a thread and without polling, until the
+    transform is there, the timeout is over, or it is clear that it will never be there.
+    Your node's executor sends the answers, so callbacks of yours that block it delay them.
 
-    What tf2's server does not say of a lookup that failed, this one does: one that timed
-    out is aborted with TIMEOUT_ERROR and the reason, not with an identity.
+    A lookup that times out is aborted with TIMEOUT_ERROR and the reason. tf2's server
+    aborts it with an identity and no error.
     """
 
     def __init__(self, buffer: Buffer, node: Node, ns: str = ACTION_NAME) -> None:
         """
         Begin to serve.
 
-        :param buffer: what to look up in; filling it is somebody else's business.
+        :param buffer: what to look up in; a ``TransformListener`` fills it.
         :param node: whose executor serves.
         :param ns: the action's name.
         :raises TypeError: another buffer than ours, such as tf2's.
@@ -53,9 +56,9 @@ class BufferServer:
         self._node = node
         self._lookups: dict[bytes, TransformFuture] = {}
         self._ended: deque[ServerGoalHandle] = deque()
-        # One group: a goal is not executed while it is just being canceled.
+        # One group, so that a goal is not executed while it is being canceled.
         group = MutuallyExclusiveCallbackGroup()
-        self._bell = node.create_guard_condition(self._execute_ended, group)
+        self._bell: GuardCondition | None = node.create_guard_condition(self._execute_ended, group)
         self._server = _ClosableServer(
             node, LookupTransform, ns, self._answer, callback_group=group,
             handle_accepted_callback=self._accept, cancel_callback=self._cancel,
@@ -63,7 +66,7 @@ class BufferServer:
             cancel_service_qos_profile=service_qos(), result_timeout=_RESULT_TIMEOUT_S)
 
     def close(self) -> None:
-        """Stop serving; for those who wait the server has gone."""
+        """Stop serving; clients that wait find that the server has gone."""
         bell, self._bell = self._bell, None
         if bell is None:
             return
@@ -84,7 +87,7 @@ class BufferServer:
         if future.done():
             handle.execute()
         else:
-            future.add_done_callback(lambda future: self._note_end(handle, future))
+            future.add_done_callback(lambda ended: self._note_end(handle, ended))
 
     def _look_up(self, goal: LookupTransform.Goal) -> TransformFuture:
         if not goal.advanced:
@@ -94,9 +97,9 @@ class BufferServer:
             goal.target_frame, goal.target_time, goal.source_frame, goal.source_time,
             goal.fixed_frame, goal.timeout)
 
-    def _note_end(self, handle: ServerGoalHandle, future: TransformFuture) -> None:
-        """Leave the rest to the executor: this may be the thread that delivers transforms."""
-        # If the executor is gone nobody asks any more, of which rclpy would complain.
+    def _note_end(self, handle: ServerGoalHandle, future: Future) -> None:
+        """Let the executor answer: this may be the thread in which transforms arrive."""
+        # rclpy warns of an exception that nobody asked for, should the executor be gone.
         future.exception()
         self._ended.append(handle)
         bell = self._bell
@@ -117,7 +120,7 @@ class BufferServer:
         return CancelResponse.REJECT
 
     def _answer(self, handle: ServerGoalHandle) -> LookupTransform.Result:
-        """Say how the lookup of an executing goal has ended, if anybody is still to know."""
+        """Return how a goal's lookup has ended; an empty result once the server is closed."""
         try:
             return self._end(handle)
         except (InvalidHandle, RCLError):
@@ -134,7 +137,7 @@ class BufferServer:
         if error is None:
             handle.succeed()
             return LookupTransform.Result(transform=future.result())
-        # As tf2's server: a failure after waiting is one, a failure without is an answer.
+        # As tf2's server: without a timeout the goal succeeds, and its result is the error.
         may_wait = as_nanoseconds(handle.request.timeout) > 0
         (handle.abort if may_wait else handle.succeed)()
         return error_result(error, may_wait and error.blocked_on is not None)
@@ -142,10 +145,10 @@ class BufferServer:
 
 class _ClosableServer(ActionServer):
     """
-    An action server that may be destroyed while an executor is just looking at it.
+    An action server that may be destroyed while an executor is using it.
 
-    rclpy's own would make the executor's ``spin`` raise, and live on as long as a goal
-    does that was just being accepted.
+    With rclpy's own the executor's ``spin`` would raise, and a goal that is being accepted
+    at that moment would keep the server alive.
     """
 
     _is_destroyed = False

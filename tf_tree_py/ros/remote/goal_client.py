@@ -1,12 +1,12 @@
 """
-Sending ``LookupTransform`` goals from any thread, and following them to their end.
+Sends ``LookupTransform`` goals from any thread, and sees each through to its end.
 
-An action is three services and two topics. rclpy's ``ActionClient`` hears the topics
-too, on one of which the server tells all clients the states of all goals whenever one
-changes: a hundred clients would be busy with nothing else. This one uses the services.
+An action is three services and two topics. On one topic the server publishes the states of
+all goals whenever one of them changes. rclpy's ``ActionClient`` subscribes to it, and would
+keep a hundred clients busy with nothing else. This client uses the services only.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 import math
@@ -16,31 +16,26 @@ from typing import Any
 
 from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
-from rclpy.action.server import RCLError
-from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.calling import call_all
+from unique_identifier_msgs.msg import UUID
 
+from .goal_state import Action, Event, Goals, State, UNACCEPTED, WANTED
 from .lookup_call import LookupCall
 from .lookup_goal import service_qos
-from ..threads.companion import hidden_name
+from .server_watch import GONE, ServerWatch
+from ..threads.companion import companion
 from ..threads.response_receiver import Responses
 
 _SendGoal = LookupTransform.Impl.SendGoalService
 _GetResult = LookupTransform.Impl.GetResultService
 
-# What rclpy raises when a node has been destroyed, or its context has ended.
-_GONE = InvalidHandle, RCLError
-
-# So many goals may be on their way to be accepted: tf2's server holds ten, and would
-# lose what comes on top.
+# So many goals may wait for acceptance at a time: tf2's server has a queue of ten, and
+# loses the goals that do not fit.
 _MAX_UNACCEPTED = 8
-# A server is discovered part by part: it may not hear what it is asked too soon, nor be heard.
-# For so long it is asked once more when it does not accept, once in so many seconds.
-_DISCOVERY_S = 10.0
+# A new server that does not accept is asked again after this time: it may have heard nothing.
 _AGAIN_S = 0.5
 # How long to wait at the end until the server has dropped what was asked of it.
 _FAREWELL_S = 1.0
@@ -50,9 +45,9 @@ class GoalClient:
     """
     The client side of the action, on a small node with a thread of its own.
 
-    So answers arrive while a callback of your node waits for one. Every call ends: at
-    the latest a check period after its deadline, or after its server disappeared. Where
-    another server has come, it gets all that is on its way.
+    So an answer arrives even while a callback of your node waits for it. Every call ends:
+    at the latest one check period after its deadline, or after its server disappeared.
+    When a new server appears, all goals are sent to it.
     """
 
     def __init__(self, node: Node, name: str, check_period_s: float) -> None:
@@ -65,22 +60,16 @@ class GoalClient:
         self.name = node.resolve_service_name(name)
         self._period_s = check_period_s
         self._lock = threading.Lock()
-        self._calls: set[LookupCall] = set()
-        # In the order in which they came.
-        self._unsent: dict[LookupCall, None] = {}
-        self._unaccepted: set[LookupCall] = set()
+        self._goals: Goals[LookupCall] = Goals(_MAX_UNACCEPTED)
         self._closed = threading.Event()
         self._farewells: list[Future] = []
-        # Those that were there when last looked, and until when one that came may be half there.
-        self._servers: frozenset[bytes] = frozenset()
-        self._discovered_at = 0.0
-        home = _companion(node)
+        home = companion(node, 'buffer_client_impl', with_clock=False)
         self._send, self._fetch, self._cancel = (
             home.create_client(kind, node.resolve_service_name(f'{name}/_action/{service}'),
                                qos_profile=service_qos())
             for kind, service in ((_SendGoal, 'send_goal'), (_GetResult, 'get_result'),
                                   (CancelGoal, 'cancel_goal')))
-        self._home = home
+        self._servers = ServerWatch(home, self.name)
         self._responses = Responses(home, self._end_calls, self._check, check_period_s)
 
     @property
@@ -90,15 +79,17 @@ class GoalClient:
 
     def server_is_ready(self) -> bool:
         """Return whether a server is there."""
-        with suppress(*_GONE):
+        with suppress(*GONE):
             return self._send.service_is_ready() and self._fetch.service_is_ready()
         return False
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """
-        Wait until a server is there, seconds or as long as it takes; return whether it is.
+        Wait until a server is there, and return whether it is.
 
-        Of what comes and goes on the graph rclpy tells nobody, so this looks again and again.
+        rclpy has no event for that, so this checks once in a period.
+
+        :param timeout_sec: None waits as long as it takes.
         """
         end = math.inf if timeout_sec is None else time.monotonic() + timeout_sec
         while not self.server_is_ready():
@@ -108,163 +99,145 @@ class GoalClient:
             self._closed.wait(min(self._period_s, left_s))
         return True
 
+    def goals_in(self, *states: State) -> list[LookupCall]:
+        """Return the calls whose goals are in these states."""
+        with self._lock:
+            return self._goals.in_state(*states)
+
     def start(self, call: LookupCall) -> LookupCall:
         """Send a call's goal, now or when it can be; return the call."""
         with self._lock:
             if not self._closed.is_set():
-                self._calls.add(call)
-                self._unsent[call] = None
-                if len(self._calls) == 1:
+                self._goals.add(call)
+                if len(self._goals.in_state(*WANTED)) == 1:
                     self._responses.wake()
         self._send_next()
         if not call.sent:
             self._look_after(call, self.server_is_ready())
         return call
 
-    def send_later(self, call: LookupCall) -> None:
-        """Send a call's goal, behind those that are to be sent already."""
+    def report(self, call: LookupCall, event: Event) -> None:
+        """Bring a call to its next state, and do what that asks for."""
         with self._lock:
-            if call in self._calls:
-                self._unsent[call] = None
-        self._send_next()
-
-    def forget(self, call: LookupCall) -> None:
-        """Let a call go that has ended, at the server too."""
-        with self._lock:
-            self._calls.discard(call)
-            self._unsent.pop(call, None)
-        if call.accepted and not call.answered:
-            self._cancel_goal(call)
+            actions = self._goals.move(call, event)
+            request = call.request
+        for action in actions:
+            if action is Action.FETCH_RESULT:
+                self._fetch_result(call)
+            elif action is Action.CANCEL_GOAL:
+                self._cancel_goal(call)
+            elif request is not None:
+                request.cancel()
+        if event is not Event.CANCELLED:
+            # A server may have room for another, or this one is to be sent again.
+            self._send_next()
 
     def _cancel_goal(self, call: LookupCall) -> None:
-        """Let the server drop a call's goal."""
-        with suppress(*_GONE):
+        """Tell the server to drop a call's goal."""
+        with suppress(*GONE):
             goal = GoalInfo(goal_id=call.goal_id)
             request = self._cancel.call_async(CancelGoal.Request(goal_info=goal))
             if self._closed.is_set():
                 self._farewells += [
                     request, self._fetch.call_async(_GetResult.Request(goal_id=call.goal_id))]
             else:
-                # What comes back changes nothing.
+                # Its response changes nothing.
                 self._cancel.remove_pending_request(request)
 
     def stop(self) -> None:
-        """End the thread soon, and with it the calls."""
+        """Tell the thread to end; it ends the calls."""
         self._responses.stop()
 
     def close(self) -> None:
-        """Give up what is on its way, and end the thread."""
+        """End the calls and the thread."""
         self._end_calls()
         if threading.current_thread() is not self.thread and self.server_is_ready():
             self._take_leave()
         self._responses.close()
 
     def destroy(self) -> None:
-        """Give up what is on its way, and stop: rclpy's name for ``close``."""
+        """End the calls and the thread: rclpy's name for ``close``."""
         self.close()
 
     def _take_leave(self) -> None:
-        """Wait until the server has answered, for it cannot answer who is gone."""
+        """Wait for the server's responses: it warns of one that it cannot deliver."""
         end = time.monotonic() + _FAREWELL_S
-        with self._lock:
-            requests = [call.request for call in self._unaccepted if call.request is not None]
+        requests = [call.request for call in self.goals_in(*UNACCEPTED)
+                    if call.request is not None]
         _wait(requests, end)
-        # What was just accepted was then cancelled.
+        # The goals that were accepted meanwhile have been cancelled.
         _wait(self._farewells, end)
 
     def _send_next(self) -> None:
-        """Send the next goals, if a server is there that surely has room for them."""
+        """Send the next goals, if a server is there and has room for them."""
         while True:
             with self._lock:
-                if (not self._unsent or len(self._unaccepted) >= _MAX_UNACCEPTED
-                        or not self.server_is_ready()):
+                call = self._goals.next_to_send()
+                if call is None or not self.server_is_ready():
                     return
-                if not self._servers:
-                    self._servers = self._find_servers()
-                call = next(iter(self._unsent))
-                del self._unsent[call]
-                self._unaccepted.add(call)
-                call.sent = True
-            with suppress(*_GONE):
-                goal = call.goal()
-                request = _SendGoal.Request(goal_id=call.goal_id, goal=goal)
-                call.follow(self._send.call_async(request), partial(self._note_acceptance, call))
+                self._servers.note_first()
+                self._goals.move(call, Event.SENT)
+                goal, goal_id = call.goal(), call.goal_id
+                request = _SendGoal.Request(goal_id=goal_id, goal=goal)
+            with suppress(*GONE):
+                self._expect(call, goal_id, self._send.call_async(request), self._note_acceptance)
 
     def _note_acceptance(self, call: LookupCall, response: Any) -> None:
-        with self._lock:
-            self._unaccepted.discard(call)
-        call.accepted = response.accepted
-        if not call.accepted:
+        self.report(call, Event.ACCEPTED if response.accepted else Event.REJECTED)
+        if not response.accepted:
             call.give_up(f'The buffer server {self.name} did not accept the goal')
-        elif call.over:
-            # It could not be cancelled before.
-            self._cancel_goal(call)
-        else:
-            self._fetch_result(call)
-        self._send_next()
 
     def _fetch_result(self, call: LookupCall) -> None:
-        with suppress(*_GONE):
-            request = _GetResult.Request(goal_id=call.goal_id)
-            call.follow(self._fetch.call_async(request), call.answer)
+        with suppress(*GONE):
+            goal_id = call.goal_id
+            request = self._fetch.call_async(_GetResult.Request(goal_id=goal_id))
+            self._expect(call, goal_id, request, LookupCall.answer)
+
+    def _expect(self, call: LookupCall, goal_id: UUID, request: Future,
+                step: Callable[[LookupCall, Any], None]) -> None:
+        """Take a step when the service answers, unless the call no longer needs it."""
+        with self._lock:
+            is_wanted = call.sent and call.goal_id is goal_id
+            if is_wanted:
+                call.request = request
+        if is_wanted:
+            request.add_done_callback(
+                lambda done: None if done.cancelled() else step(call, done.result()))
+        else:
+            request.cancel()
 
     def _check(self) -> bool:
-        """Look after the calls; return whether there are any."""
+        """Send, resend and give up calls as needed; return whether there are any."""
         if self._closed.is_set():
             return False
         self._send_next()
         is_ready = self.server_is_ready()
-        with self._lock:
-            calls = self._calls | self._unaccepted
+        calls = self.goals_in(*State)
         if any(call.sent_s() >= self._period_s for call in calls):
             self._move_to_a_new_server(calls)
         call_all(partial(self._look_after, call, is_ready) for call in calls)
         return bool(calls)
 
     def _move_to_a_new_server(self, calls: Iterable[LookupCall]) -> None:
-        """
-        Ask a server that has come meanwhile what others were asked before.
-
-        One that was killed seems to be there until its lease with DDS ends, 20 s or so.
-        """
-        servers, now = self._find_servers(), time.monotonic()
-        is_new = bool(self._servers and servers - self._servers)
-        if is_new:
-            self._discovered_at = now + _DISCOVERY_S
-        if servers:
-            self._servers = servers
-        for call in calls:
-            is_lost = not call.accepted and call.sent_s() >= _AGAIN_S
-            if call.sent and (is_new or is_lost and now < self._discovered_at):
-                self._ask_again(call)
-        self._send_next()
-
-    def _find_servers(self) -> frozenset[bytes]:
-        """Return an identity of each server: that of its publisher of the goals' states."""
-        with suppress(*_GONE):
-            return frozenset(
-                bytes(publisher.endpoint_gid) for publisher
-                in self._home.get_publishers_info_by_topic(f'{self.name}/_action/status'))
-        return frozenset()
-
-    def _ask_again(self, call: LookupCall) -> None:
-        """Send a call's goal anew, if it has not ended; whoever has it now is to drop it."""
-        self._cancel_goal(call)
-        with self._lock:
-            self._unaccepted.discard(call)
-        call.ask_again()
+        """Send the goals again if a new server has appeared, or may not have heard them."""
+        is_new = self._servers.has_new()
+        # Not those that are sent while this goes on: they go to the new server.
+        for call in [call for call in calls if call.sent]:
+            if is_new:
+                self.report(call, Event.SERVER_CHANGED)
+            elif (not call.accepted and call.sent_s() >= _AGAIN_S
+                  and self._servers.may_be_deaf()):
+                self.report(call, Event.LOST)
 
     def _look_after(self, call: LookupCall, is_ready: bool) -> None:
-        """Give a call up that has become hopeless."""
+        """End a call that can get no answer any more."""
         if is_ready and call.is_late() and call.has_late_part():
-            self._ask_again(call)
+            self.report(call, Event.PART_LATE)
             return
         why = self._why_hopeless(call, is_ready)
         if why:
-            with self._lock:
-                self._unaccepted.discard(call)
+            self.report(call, Event.TIMED_OUT)
             call.give_up(why)
-            call.drop_request()
 
     def _why_hopeless(self, call: LookupCall, is_ready: bool) -> str:
         name = self.name
@@ -282,9 +255,8 @@ class GoalClient:
     def _end_calls(self) -> None:
         with self._lock:
             self._closed.set()
-            calls = list(self._calls)
         call_all(partial(call.give_up, self._why_hopeless(call, is_ready=False))
-                 for call in calls)
+                 for call in self.goals_in(*WANTED))
 
 
 def _wait(futures: Iterable[Future], end: float) -> None:
@@ -293,17 +265,3 @@ def _wait(futures: Iterable[Future], end: float) -> None:
         ended = threading.Event()
         future.add_done_callback(lambda _, ended=ended: ended.set())
         ended.wait(max(0.0, end - time.monotonic()))
-
-
-def _companion(node: Node) -> Node:
-    """Return a small node beside another, which its executor does not see."""
-    return Node(
-        hidden_name('buffer_client_impl'),
-        context=node.context,
-        namespace=node.get_namespace(),
-        # The names are resolved by the other node already; a rename is meant for it alone.
-        use_global_arguments=False,
-        enable_rosout=False,
-        start_parameter_services=False,
-        parameter_overrides=[Parameter('start_type_description_service', value=False)],
-    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 import secrets
 import time
 from typing import Any, Protocol
@@ -14,44 +13,40 @@ from tf_tree_py.core.errors import TimeoutException, TransformException
 from tf_tree_py.core.stamp import from_seconds
 from unique_identifier_msgs.msg import UUID
 
+from .goal_state import AT_A_SERVER, Event, State
 from .lookup_goal import transform_of
 from ..waiting.awaitable import AwaitableFuture
 
 # A server accepts a goal at once, however long it takes to fulfil it.
 _ACCEPTANCE_S = 10.0
-# Whoever waits longer asks again, so that a server can forget those whose client died.
+# A longer wait is sent in parts, so that a server forgets the goals of a client that died.
 _LEASE_S = 60.0
-# What a server says sooner it will say again.
+# A server that times out sooner than this would do so again.
 _QUICK_S = 0.1
 
 
-class Sender(Protocol):
-    """Who sends the goal of a call."""
+class Client(Protocol):
+    """The client that sends the goal of a call."""
 
-    def forget(self, call: LookupCall) -> None:
-        """Let a call go that has ended, at the server too."""
-
-    def send_later(self, call: LookupCall) -> None:
-        """Send a call's goal, behind those that are to be sent already."""
+    def report(self, call: LookupCall, event: Event) -> None:
+        """Bring a call to its next state, and do what that asks for."""
 
 
 class LookupCall(AwaitableFuture):
     """
     A future of the ``TransformStamped`` that a server finds.
 
-    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. It
-    lives until it ends, whether or not you keep it.
+    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. The
+    call lives until it ends, whether or not you keep it.
 
-    A wait longer than a minute is asked for in parts, each a goal of its own.
+    A wait longer than a minute is sent in parts, each as a goal of its own.
 
-    :ivar sent: whether the server was asked; it may still have to accept.
-    :ivar accepted: whether it has accepted.
-    :ivar answered: whether it has said how the lookup ended.
-    :ivar over: whether the call has ended, with or without it.
-    :ivar request: what the server was last asked, its future.
+    :ivar state: where its goal stands; moved by the client only.
+    :ivar goal_id: of the goal that was last sent.
+    :ivar request: the future of what the server was last asked.
     """
 
-    def __init__(self, client: Sender, goal: LookupTransform.Goal, timeout_s: float,
+    def __init__(self, client: Client, goal: LookupTransform.Goal, timeout_s: float,
                  padding_s: float) -> None:
         """
         Note what to ask, and how long to wait for the answer.
@@ -60,18 +55,28 @@ class LookupCall(AwaitableFuture):
         :param padding_s: how much longer than its timeout the server may take.
         """
         super().__init__()
+        self.state = State.TO_BE_SENT
         self.goal_id = UUID()
-        self.sent = self.accepted = self.answered = self.over = False
+        self.request: Future | None = None
         self._client = client
         self._goal = goal
         self._begin = self._sent_at = time.monotonic()
         self._lease_s = self._timeout_s = timeout_s
         self._padding_s = padding_s
         self._is_part = False
-        self.request: Future | None = None
+
+    @property
+    def sent(self) -> bool:
+        """Return whether a server was asked; it may still have to accept."""
+        return self.state in AT_A_SERVER
+
+    @property
+    def accepted(self) -> bool:
+        """Return whether a server looks the transform up."""
+        return self.state is State.ACCEPTED
 
     def left_s(self) -> float:
-        """Return how long the lookup may still take at a server, or this to appear."""
+        """Return how long the lookup may still take at a server, or a server to appear."""
         return max(0.0, self._begin + self._timeout_s - time.monotonic())
 
     def sent_s(self) -> float:
@@ -95,43 +100,29 @@ class LookupCall(AwaitableFuture):
         self._goal.timeout = Duration(nanoseconds=from_seconds(self._lease_s)).to_msg()
         return self._goal
 
-    def follow(self, request: Future, step: Callable[[Any], None]) -> None:
-        """Take a step when a service has answered."""
-        self.request = request
-        request.add_done_callback(
-            lambda request: None if request.cancelled() else step(request.result()))
-        if self.over and self.accepted:
-            request.cancel()
-
     def answer(self, response: Any) -> None:
-        """Take what the server found, or why it did not."""
+        """End with the transform or the error of a server's response."""
         try:
             transform = transform_of(response.status, response.result)
         except TransformException as error:
             if isinstance(error, TimeoutException) and self._may_ask_again():
-                self.ask_again()
+                self._client.report(self, Event.PART_OVER)
                 return
-            self.answered = True
+            self._client.report(self, Event.RESULT)
             self.set_exception(error.with_traceback(None))
         else:
-            self.answered = True
+            self._client.report(self, Event.RESULT)
             self.set_result(transform)
 
     def _may_ask_again(self) -> bool:
         """Return whether the server timed out because it was asked for a part of the time."""
-        # By its own clock, which may be simulated and fast.
+        # The server goes by its own clock, which may be simulated and fast.
         took_s = time.monotonic() - self._sent_at
         return self._is_part and took_s >= min(self._lease_s, _QUICK_S)
 
     def has_late_part(self) -> bool:
         """Return whether only a part of the time is over: the server's clock may be slow."""
         return self.accepted and self._is_part
-
-    def ask_again(self) -> None:
-        """Ask for the next part of the time."""
-        self.sent = self.accepted = False
-        self.drop_request()
-        self._client.send_later(self)
 
     def give_up(self, why: str) -> None:
         """End without an answer."""
@@ -142,14 +133,6 @@ class LookupCall(AwaitableFuture):
     def _end(self) -> bool:
         first = super()._end()
         if first:
-            self.over = True
-            # A goal can be cancelled once it is accepted, so that is still waited for.
-            if self.accepted:
-                self.drop_request()
-            self._client.forget(self)
+            # After an answer the goal has ended already, and this changes nothing.
+            self._client.report(self, Event.CANCELLED)
         return first
-
-    def drop_request(self) -> None:
-        """Expect no answer any more to what the server was last asked."""
-        if self.request is not None:
-            self.request.cancel()

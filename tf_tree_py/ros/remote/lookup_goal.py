@@ -1,7 +1,7 @@
 """
-The ``LookupTransform`` action on the wire: goals, results, and how an error travels.
+Goals and results of the ``LookupTransform`` action, and errors as codes in them.
 
-What client and server have to agree on, with each other and with tf2's.
+Client and server have to agree on these, with each other and with tf2's.
 """
 
 
@@ -29,7 +29,7 @@ _EXCEPTIONS: dict[int, type[TransformException]] = {
     TF2Error.EXTRAPOLATION_ERROR: ExtrapolationException,
     TF2Error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
     TF2Error.TIMEOUT_ERROR: TimeoutException,
-    # The base of all: whatever is none of the others.
+    # The base class: every error that is none of the others.
     TF2Error.TRANSFORM_ERROR: TransformException,
 }
 
@@ -38,8 +38,8 @@ def service_qos() -> QoSProfile:
     """
     Return the profile of the action's services.
 
-    As the standard one of services, but for its depth of 10: of a hundred requests that
-    come at once, or results that are found at once, that would lose ninety.
+    It is the standard profile of services with a greater depth. With the standard depth of
+    10, ninety of a hundred requests or results at once would be lost.
     """
     return QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.VOLATILE)
@@ -72,14 +72,14 @@ def transform_of(status: int, result: LookupTransform.Result) -> TransformStampe
     """
     Return the transform of a result.
 
-    :param status: the goal's, for tf2's server says nothing else of a timeout: the
-        result of its aborted goal is an identity without error.
+    :param status: of the goal. On a timeout tf2's server aborts the goal with an identity
+        and no error, so the status is all that tells.
     :raises TransformException: of the class that the result names.
     """
     error = result.error
     if error.error != TF2Error.NO_ERROR:
         raise _EXCEPTIONS.get(error.error, TransformException)(error.error_string)
-    # Servers of one's own may leave the status out; what names its frames is an answer.
+    # Other servers may leave the status out; a transform that names its frames is an answer.
     if status == GoalStatus.STATUS_SUCCEEDED or result.transform.child_frame_id:
         return result.transform
     if status == GoalStatus.STATUS_ABORTED:

@@ -1,5 +1,5 @@
 """
-The threads and nodes of our own, which serve what must not wait for a user.
+Threads and small nodes of this package's own, which a user's busy callback cannot delay.
 
-What they deliver is nothing to them.
+They hand over what arrives and do not look into it.
 """

@@ -1,8 +1,9 @@
 """
-Small nodes that nobody else spins, for what has to be served while a user's node is busy.
+Small nodes beside a user's node, served by a thread of ours while the user's is busy.
 
-They answer no parameter services, for nobody would serve those. ``ros2 param list``
-waits five seconds for each node that it lists and that has none, so they are hidden.
+The threads serve subscriptions or service clients only, so these nodes offer no parameter
+services. ``ros2 param list`` waits five seconds for each listed node without them; so the
+nodes have hidden names.
 """
 
 import secrets
@@ -14,22 +15,30 @@ from rclpy.parameter import Parameter
 
 USE_SIM_TIME = 'use_sim_time'
 
-_OPTIONS = {'enable_rosout': False, 'start_parameter_services': False}
-# A service that a receiver would never answer.
+_OPTIONS: dict[str, Any] = {'enable_rosout': False, 'start_parameter_services': False}
+# A thread of ours would never answer this service.
 _NO_TYPE_DESCRIPTION = Parameter('start_type_description_service', value=False)
 
 
-def companion(node: Node, name: str) -> Node:
-    """Return a node beside another, unseen by its executor, with its namespace and clock."""
-    clock_topic = node.resolve_topic_name('/clock')
-    overrides: list[Any] = [node.get_parameter(USE_SIM_TIME), _NO_TYPE_DESCRIPTION]
+def companion(node: Node, name: str, *, with_clock: bool = True) -> Node:
+    """
+    Return a node beside another, with its context and namespace, but in no executor.
+
+    :param with_clock: whether it follows the other node's clock, simulated time included;
+        then the thread that serves it has to take ``/clock`` too.
+    """
+    overrides: list[Any] = [_NO_TYPE_DESCRIPTION]
+    arguments: list[str] = []
+    if with_clock:
+        overrides.append(node.get_parameter(USE_SIM_TIME))
+        arguments = ['--ros-args', '-r', f'/clock:={node.resolve_topic_name("/clock")}']
     return Node(
         hidden_name(name),
         context=node.context,
         namespace=node.get_namespace(),
-        # The topics are resolved by the other node already; a rename is meant for it alone.
+        # The other node has resolved the topics already; ``__node:=`` is meant for that one alone.
         use_global_arguments=False,
-        cli_args=['--ros-args', '-r', f'/clock:={clock_topic}'],
+        cli_args=arguments,
         parameter_overrides=overrides,
         **_OPTIONS,
     )
@@ -37,7 +46,7 @@ def companion(node: Node, name: str) -> Node:
 
 def node_of_its_own(name: str) -> Node:
     """
-    Return a node that goes by the command line, except for its name.
+    Return a node that obeys the command line (remappings, parameters), except for its name.
 
     :raises RuntimeError: ROS is not initialised.
     """

@@ -1,4 +1,4 @@
-"""Saying loudly what a caller's code raised in a thread of ours, which has to go on."""
+"""Logging what a user's callback raised in a thread of ours, which then goes on."""
 
 from contextlib import suppress
 import sys
@@ -14,14 +14,14 @@ _EXIT = (' sys.exit() would end nothing but the thread in which transforms arriv
 
 class Complaint:
     """
-    Writes down exceptions, one that comes over and over once in a period.
+    Logs exceptions; the same one again at most once in ten seconds, with a count.
 
-    A thread that ends by ``sys.exit()`` ends without a word, so that has to be said too.
+    ``sys.exit()`` in a callback would end the thread silently, so it is logged too.
     """
 
     def __init__(self, logger: Any) -> None:
         """
-        Take where to write.
+        Log to this logger.
 
         :param logger: an rclpy logger.
         """
@@ -32,7 +32,7 @@ class Complaint:
         self._quiet_until = 0.0
 
     def write(self, what: str) -> None:
-        """Write down the exception that is just being handled; raises nothing itself."""
+        """Log the exception that is being handled; never raises."""
         text = f'{what} failed:\n{traceback.format_exc()}'
         if isinstance(sys.exc_info()[1], SystemExit):
             text += _EXIT

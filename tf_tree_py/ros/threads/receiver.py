@@ -1,10 +1,10 @@
 """
 A thread that takes the messages of a node's subscriptions, and nothing else.
 
-An executor costs about 250 us of CPU a message; waiting on the subscriptions
-themselves and draining them costs less than a third. That needs rclpy's
-private ``WaitSet`` and ``take_message``, which only this file touches; where
-they are missing, an executor of our own spins the node instead.
+An executor costs about 250 us of CPU a message. Waiting on the subscriptions
+directly and draining them costs less than a third of that. It needs rclpy's
+private ``WaitSet`` and ``take_message``. Only this file and ``response_receiver``
+touch them; where they are missing, an executor of our own spins the node instead.
 """
 
 import atexit
@@ -13,7 +13,7 @@ from contextlib import ExitStack, suppress
 import inspect
 import threading
 import time
-from typing import Any
+from typing import Any, cast
 import weakref
 
 from rclpy.context import Context
@@ -34,25 +34,26 @@ except ImportError:  # pragma: no cover - every rclpy so far has it
     HAS_WAIT_SET = False
 
 _FOREVER = -1
-# Ctrl-C wakes us a moment before it ends the context, and then tells nobody.
+# Ctrl-C wakes the thread just before the context ends; the end itself wakes nobody.
+# So after a wake the thread looks again after this time.
 _AFTER_A_WAKE_NS = 1_000_000_000
 _running: 'weakref.WeakSet[Receiver]' = weakref.WeakSet()
 _contexts: 'weakref.WeakSet[Context]' = weakref.WeakSet()
 
-# Messages that come closer together than this are taken several at a time, so often:
-# waking up for each costs more than all else.
+# Waking up is what costs most. Where messages come closer together than _BUSY_S, the
+# thread sleeps for _REST_S between two looks and takes several messages at a time.
 _BUSY_S = 0.005
 _REST_S = 0.004
-# Meanwhile nobody can wake us, so look up every tenth of a second.
+# Nothing wakes the thread from these rests, so it goes back to waiting after 0.1 s of them.
 _RESTS = 25
 
-# So that a flood on one topic does not starve the others.
+# A flood on one topic must not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
 
 
 class Receiver:
     """
-    Serves every subscription of a node that is ours alone, in one daemon thread.
+    Serves every subscription of a node that no executor has, in one daemon thread.
 
     The thread ends with ``close``, or when the context shuts down. It owns the
     node and destroys it at its end, so that nothing is destroyed while in use.
@@ -67,9 +68,9 @@ class Receiver:
         Begin to serve.
 
         :param node: whose subscriptions; it now belongs to the receiver.
-        :param on_end: called by the thread as the last thing.
-        :param rest: sleeps for so many seconds, or shorter when somebody waits for
-            what may have arrived; called between messages that come fast.
+        :param on_end: the thread calls it last.
+        :param rest: sleeps for so many seconds, or less if a lookup waits in the buffer;
+            called between messages that come fast.
         """
         self._node = node
         self._on_end = on_end
@@ -78,7 +79,7 @@ class Receiver:
         self._complaint = Complaint(node.get_logger())
         self._wake: GuardCondition
         if use_wait_set:
-            # Ctrl-C does not tell those who registered for the end of the context.
+            # On Ctrl-C the callbacks of context.on_shutdown are not called.
             self._wake = SignalHandlerGuardCondition(context=node.context)
         else:
             self._wake = node.create_guard_condition(lambda: None)
@@ -91,17 +92,17 @@ class Receiver:
 
     @property
     def context(self) -> Context:
-        """Return the context that it ends with."""
+        """Return the node's context; the thread ends when it shuts down."""
         return self._node.context
 
     def wake(self) -> None:
         """Look at the node's subscriptions anew."""
-        # Once the thread has ended, so has this.
+        # The guard condition is destroyed when the thread ends.
         with suppress(InvalidHandle):
             self._wake.trigger()
 
     def stop(self) -> None:
-        """Tell the thread to end."""
+        """Tell the thread to end, and do not wait for it."""
         self._closing = True
         self.wake()
 
@@ -115,7 +116,7 @@ class Receiver:
         try:
             loop()
         except Exception:
-            # As below: not our fault if the context has ended between two calls.
+            # When the context ends, rclpy raises anything.
             if self._goes_on():
                 raise
         finally:
@@ -148,14 +149,14 @@ class Receiver:
 
     def _serve(self) -> None:
         while self._goes_on():
-            # The clock's subscription comes and goes with use_sim_time; also just now.
+            # The clock's subscription comes and goes with use_sim_time, at any moment.
             with suppress(InvalidHandle), ExitStack() as in_use:
                 self._serve_these(list(self._node.subscriptions), in_use)
 
     def _serve_these(self, subscriptions: list[Subscription], in_use: ExitStack) -> None:
-        """Serve subscriptions until somebody wakes us: they may not be all any more."""
-        events = [event for subscription in subscriptions
-                  for event in subscription.event_handlers]
+        """Serve subscriptions until the thread is woken: then the node may have others."""
+        events: list[Any] = [event for subscription in subscriptions
+                             for event in cast('Any', subscription.event_handlers)]
         sources = [(subscription, takes_info(subscription.callback))
                    for subscription in subscriptions]
         handles: list[Any] = [subscription.handle for subscription in subscriptions]
@@ -178,13 +179,13 @@ class Receiver:
             for _ in range(_RESTS if busy else 0):
                 if not taken or self._closing:
                     break
-                # Messages come fast: let a few gather, unless somebody waits for them.
+                # Let a few messages gather, unless a lookup waits for them.
                 self._rest(_REST_S)
                 taken = self._drain_all(sources)
 
     def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler],
               timeout: int) -> None:
-        """Sleep until there is something to take or to tell, or somebody wakes us."""
+        """Sleep until there is a message or an event, the timeout is over, or ``wake``."""
         wait_set.clear_entities()
         for handle in handles:
             wait_set.add_subscription(handle)
@@ -197,14 +198,14 @@ class Receiver:
         return sum(self._drain(*source) for source in sources)
 
     def _tell(self, event: EventHandler) -> None:
-        """Let rclpy log which publishers cannot be heard, as their QoS or type is another."""
+        """Let rclpy log which publishers do not match, in their QoS or their type."""
         try:
             event.callback(event.take_data())
         except BaseException:  # noqa: B902 - whatever it is, the next must get through
             self._complain('an event')
 
     def _drain(self, subscription: Subscription, with_info: bool) -> int:
-        """Take what has arrived; return how many messages that were."""
+        """Take the messages that have arrived; return how many."""
         handle: Any = subscription.handle
         take, kind, raw = handle.take_message, subscription.msg_type, subscription.raw
         callback = subscription.callback
@@ -228,7 +229,7 @@ class Receiver:
 
 
 def takes_info(callback: Callable[..., object]) -> bool:
-    """Return whether a callback wants to know of a message what rclpy knows of it, as there."""
+    """Return whether a callback takes rclpy's message info as a second argument."""
     try:
         inspect.signature(callback).bind(object())
     except TypeError:
@@ -238,10 +239,11 @@ def takes_info(callback: Callable[..., object]) -> bool:
 
 def _stop_with(context: Context) -> None:
     """
-    Let the end of a context stop its receivers.
+    Stop a context's receivers when it shuts down.
 
-    Once a context: what registers there can never be taken out again, and a weak method
-    of each receiver would complain if it died with the interpreter.
+    One callback is registered for each context, not for each receiver: a context keeps its
+    callbacks for ever, and a weak method of each receiver would print a complaint if the
+    receiver died with the interpreter.
     """
     def stop_all() -> None:
         for receiver in list(_running):

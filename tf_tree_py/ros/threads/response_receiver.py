@@ -1,9 +1,9 @@
 """
 A thread that takes the responses to a node's service clients, and nothing else.
 
-A response goes to every client of its service, and all but one throw it away. An
-executor takes about 120 us of CPU to do so, waiting on the clients themselves a
-quarter: of a hundred clients that is what each lookup of any of them costs.
+DDS sends each response to every client of the service, and all but one discard it. In an
+executor that costs about 120 us of CPU a client; waiting on the clients directly costs a
+quarter. With a hundred clients, each lookup of one of them costs that a hundred times.
 """
 
 from collections.abc import Callable, Iterable
@@ -25,15 +25,16 @@ except (ImportError, AttributeError):  # pragma: no cover - every rclpy so far h
 
 # Nanoseconds, 146 years.
 _NEVER = 2**62
-# Ctrl-C wakes us a moment before it ends the context, and then tells nobody.
+# Ctrl-C wakes the thread just before the context ends; the end itself wakes nobody.
+# So after a wake the thread looks again after this time.
 _AFTER_A_WAKE_NS = 1_000_000_000
 
 
 class Responses(Receiver):
     """
-    Serves every service client of a node that is ours alone, in one daemon thread.
+    Serves every service client of a node that no executor has, in one daemon thread.
 
-    Callbacks of the clients' futures run in the thread. Otherwise a ``Receiver``.
+    Callbacks of the clients' futures run in the thread. All else is as in ``Receiver``.
     """
 
     def __init__(self, node: Node, on_end: Callable[[], object], check: Callable[[], bool],
@@ -41,15 +42,15 @@ class Responses(Receiver):
         """
         Begin to serve.
 
-        :param node: whose clients; it now belongs to this.
-        :param on_end: called by the thread as the last thing.
-        :param check: called by the thread after ``wake``, and then once in a period for
+        :param node: whose clients; it now belongs to this object.
+        :param on_end: the thread calls it last.
+        :param check: the thread calls it after ``wake``, and then once in a period for
             as long as it returns True.
         """
         self._check = check
         self._period_ns = round(period_s * 1e9)
         if not use_wait_set:
-            # Always, for an executor has to be woken to see that a timer goes again.
+            # It is never cancelled: an executor would have to be woken to see it run again.
             node.create_timer(period_s, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
         super().__init__(node, on_end, use_wait_set=use_wait_set)
 
@@ -86,13 +87,14 @@ class Responses(Receiver):
         wait_set.wait(timeout)
 
     def _take(self, client: Client) -> None:
-        """Take one response, and hand it to whoever waits for it."""
+        """Take one response, and give it to the request that waits for it."""
         handle: Any = client.handle
+        kind: Any = client.srv_type
         try:
-            header, response = handle.take_response(client.srv_type.Response)
+            header, response = handle.take_response(kind.Response)
             if header is None:
-                return  # another client's
-            with suppress(KeyError):  # nobody waits for it any more
+                return  # it was for another client
+            with suppress(KeyError):  # the request was cancelled
                 client.get_pending_request(header.request_id.sequence_number).set_result(response)
         except BaseException:  # noqa: B902 - whatever it is, the next must get through
             self._complain(f'a response of {client.srv_name}')

@@ -1,4 +1,4 @@
-"""Who publishes on a topic, as far as the graph tells."""
+"""Which nodes publish on a topic, according to the ROS graph."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -19,14 +19,14 @@ class Authority:
     """
     The name of the node that publishes on a topic, or of those that do.
 
-    A received message does not say who sent it; the graph says who might have. So
-    with several publishers the honest answer is ``one of a, b``. The graph is asked
-    anew at most once a second, and more often while a name is missing (the first
-    message may be here before it) or is about to be told.
+    A message does not say who sent it; the graph says who publishes on its topic. So with
+    several publishers the answer is ``one of a, b``. The graph is asked at most once a
+    second. It is asked more often while a name is missing, because the first message may
+    arrive before the publisher's name, and before an incident is reported.
 
-    :ivar placeholder: what the name is until then.
-    :ivar endpoints: of the publishers, the bytes by which the middleware knows them.
-    :ivar names: of the publishers, one for each; none while one is missing.
+    :ivar placeholder: stands for the name while it is missing.
+    :ivar endpoints: the publishers' ids in the middleware.
+    :ivar names: the publishers' node names, one for each; empty while one is missing.
     """
 
     def __init__(self, node: Node, topic: str) -> None:
@@ -48,16 +48,16 @@ class Authority:
 
     def ask(self) -> None:
         """Ask the graph now."""
-        # Once the listener is closed, or ROS has shut down, the last answer stands.
+        # The last answer stays once the listener is closed or ROS has shut down.
         if self._node.context.ok():
             with suppress(InvalidHandle):
                 self._name = self._ask()
 
     def correct(self, incidents: list[Incident]) -> list[Incident]:
         """
-        Return incidents with the name as it is now: a second publisher may just have come.
+        Return incidents with the current name: a second publisher may just have appeared.
 
-        :param incidents: of this topic, that have just happened.
+        :param incidents: of messages of this topic that have just arrived.
         """
         if not incidents:
             return incidents

@@ -1,8 +1,9 @@
-"""Publishing transforms: what moves on /tf, what does not on /tf_static."""
+"""Publishes transforms: moving ones on /tf, static ones on /tf_static."""
 
 from collections.abc import Collection, Iterable
 import copy
 import threading
+from typing import TypeAlias
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -14,7 +15,7 @@ from .qos import dynamic_qos, static_broadcaster_qos, TF_STATIC_TOPIC, TF_TOPIC
 from ..buffer.arguments import check_places
 from ..messages.convert import with_float_fields, with_frames
 
-Transforms = TransformStamped | Iterable[TransformStamped]
+Transforms: TypeAlias = TransformStamped | Iterable[TransformStamped]
 
 
 class TransformBroadcaster:
@@ -29,8 +30,8 @@ class TransformBroadcaster:
         :param node: whose publisher it is.
         :param qos: reliable, volatile, depth 100 unless given.
         :param tf_topic: where to publish; a relative one lies in the node's namespace.
-        :param frame_prefix: put in front of every frame on its way out.
-        :param shared_frames: go out by their name all the same, such as ``map``.
+        :param frame_prefix: put in front of every frame that is published.
+        :param shared_frames: frames that keep their name all the same, such as ``map``.
         :raises ValueError: a string where a collection of frames belongs.
         """
         check_places(f'{type(self).__name__}(node)', node=node)
@@ -47,9 +48,9 @@ class StaticTransformBroadcaster:
     """
     Publishes transforms that never change on ``/tf_static``.
 
-    The topic keeps one message for late joiners, so each holds everything this
-    broadcaster ever sent: the newest of every child frame. What was sent is
-    copied, so the caller's messages may change afterwards.
+    The topic keeps one message for late joiners, so each message holds everything that
+    this broadcaster ever sent: the newest transform of every child frame. Messages are
+    copied, so the caller may change them afterwards.
 
     :ivar net_message: what was published last.
     """
@@ -74,9 +75,9 @@ class StaticTransformBroadcaster:
     def sendTransform(self, transform: Transforms) -> None:
         """Publish one ``TransformStamped`` or several, with all those before."""
         messages = copy.deepcopy(_as_sent(transform, self._names))
-        # Of two threads, the last to publish must be the one that holds all.
+        # If two threads send, the message that is published last must hold all transforms.
         with self._lock:
-            # A listener strips the slash, so with and without it is one frame.
+            # A listener strips a leading slash: both spellings are one frame.
             newest = {message.child_frame_id.removeprefix('/'): message
                       for message in (*self.net_message.transforms, *messages)}
             self.net_message.transforms = list(newest.values())
@@ -84,7 +85,7 @@ class StaticTransformBroadcaster:
 
 
 def _as_sent(transform: Transforms, names: Rename) -> list[TransformStamped]:
-    """Return what goes out; the caller's messages stay as they are."""
+    """Return what to publish; the caller's messages stay as they are."""
     return [with_frames(with_float_fields(message), names) for message in _as_list(transform)]
 
 

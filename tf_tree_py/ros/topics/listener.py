@@ -1,9 +1,9 @@
-"""Feeding a buffer from /tf and /tf_static."""
+"""Fills a buffer from /tf and /tf_static."""
 
 from collections.abc import Collection
 import functools
 import threading
-from typing import Any
+from typing import Any, cast
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -32,10 +32,10 @@ class TransformListener:
     """
     Fills a buffer with what is published on ``/tf`` and ``/tf_static``.
 
-    It reads in a thread of its own, on a small node of its own beside yours (with
-    its context, namespace, remappings and clock), and never spins your node. So a
-    lookup with a timeout works inside a callback, also of a single-threaded
-    executor: what it waits for arrives meanwhile.
+    It reads in a thread of its own, on a small node of its own beside yours, and never
+    spins your node. The small node has your node's context, namespace, remappings and
+    clock. So a lookup with a timeout works inside a callback, also of a single-threaded
+    executor: transforms go on arriving while it waits.
 
     It lives as long as your node (without one, as ROS) or until ``close()``; it is a
     context manager. Several may fill one buffer.
@@ -55,8 +55,8 @@ class TransformListener:
         :param node: whose names, remappings and clock to use; None: those of the
             command line.
         :param spin_thread: read in a thread of its own. False puts the subscriptions
-            on your node for your executor to serve, and then a callback that waits in
-            a single-threaded executor keeps out what it waits for: it fails at once.
+            on your node for your executor to serve. Then a lookup that waits in a callback
+            of a single-threaded executor would block its own transforms: it fails at once.
         :param qos: of ``/tf``; reliable, volatile, depth 100 unless given.
         :param static_qos: of ``/tf_static``; reliable, transient local, depth 100.
         :param tf_topic: where moving transforms are published.
@@ -67,7 +67,7 @@ class TransformListener:
             that does not have it is left out.
         :param shared_frames: keep their name all the same, such as ``map``.
         :param frame_filter: whether to take (parent, child), or the frames to take: an
-            edge between two of them. It judges names as they arrive, and not again for
+            edge between two of them. It is called with names as they arrive, and not for
             every message, so it has to give the same answer every time.
         :raises TypeError: another buffer than ours, such as tf2's.
         :raises RuntimeError: there is no node, and ROS is not initialised.
@@ -84,10 +84,11 @@ class TransformListener:
         self.buffer = buffer
         self._receiver: Receiver | None = None
         self._spinner = _Spinner(buffer, self._home)
-        topics = [] if static_only else [(tf_topic, False, qos or dynamic_qos())]
-        topics.append((tf_static_topic, True, static_qos or static_listener_qos()))
-        # All before the first subscription: a name that cannot be must not leave one behind.
-        resolved = [(node.resolve_topic_name(topic), *rest) for topic, *rest in topics]
+        topics = [(tf_topic, False, qos or dynamic_qos()),
+                  (tf_static_topic, True, static_qos or static_listener_qos())]
+        # All names are resolved before the first subscription: a bad one must leave none behind.
+        resolved = [(node.resolve_topic_name(topic), static, profile)
+                    for topic, static, profile in topics if static or not static_only]
         buffer.feeds.log_to(node.get_logger())
         self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner)
                        for topic, static, profile in resolved]
@@ -99,7 +100,7 @@ class TransformListener:
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody)
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
-                # Also what keeps a listener alive that nobody keeps: tf2's lives on with its node.
+                # The node's callback list references self: it lives as long as the node, as tf2's.
                 node.add_post_set_parameters_callback(self._follow_clock)
                 weakref.finalize(self, self._receiver.stop)
 
@@ -138,9 +139,9 @@ class TransformListener:
 
 class _Spinner:
     """
-    The thread that delivers what arrives on a node, if it is always the same.
+    Notes which thread runs a node's single-threaded executor, and so delivers transforms.
 
-    A program may spin its node in one thread and go on in another, and then the first
+    A program may spin its node first in one thread and then in another; the first then
     delivers nothing any more.
     """
 
@@ -150,7 +151,7 @@ class _Spinner:
         self._thread: threading.Thread | None = None
 
     def note(self) -> None:
-        """Look who delivers just now."""
+        """Note that the current thread delivers."""
         alone = isinstance(self._node.executor, SingleThreadedExecutor)
         thread = threading.current_thread() if alone else None
         if thread is not self._thread:
@@ -160,14 +161,14 @@ class _Spinner:
             self._buffer.feeds.add_thread(thread)
 
     def forget(self) -> None:
-        """Let the thread wait again."""
+        """Allow the noted thread to wait for transforms again."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._buffer.feeds.remove_thread(thread)
 
 
 class _Feed:
-    """What arrives on one topic, on its way into the buffer."""
+    """Takes the messages of one topic into the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
                  qos: QoSProfile | int, names: Rename, spinner: _Spinner) -> None:
@@ -179,13 +180,13 @@ class _Feed:
         self._authority = Authority(node, topic)
         self._rivals = Rivals(self._authority, static)
         buffer.feeds.name_later(self._authority)
-        # In a group of its own, for one of the node's callbacks may block and wait for this.
+        # In a callback group of its own: another callback of the node may block on a lookup.
         self._subscription = node.create_subscription(
-            TFMessage, topic, self._receive, qos, raw=True,
+            TFMessage, topic, cast('Any', self._receive), qos, raw=True,
             callback_group=MutuallyExclusiveCallbackGroup())
 
     def close(self) -> None:
-        """Stop receiving; for those whose subscription no receiver owns."""
+        """Stop receiving; needed where the subscription is on the user's node."""
         self._node.destroy_subscription(self._subscription)
 
     def _receive(self, data: bytes, info: Any) -> None:

@@ -1,4 +1,4 @@
-"""The profiles of /tf and /tf_static, as tf2 has them, and of sensors."""
+"""The QoS profiles of /tf and /tf_static, as tf2 has them, and of sensors."""
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -19,12 +19,12 @@ def static_listener_qos() -> QoSProfile:
 
 
 def static_broadcaster_qos() -> QoSProfile:
-    """Return the publisher's: one message, for each holds everything ever sent."""
+    """Return the publisher's: the last message only, as each holds everything ever sent."""
     return _static_qos(1)
 
 
 def sensor_qos() -> QoSProfile:
-    """Return a subscriber's profile that hears whoever publishes, also best-effort sensors."""
+    """Return a subscriber's profile that matches every publisher, best-effort sensors too."""
     return QoSProfile(depth=10, history=HistoryPolicy.KEEP_LAST,
                       reliability=ReliabilityPolicy.BEST_EFFORT,
                       durability=DurabilityPolicy.VOLATILE)

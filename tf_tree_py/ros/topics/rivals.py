@@ -1,4 +1,4 @@
-"""Which edges of a topic two publishers send, by the numbers of messages and by the graph."""
+"""Finds edges that two publishers send, by the numbers of their messages and the ROS graph."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,12 +12,11 @@ from .authority import Authority
 
 class Rivals:
     """
-    Tells each edge that two publishers send, once.
+    Reports each edge of a topic that two publishers send, once.
 
-    While the graph knows of no second publisher on the topic, nothing is done about what
-    moves. When a publisher leaves, all that was known of numbers is forgotten, so that one
-    that is restarted is no second one. Where the middleware does not number messages,
-    nothing is told.
+    While the graph shows one publisher, messages of ``/tf`` are not looked at. When a
+    publisher leaves, all numbers are forgotten, so that a restarted node does not count as a
+    second publisher. If the middleware does not number messages, nothing is reported.
     """
 
     def __init__(self, authority: Authority, static: bool) -> None:
@@ -25,7 +24,7 @@ class Rivals:
         Begin with nothing known.
 
         :param authority: of the topic.
-        :param static: whether what comes is sent once, and not over and over.
+        :param static: whether each edge is sent once, as on ``/tf_static``.
         """
         self._authority = authority
         self._static = static
@@ -34,9 +33,9 @@ class Rivals:
 
     def follow(self, batch: Batch, info: Any) -> list[Incident]:
         """
-        Take note of a message of one transform at least, and return what to tell.
+        Take a message of at least one transform, and return what to report of it.
 
-        :param info: what rclpy says of the message beside its content.
+        :param info: rclpy's message info.
         """
         authority = self._authority
         if authority.endpoints is not self._endpoints:
@@ -57,15 +56,16 @@ class Rivals:
         return one_left
 
     def _judged(self, suspects: Sequence[Edge], batch: Batch, number: int) -> list[Incident]:
-        """Return what to tell of edges that two seem to send, by the graph as it is now."""
+        """Return the incidents of suspected edges that the current graph confirms."""
         self._authority.ask()
         if self._forget_if_one_left():
-            # It was restarted, most likely: what came now is the first of another run.
+            # The publisher was most likely restarted, and this is its first message.
             self._streams.follow(batch.edges, number)
             return []
         names = self._authority.names
-        # A node that crashed stays in the graph for a while, beside the one that takes its place
-        # under its name; but what moves has come from both by now.
+        # A crashed node stays in the graph for a while, beside its replacement of the same name.
+        # So two static publishers count only if their names differ. Of moving transforms, both
+        # have sent some by now.
         if len(names) < 2 or (self._static and len(set(names)) < 2):
             return []
         stamps = dict(zip(batch.edges, batch.stamps, strict=True))
@@ -82,7 +82,7 @@ class Rivals:
 
 
 def _both(names: Sequence[str]) -> str:
-    """Return who the two are, as far as that is known."""
+    """Return the names of the two, as far as they are known."""
     if len(names) > 2:
         return f'two of {", ".join(names)}'
     first, second = names

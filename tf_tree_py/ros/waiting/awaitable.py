@@ -12,6 +12,7 @@ from contextlib import suppress
 from copy import copy
 import sys
 import threading
+from types import FrameType
 from typing import Any
 import weakref
 
@@ -189,7 +190,7 @@ def _who_awaits() -> Any:
     """Return the rclpy task or the asyncio loop in which a coroutine runs; None: neither."""
     asyncio = sys.modules.get('asyncio')
     step_of_loop = None if asyncio is None else asyncio.Handle._run.__code__
-    frame = sys._getframe(2)
+    frame: FrameType | None = sys._getframe(2)
     # Either may run inside the other: the inner one counts.
     while frame is not None and frame.f_code is not step_of_loop:
         if frame.f_code is _STEP_OF_TASK:

@@ -12,7 +12,7 @@ from geometry_msgs.msg import (
 )
 from tf_tree_py.dropin.along import __getattr__  # noqa: F401
 from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
-from tf_tree_py.ros.messages.stamped import (
+from tf_tree_py.ros.messages.do_transform import (
     do_transform_accel,
     do_transform_point,
     do_transform_polygon_stamped,

@@ -2,7 +2,7 @@
 
 from tf_tree_py.dropin.along import __getattr__  # noqa: F401
 from tf_tree_py.ros.buffer.interface import BufferInterface
-from tf_tree_py.ros.messages.registration import (
+from tf_tree_py.ros.messages.registry import (
     convert,
     ConvertRegistration,
     NotImplementedException,

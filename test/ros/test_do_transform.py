@@ -50,9 +50,10 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.twist import carry
-from tf_tree_py.ros.messages import geometry, stamped
-from tf_tree_py.ros.messages.stamped import do_transform, TRANSFORMERS
+from tf_tree_py.core.geometry.screws import carry
+from tf_tree_py.ros.messages import do_transform as functions, geometry
+from tf_tree_py.ros.messages.do_transform import do_transform, TRANSFORMERS
+from tf_tree_py.ros.messages.registry import STAMPED_FORMS
 
 GEOMETRY = [kind for kind in TRANSFORMERS if kind not in (LaserScan, PointCloud2)]
 WITH_HEADER = [kind for kind in GEOMETRY if hasattr(kind, 'header')]
@@ -130,10 +131,10 @@ def test_result_shares_nothing_and_changes_nothing(kind):
     assert result == result_before
 
 
-@named(stamped.STAMPED_FORMS)
+@named(STAMPED_FORMS)
 def test_messages_with_and_without_header_are_moved_alike(kind):
     message = filled(kind, np.random.default_rng(9))
-    form, field = stamped.STAMPED_FORMS[kind]
+    form, field = STAMPED_FORMS[kind]
     moved = do_transform(form(**{field: message}), stamped_transform(POSE))
     assert getattr(moved, field) == do_transform(message, stamped_transform(POSE))
 
@@ -197,9 +198,9 @@ def test_points_and_vectors_go_by_the_matrix(transform, seed):
     rng = np.random.default_rng(seed)
     matrix = se3.as_matrix(geometry.transform_values(transform.transform))
     point, vector = filled(PointStamped, rng), filled(Vector3Stamped, rng)
-    assert xyz(stamped.do_transform_point(point, transform).point) == pytest.approx(
+    assert xyz(functions.do_transform_point(point, transform).point) == pytest.approx(
         (matrix @ [*xyz(point.point), 1.0])[:3], abs=1e-11)
-    assert xyz(stamped.do_transform_vector3(vector, transform).vector) == pytest.approx(
+    assert xyz(functions.do_transform_vector3(vector, transform).vector) == pytest.approx(
         matrix[:3, :3] @ xyz(vector.vector), abs=1e-12)
     for kind in (Point, Point32):
         point = filled(kind, rng)
@@ -212,16 +213,17 @@ def test_points_and_vectors_go_by_the_matrix(transform, seed):
 
 def test_points_and_vectors_by_hand():
     point = PointStamped(point=Point(x=1.0, y=2.0, z=3.0))
-    assert xyz(stamped.do_transform_point(point, BY_HAND).point).tolist() == [11.0, 18.0, 27.0]
+    assert xyz(functions.do_transform_point(point, BY_HAND).point).tolist() == [11.0, 18.0, 27.0]
     vector = Vector3Stamped(vector=Vector3(x=1.0, y=2.0, z=3.0))
-    assert xyz(stamped.do_transform_vector3(vector, BY_HAND).vector).tolist() == [1.0, -2.0, -3.0]
+    moved = functions.do_transform_vector3(vector, BY_HAND).vector
+    assert xyz(moved).tolist() == [1.0, -2.0, -3.0]
 
 
 @pytest.mark.parametrize('count', [0, 1, 2, 100])
 def test_polygon_is_its_points(count):
     transform, rng = stamped_transform(POSE), np.random.default_rng(5)
     polygon = PolygonStamped(polygon=Polygon(points=[filled(Point32, rng) for _ in range(count)]))
-    moved = stamped.do_transform_polygon_stamped(polygon, transform).polygon.points
+    moved = functions.do_transform_polygon_stamped(polygon, transform).polygon.points
     assert [type(point) for point in moved] == [Point32] * count
     for point, before in zip(moved, polygon.polygon.points, strict=True):
         assert xyz(point) == pytest.approx(xyz(do_transform(before, transform)), abs=1e-12)
@@ -234,25 +236,25 @@ def test_polygon_is_its_points(count):
 @given(transforms, poses)
 def test_poses_go_by_the_product_of_matrices(transform, pose):
     message = geometry.pose_message(pose)
-    moved = stamped.do_transform_pose(message, transform)
+    moved = functions.do_transform_pose(message, transform)
     assert type(moved) is Pose
     expected = se3.as_matrix(geometry.transform_values(transform.transform)) @ se3.as_matrix(pose)
     assert matrix_of(moved) == pytest.approx(expected, abs=1e-10)
     assert moved.orientation.w >= 0.0
-    same = stamped.do_transform_pose_stamped(PoseStamped(pose=message), transform)
+    same = functions.do_transform_pose_stamped(PoseStamped(pose=message), transform)
     assert (same.pose, same.header) == (moved, transform.header)
 
 
 @settings(deadline=None)
 @given(transforms, transforms)
 def test_transform_has_the_sign_of_tf2(a_T_b, b_T_c):
-    moved = stamped.do_transform_transform(b_T_c, a_T_b).transform.rotation
+    moved = functions.do_transform_transform(b_T_c, a_T_b).transform.rotation
     assert so3.has_tf2_sign(*quaternion(moved))
 
 
 def test_pose_by_hand():
     pose = Pose(position=Point(x=1.0, y=2.0, z=3.0), orientation=Quaternion(w=1.0))
-    moved = stamped.do_transform_pose(pose, BY_HAND)
+    moved = functions.do_transform_pose(pose, BY_HAND)
     assert xyz(moved.position).tolist() == [11.0, 18.0, 27.0]
     assert quaternion(moved.orientation) == (1.0, 0.0, 0.0, 0.0)
 
@@ -262,7 +264,7 @@ def test_pose_by_hand():
 def test_quaternion_is_the_product_as_it_comes(transform, pose):
     x, y, z, w = pose[3:]
     message = QuaternionStamped(quaternion=Quaternion(x=x, y=y, z=z, w=w))
-    moved = stamped.do_transform_quaternion(message, transform).quaternion
+    moved = functions.do_transform_quaternion(message, transform).quaternion
     turn = quaternion(transform.transform.rotation)
     assert quaternion(moved) == pytest.approx(so3.multiply(turn, pose[3:]), abs=1e-12)
 
@@ -274,19 +276,19 @@ def test_quaternions_need_not_be_of_unit_length(scale):
     pose = geometry.pose_message((1.0, 2.0, 3.0, 0.0, 0.6, 0.0, 0.8))
     longer = deepcopy(pose)
     longer.orientation = Quaternion(y=0.6 * scale, w=0.8 * scale)
-    assert_same(stamped.do_transform_pose(longer, transform),
-                stamped.do_transform_pose(pose, exact))
+    assert_same(functions.do_transform_pose(longer, transform),
+                functions.do_transform_pose(pose, exact))
     assert_same(do_transform(Point(x=1.0), transform), do_transform(Point(x=1.0), exact))
-    array = stamped.do_transform_pose_array(PoseArray(poses=[pose, longer]), transform)
+    array = functions.do_transform_pose_array(PoseArray(poses=[pose, longer]), transform)
     assert_same(array.poses[1], array.poses[0])
 
 
 def test_a_quaternion_of_zeros_is_no_rotation():
     nobody_filled = Pose(orientation=Quaternion(w=0.0), position=Point(x=1.0))
-    moved = stamped.do_transform_pose(nobody_filled, BY_HAND)
+    moved = functions.do_transform_pose(nobody_filled, BY_HAND)
     assert quaternion(moved.orientation) == (1.0, 0.0, 0.0, 0.0)
     assert xyz(moved.position).tolist() == [11.0, 20.0, 30.0]
-    array = stamped.do_transform_pose_array(PoseArray(poses=[nobody_filled]), BY_HAND)
+    array = functions.do_transform_pose_array(PoseArray(poses=[nobody_filled]), BY_HAND)
     assert array.poses == [moved]
 
 
@@ -302,14 +304,14 @@ def test_transform_keeps_its_child():
 def test_pose_array_and_path_are_their_poses(count):
     transform, rng = stamped_transform(POSE), np.random.default_rng(6)
     some = [unit_quaternions(filled(Pose, rng)) for _ in range(count)]
-    expected = [stamped.do_transform_pose(pose, transform) for pose in some]
-    array = stamped.do_transform_pose_array(PoseArray(poses=some), transform)
+    expected = [functions.do_transform_pose(pose, transform) for pose in some]
+    array = functions.do_transform_pose_array(PoseArray(poses=some), transform)
     assert len(array.poses) == count
     assert all(pose.orientation.w >= 0.0 for pose in array.poses)
     for pose, wanted in zip(array.poses, expected, strict=True):
         assert_same(pose, wanted, 1e-12)
     path = Path(header=Header(frame_id='base'), poses=[PoseStamped(pose=pose) for pose in some])
-    for pose, wanted in zip(stamped.do_transform_path(path, transform).poses, expected,
+    for pose, wanted in zip(functions.do_transform_path(path, transform).poses, expected,
                             strict=True):
         assert_same(pose.pose, wanted, 1e-12)
 
@@ -318,7 +320,7 @@ def test_path_keeps_the_time_of_each_pose():
     path = Path(header=Header(frame_id='base'), poses=[PoseStamped(), PoseStamped()])
     path.poses[0].header.stamp.sec = 3
     path.poses[1].header.frame_id = 'base'
-    moved = stamped.do_transform_path(path, stamped_transform(POSE))
+    moved = functions.do_transform_path(path, stamped_transform(POSE))
     assert [pose.header.frame_id for pose in moved.poses] == ['map', 'map']
     assert [pose.header.stamp.sec for pose in moved.poses] == [3, 0]
 
@@ -328,7 +330,7 @@ def test_path_that_is_in_two_frames_is_refused():
     path.poses[1].header.frame_id = 'odom'
     with pytest.raises(InvalidArgumentException,
                        match=r"poses\[1\] of the path is in 'odom', the path in 'base'"):
-        stamped.do_transform_path(path, stamped_transform(POSE))
+        functions.do_transform_path(path, stamped_transform(POSE))
 
 
 # --- covariances
@@ -344,7 +346,7 @@ def correlated(rng):
 def test_covariance_is_turned_block_by_block(transform, seed):
     covariance = correlated(np.random.default_rng(seed))
     rotation = np.array(so3.as_matrix(geometry.transform_values(transform.transform)[3:]))
-    moved = stamped.transform_covariance(covariance.reshape(36), transform)
+    moved = functions.transform_covariance(covariance.reshape(36), transform)
     assert moved.shape == (36,)
     square = moved.reshape(6, 6)
     for row, column in itertools.product((0, 3), (0, 3)):
@@ -358,7 +360,7 @@ def test_covariance_by_hand():
     transform = stamped_transform((1.0, 2.0, 3.0, 0.0, 0.0, 2 ** -0.5, 2 ** -0.5))
     covariance = np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
     covariance[0, 4] = covariance[4, 0] = 0.5
-    moved = stamped.transform_covariance(covariance.reshape(36).tolist(), transform)
+    moved = functions.transform_covariance(covariance.reshape(36).tolist(), transform)
     expected = np.diag([2.0, 1.0, 3.0, 5.0, 4.0, 6.0])
     expected[1, 3] = expected[3, 1] = -0.5
     assert moved.reshape(6, 6) == pytest.approx(expected, abs=1e-12)
@@ -371,7 +373,7 @@ def test_messages_with_covariance_use_it():
         message = filled(kind, rng)
         covariance = getattr(message, part).covariance
         moved = getattr(do_transform(message, transform), part).covariance
-        assert moved == pytest.approx(stamped.transform_covariance(covariance, transform))
+        assert moved == pytest.approx(functions.transform_covariance(covariance, transform))
     message = filled(PoseWithCovariance, rng)
     assert do_transform(message, transform).pose == do_transform(message.pose, transform)
 
@@ -383,10 +385,10 @@ def test_wrench_has_the_lever_arm_of_its_new_point():
     # By hand: f = (1 -2 -3), turned torque (1 -2 -3), t x f = (0 60 -40).
     wrench = WrenchStamped(wrench=Wrench(force=Vector3(x=1.0, y=2.0, z=3.0),
                                          torque=Vector3(x=1.0, y=2.0, z=3.0)))
-    moved = stamped.do_transform_wrench(wrench, BY_HAND).wrench
+    moved = functions.do_transform_wrench(wrench, BY_HAND).wrench
     assert xyz(moved.force).tolist() == [1.0, -2.0, -3.0]
     assert xyz(moved.torque).tolist() == [1.0, 58.0, -43.0]
-    free = stamped.do_transform_wrench(wrench, BY_HAND, lever_arm=False).wrench
+    free = functions.do_transform_wrench(wrench, BY_HAND, lever_arm=False).wrench
     assert xyz(free.force).tolist() == [1.0, -2.0, -3.0]
     assert xyz(free.torque).tolist() == [1.0, -2.0, -3.0]
 
@@ -410,7 +412,7 @@ def test_twist_with_lever_arm_is_that_of_the_point_at_the_target():
     # A wheel turns at 2 rad/s about z; seen from a frame one metre behind it on the same body.
     twist = TwistStamped(twist=Twist(angular=Vector3(z=2.0)))
     behind = stamped_transform((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
-    moved = stamped.do_transform_twist(twist, behind, lever_arm=True).twist
+    moved = functions.do_transform_twist(twist, behind, lever_arm=True).twist
     assert xyz(moved.linear).tolist() == [0.0, -2.0, 0.0]
     assert xyz(moved.angular).tolist() == [0.0, 0.0, 2.0]
 
@@ -421,7 +423,7 @@ def test_covariance_of_a_carried_twist_goes_by_the_adjoint(transform, seed):
     message = filled(TwistWithCovarianceStamped, np.random.default_rng(seed))
     covariance = correlated(np.random.default_rng(seed))
     message.twist.covariance = covariance.reshape(36)
-    moved = stamped.do_transform_twist_with_covariance(message, transform, lever_arm=True).twist
+    moved = functions.do_transform_twist_with_covariance(message, transform, lever_arm=True).twist
     pose = geometry.transform_values(transform.transform)
     adjoint = np.array([carry(pose, tuple(unit)) for unit in np.eye(6).tolist()]).T
     assert moved.covariance.reshape(6, 6) == pytest.approx(

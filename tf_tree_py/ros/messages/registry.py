@@ -1,38 +1,83 @@
 """
-Objects of one's own that can be transformed and converted, as tf2 registers them.
+The registry of types that users want to transform and convert, as tf2 has it.
 
-The names and what they do are tf2's. The messages of ``stamped`` need no
-registration, and one of one's own for such a type goes first.
+The names and what they do are tf2's. The messages of ``do_transform`` need no
+registration; a function that is registered for one of their types is used instead.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from typing import Any
 
+from geometry_msgs.msg import (
+    Accel,
+    AccelStamped,
+    AccelWithCovariance,
+    AccelWithCovarianceStamped,
+    Point,
+    PointStamped,
+    Polygon,
+    PolygonInstance,
+    PolygonInstanceStamped,
+    PolygonStamped,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    QuaternionStamped,
+    Transform,
+    TransformStamped,
+    Twist,
+    TwistStamped,
+    TwistWithCovariance,
+    TwistWithCovarianceStamped,
+    Vector3,
+    Vector3Stamped,
+    Wrench,
+    WrenchStamped,
+)
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import join, JoinableException
 
 from .convert import as_nanoseconds, time_message
-from .stamped import STAMPED_FORMS, Transformer, TRANSFORMERS
+from .do_transform import Transformer, TRANSFORMERS
 
 Converter = Callable[[Any], Any]
 
-# tf2 keeps one registry for all, and so do these.
+# tf2 has one registry for the whole process, and so has this module.
 _transformers: dict[Any, Transformer] = {}
 _from_msg: dict[Any, Converter] = {}
 _to_msg: dict[Any, Converter] = {}
 _converters: dict[tuple[Any, Any], Converter] = {}
 
+STAMPED_FORMS: Mapping[type, tuple[type, str]] = {
+    Point: (PointStamped, 'point'),
+    Vector3: (Vector3Stamped, 'vector'),
+    Quaternion: (QuaternionStamped, 'quaternion'),
+    Pose: (PoseStamped, 'pose'),
+    PoseWithCovariance: (PoseWithCovarianceStamped, 'pose'),
+    Transform: (TransformStamped, 'transform'),
+    Polygon: (PolygonStamped, 'polygon'),
+    PolygonInstance: (PolygonInstanceStamped, 'polygon'),
+    Wrench: (WrenchStamped, 'wrench'),
+    Twist: (TwistStamped, 'twist'),
+    TwistWithCovariance: (TwistWithCovarianceStamped, 'twist'),
+    Accel: (AccelStamped, 'accel'),
+    AccelWithCovariance: (AccelWithCovarianceStamped, 'accel'),
+}
+"""The message with a header that holds one without, and the field it is in."""
+
 
 class TypeException(JoinableException):
-    """An object of a type that nobody has said how to transform or convert."""
+    """An object's type has no registered function that transforms or converts it."""
 
     def __init__(self, errstr: str) -> None:
         _init(self, errstr)
 
 
 class NotImplementedException(JoinableException):
-    """A buffer interface that does not implement what was asked of it."""
+    """A buffer interface does not implement the method that was called."""
 
     def __init__(self) -> None:
         _init(self, 'CanTransform or LookupTransform not implemented')
@@ -40,7 +85,7 @@ class NotImplementedException(JoinableException):
 
 def _init(error: Any, errstr: str) -> None:
     join('tf2_ros', (TypeException, NotImplementedException))
-    # Not super(): that may be tf2's class by now, which takes something else.
+    # Not super(): after join() that may be tf2's class, whose __init__ takes other arguments.
     Exception.__init__(error, errstr)
     error.errstr = errstr
 
@@ -54,7 +99,7 @@ class TransformRegistration:
 
     def add(self, key: type, callback: Transformer) -> None:
         """
-        Say how objects of a type are transformed.
+        Register the function that transforms objects of a type.
 
         :param callback: takes (object, ``TransformStamped``) and returns a new object.
         """
@@ -62,9 +107,9 @@ class TransformRegistration:
 
     def get(self, key: type) -> Transformer:
         """
-        Return how objects of a type are transformed.
+        Return the function that transforms objects of a type.
 
-        :raises TypeException: nobody said so.
+        :raises TypeException: none is registered.
         """
         transformer = _transformers.get(key) or TRANSFORMERS.get(key)
         if transformer is None:
@@ -80,22 +125,22 @@ class ConvertRegistration:
     """Which function converts from one type to another; one registry for all instances."""
 
     def add_from_msg(self, key: type, callback: Converter) -> None:
-        """Say how an object of a type is made of a message."""
+        """Register the function that makes an object of a type from a message."""
         _from_msg[key] = callback
 
     def add_to_msg(self, key: type, callback: Converter) -> None:
-        """Say which message an object of a type becomes."""
+        """Register the function that makes a message from an object of a type."""
         _to_msg[key] = callback
 
     def add_convert(self, key: tuple[type, type], callback: Converter) -> None:
-        """Say how an object of the first type becomes one of the second, straight."""
+        """Register the function that converts the first type to the second directly."""
         _converters[key] = callback
 
     def get_from_msg(self, key: type) -> Converter:
         """
-        Return how an object of a type is made of a message.
+        Return the function that makes an object of a type from a message.
 
-        :raises TypeException: nobody said so.
+        :raises TypeException: none is registered.
         """
         if key in TRANSFORMERS:
             return _from_msg.get(key, lambda message: _checked(message, key))
@@ -103,9 +148,9 @@ class ConvertRegistration:
 
     def get_to_msg(self, key: type) -> Converter:
         """
-        Return which message an object of a type becomes.
+        Return the function that makes a message from an object of a type.
 
-        :raises TypeException: nobody said so.
+        :raises TypeException: none is registered.
         """
         if key in TRANSFORMERS:
             return _to_msg.get(key, _itself)
@@ -113,9 +158,9 @@ class ConvertRegistration:
 
     def get_convert(self, key: tuple[type, type]) -> Converter:
         """
-        Return how an object of the first type becomes one of the second, straight.
+        Return the function that converts the first type to the second directly.
 
-        :raises TypeException: nobody said so.
+        :raises TypeException: none is registered.
         """
         if key not in _converters:
             raise TypeException(f'Type {key} is not loaded or supported')
@@ -143,10 +188,10 @@ def _checked(message: Any, kind: type) -> Any:
 
 def convert(a: Any, b_type: type) -> Any:
     """
-    Return an object as another type: straight, as a copy, or by way of a message.
+    Return an object converted to another type: directly, as a copy, or through a message.
 
-    :raises TypeException: there is no way from one to the other. (tf2 returns a message
-        of the wrong type where both are messages.)
+    :raises TypeException: no registered functions convert one to the other. (tf2 returns
+        a message of the wrong type where both are messages.)
     """
     straight = _converters.get((type(a), b_type))
     if straight is not None:
@@ -161,8 +206,8 @@ def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
     """
     Return an object with a header.
 
-    What can bear one gets it and is returned itself, as in tf2. A message without
-    header becomes one with: a ``Point`` a ``PointStamped``, which holds a copy.
+    An object that can have a header gets it and is returned itself, as in tf2. A message
+    without one becomes its stamped form: a ``PointStamped`` holds a copy of the ``Point``.
 
     :param stamp: a ``Time`` of rclpy, or a message's.
     :raises TypeException: a message that has no form with a header.

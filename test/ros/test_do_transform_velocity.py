@@ -9,8 +9,8 @@ from ros_helpers import at
 from tf_tree_py import Buffer, BufferCore, Pose
 from tf_tree_py.core.twist import lookup_twist
 from tf_tree_py.ros.buffer.twists import velocity_stamped
-from tf_tree_py.ros.messages.convert import public_transform_stamped
-from tf_tree_py.ros.messages.stamped import do_transform
+from tf_tree_py.ros.messages.convert import transform_stamped
+from tf_tree_py.ros.messages.do_transform import do_transform
 
 SECOND = 1_000_000_000
 
@@ -40,7 +40,7 @@ def test_velocity_in_other_axes_is_the_velocity_transformed(buffer):
     in_base = velocity_stamped(lookup_twist(*arguments, reference_frame='base'), 'base', 'odom',
                                'base')
     assert in_base.header.frame_id == 'base'
-    base_T_odom = public_transform_stamped(
+    base_T_odom = transform_stamped(
         'base', 'odom', 2 * SECOND, buffer.lookup('base', 'odom', 2 * SECOND))
     moved = do_transform(velocity_stamped(lookup_twist(*arguments), 'base', 'odom'), base_T_odom)
     assert moved.header == in_base.header

@@ -24,6 +24,8 @@ NOT_IN_THE_DROPIN = {
     ('Buffer', 'jump_handle'): 'a buffer goes by several clocks, which come and go',
 }
 NOT_IN_OURS = NOT_IN_THE_DROPIN | {
+    ('Buffer', 'lookupVelocityCore'): 'wrong where frames turn; lookup_twist is right',
+    ('Buffer', 'lookupVelocityFullCore'): 'likewise',
     ('TransformListener', 'callback'): 'no message is made of what arrives',
     ('TransformListener', 'static_callback'): 'likewise',
     ('TransformListener', 'tf_sub'): 'the subscriptions are not on your node',

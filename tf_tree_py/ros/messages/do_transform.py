@@ -1,11 +1,11 @@
 """
-Which messages can be transformed, and how: one table, and tf2's ``do_transform_*``.
+Which function transforms which message: tf2's ``do_transform_*``, and a table of them.
 
 Everything here is a pure function of a message and a ``TransformStamped``. What it
 returns is in the transform's ``header.frame_id``, has its stamp, and shares nothing
-with the message or the transform, neither of which is changed. What happens to the
-parts of a message stands in ``geometry`` and ``point_cloud``; types of one's own go
-into ``registration``.
+with the message or the transform, neither of which is changed. The functions for the
+parts of messages are in ``geometry`` and ``point_cloud``. Users register their own
+types in ``registry``.
 """
 
 from collections.abc import Callable, Mapping
@@ -50,7 +50,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 
 from .covariance import rotate_covariance
-from .message_maker import copy_of, maker
+from .fast_messages import copy_of, maker
 from .point_cloud import do_transform_cloud
 from ..messages import geometry, laser_scan
 
@@ -73,7 +73,7 @@ def do_transform(message: Any, transform: TransformStamped) -> Any:
     """
     Return a message of any type in the table, in the transform's target frame.
 
-    :raises KeyError: the table does not have its type; ``registration`` says more.
+    :raises KeyError: the table does not have its type; ``registry`` explains more.
     """
     return TRANSFORMERS[type(message)](message, transform)
 
@@ -101,7 +101,7 @@ def do_transform_quaternion(quaternion: QuaternionStamped,
 
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
-    """Return a pose; without header in and out, as tf2 has it under this name."""
+    """Return a pose without a header; that is what tf2 has under this name."""
     return geometry.pose(pose, _pose(transform))
 
 
@@ -125,7 +125,7 @@ def transform_covariance(cov_in: npt.ArrayLike, transform: TransformStamped) -> 
 
 def do_transform_transform(transform_in: TransformStamped,
                            transform: TransformStamped) -> TransformStamped:
-    """Return the same child's transform from the target: its ``child_frame_id`` stays."""
+    """Return the transform from the child to the target: the ``child_frame_id`` stays."""
     return _transform_stamped(
         _header(transform), transform_in.child_frame_id,
         geometry.transform(transform_in.transform, _pose(transform)))
@@ -156,7 +156,7 @@ def do_transform_pose_array(poses: PoseArray, transform: TransformStamped) -> Po
 
 def do_transform_path(path: Path, transform: TransformStamped) -> Path:
     """
-    Return a path; each of its poses keeps its own stamp, the time to be there.
+    Return a path; each of its poses keeps its own stamp, the planned time of arrival.
 
     :raises InvalidArgumentException: a pose names another frame than the path does.
     """
@@ -206,9 +206,9 @@ def do_transform_twist_with_covariance(
 def do_transform_velocity(velocity: VelocityStamped,
                           transform: TransformStamped) -> VelocityStamped:
     """
-    Return a velocity in the target's axes: that of the same body relative to the same frame.
+    Return a velocity in the target's axes; the body and the reference frame stay.
 
-    tf2's C++ adds the velocity in the old axes to it, which has no meaning.
+    tf2's C++ also adds the velocity in the old axes, and the sum has no meaning.
     """
     return _velocity_stamped(
         _header(transform), velocity.body_frame_id, velocity.reference_frame_id,
@@ -229,7 +229,7 @@ def do_transform_accel_with_covariance(
 
 
 def do_transform_odometry(odometry: Odometry, transform: TransformStamped) -> Odometry:
-    """Return an odometry: the pose is seen from the target, the twist is the child's and stays."""
+    """Return an odometry: its pose in the target frame; its twist, in the child's frame, stays."""
     return _odometry(
         _header(transform), odometry.child_frame_id,
         geometry.pose_with_covariance(odometry.pose, _pose(transform)),
@@ -287,21 +287,4 @@ TRANSFORMERS: Mapping[type, Transformer] = {
     Accel: _bare(geometry.accel),
     AccelWithCovariance: _bare(geometry.accel_with_covariance),
 }
-"""What can be transformed without further ado; messages without header stay so."""
-
-STAMPED_FORMS: Mapping[type, tuple[type, str]] = {
-    Point: (PointStamped, 'point'),
-    Vector3: (Vector3Stamped, 'vector'),
-    Quaternion: (QuaternionStamped, 'quaternion'),
-    Pose: (PoseStamped, 'pose'),
-    PoseWithCovariance: (PoseWithCovarianceStamped, 'pose'),
-    Transform: (TransformStamped, 'transform'),
-    Polygon: (PolygonStamped, 'polygon'),
-    PolygonInstance: (PolygonInstanceStamped, 'polygon'),
-    Wrench: (WrenchStamped, 'wrench'),
-    Twist: (TwistStamped, 'twist'),
-    TwistWithCovariance: (TwistWithCovarianceStamped, 'twist'),
-    Accel: (AccelStamped, 'accel'),
-    AccelWithCovariance: (AccelWithCovarianceStamped, 'accel'),
-}
-"""The message with a header that holds one without, and the field it is in."""
+"""What can be transformed without registration; a message without header stays one."""

@@ -2,12 +2,13 @@
 Messages made of the values of their fields, past constructors and checks.
 
 A constructor and its checked properties cost ten times what filling the slots
-does. Only this file and ``convert`` know that messages have slots. Where a class has
+does. This is the only file that knows the slots of messages. Where a class has
 others than expected, its constructor and its properties are used; a test holds the
 two ways equal.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import repeat
 from typing import Any
 
@@ -28,6 +29,17 @@ def maker(kind: type) -> Function:
     field what the message class itself keeps there.
     """
     return slotted_maker(kind) if slots_are_known(kind) else public_maker(kind)
+
+
+def whole_maker(kind: type) -> Function:
+    """
+    Return a function that makes a message and those in it, of all their values by position.
+
+    Of a ``Pose`` these are x, y, z of its position, then x, y, z, w of its orientation.
+    An array or a list is one value.
+    """
+    known = all(map(slots_are_known, kinds_in(kind)))
+    return slotted_whole_maker(kind) if known else public_whole_maker(kind)
 
 
 def many_maker(kind: type) -> Function:
@@ -51,6 +63,23 @@ def fields_of(kind: Any) -> list[str]:
     return list(kind.get_fields_and_field_types())
 
 
+@cache
+def parts_of(kind: Any) -> dict[str, type | None]:
+    """Return a message's fields, in order, and the class of those that are messages."""
+    example = kind()
+    types = {field: type(getattr(example, field)) for field in fields_of(kind)}
+    return {field: part if hasattr(part, 'get_fields_and_field_types') else None
+            for field, part in types.items()}
+
+
+def kinds_in(kind: type) -> Iterator[type]:
+    """Yield the class of a message, and of every message in it."""
+    yield kind
+    for part in parts_of(kind).values():
+        if part is not None:
+            yield from kinds_in(part)
+
+
 # --- by the public way
 
 
@@ -58,6 +87,20 @@ def public_maker(kind: type) -> Function:
     """Return the maker that calls the constructor."""
     fields = fields_of(kind)
     return lambda *values: kind(**dict(zip(fields, values, strict=True)))
+
+
+def public_whole_maker(kind: type) -> Function:
+    """Return the maker of whole messages that calls the constructors."""
+    leaves = list(_leaves_of(kind))
+    return lambda *values: _constructed(kind, dict(zip(leaves, values, strict=True)))
+
+
+def _constructed(kind: type, values: dict[str, Any], path: str = 'message') -> Any:
+    """Return a message by its constructor; ``values`` are named as ``_leaves_of`` does."""
+    return kind(**{
+        field: values[f'{path}__{field}'] if part is None
+        else _constructed(part, values, f'{path}__{field}')
+        for field, part in parts_of(kind).items()})
 
 
 def public_many_maker(kind: type) -> Function:
@@ -85,6 +128,24 @@ def slotted_maker(kind: type) -> Function:
                      '    return message')
 
 
+def slotted_whole_maker(kind: type) -> Function:
+    """Return the maker of whole messages that fills the slots."""
+    kinds: dict[str, type] = {}
+
+    def lines_of(kind: type, path: str) -> Iterator[str]:
+        kinds[f'{path}_kind'] = kind
+        yield f'    {path} = new({path}_kind)'
+        yield f'    {path}._check_fields = check_fields'
+        for field, part in parts_of(kind).items():
+            if part is not None:
+                yield from lines_of(part, f'{path}__{field}')
+            yield f'    {path}._{field} = {path}__{field}'
+
+    body = list(lines_of(kind, 'message'))
+    return _compiled(kind, f'def function({", ".join(_leaves_of(kind))}):', *body,
+                     '    return message', **kinds)
+
+
 def slotted_many_maker(kind: type) -> Function:
     """Return the maker of many that fills the slots."""
     columns = _list_of('{0}', kind)
@@ -102,13 +163,22 @@ def slotted_reader(kind: type) -> Function:
     return _compiled(kind, 'def function(messages):', f'    return [{columns}]')
 
 
+def _leaves_of(kind: type, path: str = 'message') -> Iterator[str]:
+    """Yield a name for each value in a message: no field's name has two underscores in a row."""
+    for field, part in parts_of(kind).items():
+        if part is None:
+            yield f'{path}__{field}'
+        else:
+            yield from _leaves_of(part, f'{path}__{field}')
+
+
 def _list_of(pattern: str, kind: type, between: str = ', ') -> str:
     return between.join(map(pattern.format, fields_of(kind)))
 
 
-def _compiled(kind: type, *lines: str) -> Function:
+def _compiled(kind: type, *lines: str, **kinds: type) -> Function:
     names: dict[str, Any] = {'new': object.__new__, 'repeat': repeat, 'kind': kind,
-                             'check_fields': _CHECK_FIELDS}
+                             'check_fields': _CHECK_FIELDS, **kinds}
     exec('\n'.join(lines), names)
     return names['function']  # type: ignore[no-any-return]
 

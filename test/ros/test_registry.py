@@ -22,16 +22,17 @@ from sensor_msgs.msg import Imu, LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, FutureExtrapolationException, LookupException
 from tf_tree_py.ros.buffer.interface import BufferInterface
-from tf_tree_py.ros.messages import registration
-from tf_tree_py.ros.messages.registration import (
+from tf_tree_py.ros.messages import registry
+from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
+from tf_tree_py.ros.messages.registry import (
     convert,
     ConvertRegistration,
     NotImplementedException,
     Stamped,
+    STAMPED_FORMS,
     TransformRegistration,
     TypeException,
 )
-from tf_tree_py.ros.messages.stamped import STAMPED_FORMS, TRANSFORMERS
 
 
 class Landmark:
@@ -45,7 +46,7 @@ class Landmark:
 @pytest.fixture(autouse=True)
 def empty_registry(monkeypatch):
     for name in ('_transformers', '_from_msg', '_to_msg', '_converters'):
-        monkeypatch.setattr(registration, name, {})
+        monkeypatch.setattr(registry, name, {})
 
 
 @pytest.fixture

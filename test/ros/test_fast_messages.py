@@ -19,20 +19,23 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
-from tf_tree_py.ros.messages.message_maker import (
+from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
+from tf_tree_py.ros.messages.fast_messages import (
     copy_of,
     maker,
     many_maker,
     public_maker,
     public_many_maker,
     public_reader,
+    public_whole_maker,
     reader,
     slots_are_known,
     slotted_maker,
     slotted_many_maker,
     slotted_reader,
+    slotted_whole_maker,
+    whole_maker,
 )
-from tf_tree_py.ros.messages.stamped import TRANSFORMERS
 
 KINDS = [*TRANSFORMERS, Header, Time, PointField]
 
@@ -49,6 +52,29 @@ def test_slotted_message_equals_the_public_one(kind):
     assert deserialize_message(serialize_message(slotted), kind) == deserialize_message(
         serialize_message(public), kind)
     assert deepcopy(slotted) == public
+
+
+def leaves(message):
+    """Return the values in a message that are no messages, in order."""
+    if not hasattr(message, 'get_fields_and_field_types'):
+        return [message]
+    return [leaf for _, value in fields(message) for leaf in leaves(value)]
+
+
+@pytest.mark.parametrize('kind', KINDS, ids=lambda kind: kind.__name__)
+def test_whole_message_is_made_of_all_its_values(kind):
+    wanted = filled(kind, np.random.default_rng(1))
+    values, sent = leaves(wanted), deserialize_message(serialize_message(wanted), kind)
+    for make_maker in (slotted_whole_maker, public_whole_maker, whole_maker):
+        made = make_maker(kind)(*values)
+        assert type(made) is kind
+        assert repr(made) == repr(wanted)
+        assert deserialize_message(serialize_message(made), kind) == sent
+        assert deepcopy(made) == wanted
+        with pytest.raises((TypeError, ValueError)):
+            make_maker(kind)(*values, 1.0)
+        with pytest.raises((TypeError, ValueError)):
+            make_maker(kind)(*values[1:])
 
 
 @pytest.mark.parametrize('kind', [Point, Point32, Pose, Quaternion, PoseStamped])

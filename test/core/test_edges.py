@@ -1,0 +1,272 @@
+"""What the tree asks of an edge's history, of every kind there is, and of one from outside."""
+
+import ast
+from pathlib import Path
+
+from hypothesis import given, strategies as st
+import numpy as np
+import pytest
+from strategies import assert_same_pose
+from tf_tree_py import core
+from tf_tree_py.core import BufferCore, ExtrapolationException, Pose
+from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
+from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.edges.static import StaticHistory
+from tf_tree_py.core.edges.track import HeldTrack
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.stamp import BEGINNING, FOREVER
+
+WINDOW = 40
+STAMPS = st.integers(0, 60)
+
+
+def pose_number(number):
+    return (float(number), 0.5 * number, -float(number), *so3.from_rpy(0.0, 0.1, 0.01 * number))
+
+
+# --- a kind from outside: it gathers speed from one sample, and slows down before the next
+
+
+def eased(ratio):
+    return ratio * ratio * (3.0 - 2.0 * ratio)
+
+
+class EasedTrack(HeldTrack):
+
+    def at(self, stamps, since=None):
+        before = self._before(stamps)
+        after = np.minimum(before + 1, len(self.knots) - 1)
+        length = np.maximum(self.knots[after] - self.knots[before], 1)
+        elapsed = stamps - self.knots[before] + (0.0 if since is None else since)
+        return se3.interpolate_many(
+            self._poses.T[before], self._poses.T[after], eased(elapsed / length)).T
+
+    def motion(self, knots):
+        return np.inf, np.inf
+
+
+class EasedHistory(DynamicHistory):
+    __slots__ = ()
+
+    def sample(self, stamp):
+        straight = super().sample(stamp)
+        index = self._index_at(stamp)
+        stamps, poses = self.copy_between(stamp, stamp)
+        if index == len(self._stamps) - 1 or self._parents or stamps[0] == stamp:
+            return straight
+        ratio = eased((stamp - stamps[0]) / (stamps[1] - stamps[0]))
+        return se3.interpolate(tuple(poses[0]), tuple(poses[1]), ratio)
+
+    def track(self, first, last):
+        return EasedTrack(*self.copy_between(first, last))
+
+
+def static():
+    return StaticHistory('child', 'parent', pose_number(0))
+
+
+MOVING = (DynamicHistory, HeldHistory, EasedHistory)
+BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING))
+
+
+every_kind = pytest.mark.parametrize(
+    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased'])
+
+
+def history_of(begin, stamps, parents=('parent',)):
+    history = begin()
+    for number, stamp in enumerate(stamps):
+        history.insert(stamp, parents[number % len(parents)], pose_number(number))
+    return history
+
+
+def pose_at(history, stamp):
+    try:
+        return history.sample(stamp)
+    except ExtrapolationException:
+        return None
+
+
+some_stamps = st.lists(STAMPS, min_size=1, max_size=12)
+some_parents = st.sampled_from([('parent',), ('table', 'gripper'), ('a', 'a', 'b')])
+
+
+# --- every kind
+
+
+@every_kind
+@given(stamps=some_stamps, parents=some_parents, stamp=STAMPS)
+def test_there_is_a_parent_where_there_is_a_pose(begin, stamps, parents, stamp):
+    history = history_of(begin, stamps, parents)
+    parent = history.parent_at(stamp)
+    assert (pose_at(history, stamp) is None) == (parent is None)
+    holding = [name for name, since, until in history.parents_between(BEGINNING, FOREVER)
+               if since <= stamp < until]
+    if parent is not None:
+        assert holding == [parent]
+        assert parent in history.possible_parents(stamp)
+        assert history.has_named(parent)
+
+
+@every_kind
+@given(stamps=some_stamps, asked=st.lists(STAMPS, min_size=1, max_size=9))
+def test_track_answers_as_one_by_one(begin, stamps, asked):
+    history = history_of(begin, stamps)
+    asked = np.array([stamp for stamp in asked if pose_at(history, stamp)], dtype=np.int64)
+    if len(asked):
+        poses = history.track(int(asked.min()), int(asked.max())).at(asked)
+        for stamp, pose in zip(asked, np.broadcast_to(poses.T, (len(asked), 7)), strict=True):
+            assert_same_pose(pose, history.sample(int(stamp)), reach=20.0)
+
+
+@every_kind
+@given(stamps=st.lists(STAMPS, min_size=2, max_size=12, unique=True))
+def test_next_knot_is_approached_from_below(begin, stamps):
+    history = history_of(begin, sorted(stamps))
+    track = history.track(history.oldest_stamp, history.latest_stamp)
+    knots = track.knots
+    assert len(knots) == (0 if history.is_static else len(history))
+    limits = track.at(knots[:-1], np.diff(knots) - 1.0).T
+    for stamp, limit in zip(knots[1:].tolist(), limits, strict=not history.is_static):
+        assert_same_pose(limit, history.sample(stamp - 1), reach=20.0)
+
+
+@every_kind
+@given(stamps=some_stamps)
+def test_track_moves_no_more_than_it_says(begin, stamps):
+    history = history_of(begin, sorted(stamps))
+    track = history.track(history.oldest_stamp, history.latest_stamp)
+    knots = np.unique(track.knots)
+    if len(knots) < 2:
+        return
+    angle, distance = track.motion(knots)
+    for first, last in zip(knots[:-1], knots[1:], strict=True):
+        ends = np.array([first, first])
+        a, b = track.at(ends, np.array([0.0, float(last - first)])).T
+        assert np.linalg.norm(b[:3] - a[:3]) <= distance + 1e-9
+        assert np.linalg.norm(so3.log(so3.multiply(so3.conjugate(a[3:]), b[3:]))) <= angle + 1e-6
+        assert np.linalg.norm(a[:3]) <= track.reach
+
+
+@every_kind
+def test_copy_is_one_of_its_own(begin):
+    history = history_of(begin, [10, 20, 30])
+    twin = history.copy()
+    assert type(twin) is type(history)
+    before = [pose_at(history, stamp) for stamp in range(50)]
+    assert [pose_at(twin, stamp) for stamp in range(50)] == before
+    twin.insert(25, 'parent', pose_number(9))
+    twin.insert(40, 'other', pose_number(10))
+    twin.authority = 'somebody'
+    assert [pose_at(history, stamp) for stamp in range(50)] == before
+    assert (history.authority, history.parent) == ('', 'parent')
+
+
+@every_kind
+@given(stamps=some_stamps, stamp=STAMPS)
+def test_append_is_insert_or_nothing(begin, stamps, stamp):
+    history, other = history_of(begin, stamps), history_of(begin, stamps)
+    pose = pose_number(77)
+    before = [pose_at(history, at) for at in range(70)]
+    if history.append(stamp, np.array(pose).tobytes()):
+        assert other.insert(stamp, 'parent', pose)
+        before = [pose_at(other, at) for at in range(70)]
+    assert [pose_at(history, at) for at in range(70)] == before
+
+
+@every_kind
+@given(stamps=some_stamps, stamp=STAMPS)
+def test_what_is_too_old_is_refused(begin, stamps, stamp):
+    history = history_of(begin, stamps)
+    too_old = history.is_too_old(stamp)
+    assert history.insert(stamp, 'parent', pose_number(50)) == (not too_old)
+
+
+@every_kind
+@given(stamps=some_stamps, parents=some_parents, stamp=STAMPS)
+def test_sample_with_which_an_edge_goes_on_moves_no_parent(begin, stamps, parents, stamp):
+    history = history_of(begin, stamps, parents)
+    pose = history.sample(history.latest_stamp)
+    parent = history.parent
+    if history.goes_on(parent, stamp, pose):
+        before = [history.parent_at(at) for at in range(history.latest_stamp + 1)]
+        history.insert(stamp, parent, pose)
+        after = [history.parent_at(at) for at in range(len(before))]
+        # The window may have moved past the oldest.
+        assert all(then in (now, None) or now is None
+                   for then, now in zip(before, after, strict=True))
+        assert history.fixed_parent
+
+
+@every_kind
+def test_only_what_moves_is_cleared(begin):
+    history = history_of(begin, [10])
+    history.clear()
+    assert moves(history) == (pose_at(history, 10) is None) == (not history.is_static)
+    assert not moves(None)
+
+
+# --- a sample that holds until the next
+
+
+def test_held_sample_holds_until_the_next():
+    history = history_of(lambda: HeldHistory('child', WINDOW), [10, 20, 20, 30])
+    assert [history.sample(stamp)[0] for stamp in (10, 19, 20, 29, 30)] == [0, 0, 2, 2, 3]
+    for stamp in (9, 31):
+        with pytest.raises(ExtrapolationException):
+            history.sample(stamp)
+    history.end()
+    history.insert(40, 'parent', pose_number(4))
+    assert history.sample(30)[0] == 3
+    with pytest.raises(ExtrapolationException, match='had ended then'):
+        history.sample(35)
+
+
+# --- in a tree
+
+
+def mixed_tree():
+    """Return a buffer with an edge of each kind, one below the other."""
+    buffer = BufferCore(cache_time=10**9)
+    frames = ['map', 'jumping', 'eased', 'moving', 'sensor']
+    buffer._tree.histories |= {
+        'jumping': HeldHistory('jumping', 10**9), 'eased': EasedHistory('eased', 10**9)}
+    for number, (parent, child) in enumerate(zip(frames, frames[1:], strict=False)):
+        for stamp in range(number, 2_000_000, 50_000 + number):
+            turn = (0.0, 0.02 * number, 1e-7 * stamp)
+            pose = Pose.from_rotation_vector(turn, (1e-6 * stamp, number, 0.0))
+            assert not buffer.insert(parent, child, stamp, pose, static=child == 'sensor')
+    return buffer
+
+
+@pytest.mark.parametrize(('target', 'source'), [
+    ('map', 'jumping'), ('jumping', 'map'), ('map', 'sensor'), ('sensor', 'map'),
+    ('jumping', 'sensor'), ('moving', 'sensor')])
+@pytest.mark.parametrize('count', [30, 30_000])
+def test_path_through_all_kinds_is_answered_as_one_by_one(target, source, count):
+    buffer = mixed_tree()
+    stamps = np.random.default_rng(count).integers(10, 1_900_000, count)
+    stamps[:3] = 50_000, 100_000, 1_850_000
+    poses = buffer.lookup_many(target, source, stamps)
+    for number in range(0, count, max(count // 100, 1)):
+        assert_same_pose(
+            poses[number], buffer.lookup_at(target, source, int(stamps[number])), reach=100.0)
+    assert_same_pose(poses[1], buffer.lookup_at(target, source, 100_000), reach=100.0)
+
+
+def test_snapshot_keeps_the_kinds():
+    buffer = mixed_tree()
+    frozen = buffer.snapshot()
+    assert frozen.lookup_at('map', 'jumping', 49_999).x == 0.0
+    assert buffer.edges() == frozen.edges()
+
+
+def test_tree_asks_for_no_kind():
+    """What the tree knows of an edge it asks the edge: so a new kind needs no change there."""
+    kinds = {'StaticHistory', *(kind.__name__ for kind in MOVING)}
+    asked = [(path.name, ast.unparse(node))
+             for path in (Path(core.__file__).parent / 'tree').glob('*.py')
+             for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)
+             if ast.unparse(node.func) in ('isinstance', 'issubclass', 'type')
+             and kinds & {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}]
+    assert not asked

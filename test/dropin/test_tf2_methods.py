@@ -1,0 +1,73 @@
+"""Methods that only the drop-in's buffers have, and tf2's tools and some programs call."""
+
+import pytest
+from rclpy.clock_type import ClockType
+from rclpy.time import Time
+from ros_helpers import FAR_STAMPS, lasting, Moment, transform, with_a_lamp
+import tf_tree_py
+from tf_tree_py import InvalidArgumentException, Pose, TransformException
+from tf_tree_py.dropin.buffer import Buffer
+
+METHODS = {
+    'lookupVelocityCore': lambda buffer, time: buffer.lookupVelocityCore(
+        'map', 'base', time, lasting(0.1)),
+    'lookupVelocityFullCore': lambda buffer, time: buffer.lookupVelocityFullCore(
+        'map', 'base', 'base', (1.0, 2.0, 3.0), 'map', time, lasting(0.1)),
+    '_chain': lambda buffer, time: buffer._chain('map', time, 'base', time, 'map'),
+    '_allFramesAsDot': lambda buffer, time: buffer._allFramesAsDot(time),
+    '_frameExists': lambda buffer, time: buffer._frameExists('map'),
+    '_getFrameStrings': lambda buffer, time: buffer._getFrameStrings(),
+}
+
+
+@pytest.fixture
+def buffer():
+    return with_a_lamp(Buffer())
+
+
+def test_chain_goes_over_the_fixed_frame(buffer):
+    at = Time(seconds=2)
+    assert buffer._chain('lamp', at, 'arm', at, 'map') == [
+        'arm', 'base', 'odom', 'map', 'odom', 'lamp']
+    assert buffer._chain('lamp', at, 'arm', at, 'lamp') == ['arm', 'base', 'odom', 'lamp']
+
+
+def test_frames_are_told_apart_from_names_nobody_knows(buffer):
+    assert buffer._frameExists('lamp')
+    assert not buffer._frameExists('nowhere')
+    assert buffer._getFrameStrings() == ['odom', 'map', 'base', 'arm', 'lamp']
+
+
+def test_graph_has_an_arrow_for_each_edge(buffer):
+    dot = buffer._allFramesAsDot()
+    assert dot.startswith('digraph G {') and dot.endswith('}\n')
+    assert '"odom" -> "lamp" [label="Broadcaster: test\\nAverage rate: 1.000 Hz' in dot
+    assert dot.count('->') == 4
+
+
+@pytest.mark.parametrize('name', METHODS)
+def test_our_own_buffer_has_none_of_them(name):
+    assert hasattr(Buffer, name)
+    assert not hasattr(tf_tree_py.Buffer, name)
+
+
+@pytest.mark.parametrize('name', ['lookupVelocityCore', 'lookupVelocityFullCore', '_chain'])
+def test_steady_time_is_refused_here_too(name):
+    buffer = Buffer()
+    for second in range(1, 20):
+        buffer.set_transform(transform('map', 'base', second), 'me')
+    METHODS[name](buffer, Time(seconds=10, clock_type=ClockType.ROS_TIME))
+    with pytest.raises(InvalidArgumentException, match='counts from when the machine started'):
+        METHODS[name](buffer, Time(seconds=10, clock_type=ClockType.STEADY_TIME))
+
+
+@pytest.mark.parametrize('name', METHODS)
+@pytest.mark.parametrize('stamp', FAR_STAMPS)
+def test_far_stamp_gets_an_answer_or_an_error_of_ours(name, stamp):
+    buffer = Buffer(lasting(10**9))
+    for moment in (stamp - 5 * 10**8, stamp, stamp + 5 * 10**8):
+        buffer.insert('map', 'base', moment, Pose())
+    try:
+        assert METHODS[name](buffer, Moment(stamp)) is not None
+    except TransformException as error:
+        assert 'extrapolation' in str(error)

@@ -1,0 +1,264 @@
+"""
+A window of samples in packed memory, sorted by stamp.
+
+What a sample says between two others is the business of who reads them.
+"""
+
+from array import array
+from bisect import bisect_left, bisect_right
+import struct
+from typing import TypeVar
+
+import numpy as np
+
+from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Array
+from ..stamp import BEGINNING, FOREVER
+from ..times import Stamps
+
+POSE_FLOATS = 7
+POSE_BYTES = 56
+pack_pose = struct.Struct('=7d').pack
+unpack_pose = struct.Struct('=7d').unpack_from
+unpack_pair = struct.Struct('=14d').unpack_from
+
+_Kind = TypeVar('_Kind', bound='PackedSamples')
+
+# Fewer expired samples than this are not worth moving the rest for.
+_MIN_BLOCK = 64
+
+
+class PackedSamples:
+    """
+    One child frame's samples: stamps, parents and poses.
+
+    Stamps are an ``array('q')``, poses one ``array('d')`` of seven floats each:
+    64 bytes a sample, which ``struct`` reads as floats and numpy sees without a
+    copy. Nearly all edges have one parent for ever; only when a second appears is
+    a parent kept for every sample. Expired samples are skipped at once and
+    dropped when an eighth of the window has passed, so a sample costs at most 72
+    bytes and some growth of the arrays.
+
+    Appending is amortised O(1), inserting in the middle O(n) (a memmove), a
+    search O(log n).
+
+    :ivar child: the frame.
+    :ivar cache_time: how long the window is, nanoseconds.
+    :ivar authority: who sent the last sample that was taken.
+    :ivar parent: the newest sample's parent; None while there is no sample, and after
+        an end.
+    :ivar latest_stamp: the newest stamp, nanoseconds; None while there is no sample.
+    """
+
+    __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
+                 '_latest_pose', '_stamps', '_poses', '_parents', '_ends', '_start',
+                 '_horizon', '_tidy_after')
+
+    def __init__(self, child: str, cache_time: int, authority: str = '') -> None:
+        self.child = child
+        self.cache_time = cache_time
+        self.authority = authority
+        self.clear()
+
+    def __len__(self) -> int:
+        return len(self._stamps) - self._first()
+
+    @property
+    def oldest_stamp(self) -> int | None:
+        """Return the oldest stamp in the window, nanoseconds; None while there is no sample."""
+        return self._stamps[self._first()] if self._stamps else None
+
+    def clear(self) -> None:
+        """Forget every sample."""
+        self.parent: str | None = None
+        self.latest_stamp: int | None = None
+        # The newest sample unpacked, once somebody asked for it.
+        self._latest_pose: PoseTuple | None = None
+        self._stamps = array('q')
+        self._poses = array('d')
+        self._parents: list[str] | None = None
+        # Behind samples with these stamps there is nothing, until the next sample. Where
+        # there are any, there are parents too.
+        self._ends: set[int] = set()
+        # What is older than the horizon has expired. The start is moved past it when
+        # somebody looks, and memory is tidied up once in a while.
+        self._start = 0
+        self._horizon = BEGINNING
+        self._tidy_after = BEGINNING
+
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """
+        Take the next sample of the parent that all before it name: the common case.
+
+        :param pose: seven doubles in the machine's byte order.
+        :return: False, with nothing done, when it is another case: see ``insert``.
+        """
+        latest = self.latest_stamp
+        if latest is None or stamp < latest or self._parents is not None:
+            return False
+        self._horizon = latest - self.cache_time
+        if latest > self._tidy_after:
+            self._tidy(latest)
+        self._stamps.append(stamp)
+        self._poses.frombytes(pose)
+        self.latest_stamp = stamp
+        self._latest_pose = None
+        return True
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """
+        Take a sample, unless it is older than the window.
+
+        As tf2 does it: the window hangs on the newest stamp *before* this one, also
+        when this one is refused; a sample exactly at its edge is kept, and of several
+        with one stamp the last to arrive is found.
+
+        :return: False when the sample was refused.
+        """
+        latest = self.latest_stamp
+        if latest is None:
+            self._append(stamp, parent, pose)
+            return True
+        self._horizon = latest - self.cache_time
+        if latest > self._tidy_after:
+            self._tidy(latest)
+        if stamp < self._horizon:
+            return False
+        if parent != self.parent:
+            self._write_parents()
+        if stamp >= latest:
+            if stamp == latest:
+                self._ends.discard(latest)
+            self._append(stamp, parent, pose)
+        else:
+            self._insert_between(stamp, parent, pose)
+        return True
+
+    def extend(self, stamps: Stamps, poses: Array) -> None:
+        """
+        Take many samples of the parent that all before them name, as ``insert`` one by one.
+
+        O(n) where they are sorted and continue what is there, else a stable sort more.
+
+        :param stamps: (n,) in order of arrival, n > 0; none is older than the window when
+            its turn comes.
+        :param poses: (n, 7) ``parent_T_child``, with unit quaternions.
+        """
+        assert self.latest_stamp is not None
+        latest = max(self.latest_stamp, int(stamps[:-1].max(initial=BEGINNING)))
+        self._horizon = latest - self.cache_time
+        if (stamps[1:] < stamps[:-1]).any():
+            stamps, poses = _in_order(stamps, poses)
+        if stamps[0] < self.latest_stamp:
+            # What is newer than the first goes among them.
+            index = bisect_right(self._stamps, int(stamps[0]), self._first())
+            newer = np.array(self._poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
+            stamps, poses = _in_order(np.concatenate([self._stamps[index:], stamps]),
+                                      np.concatenate([newer, poses]))
+            del self._stamps[index:]
+            del self._poses[index * POSE_FLOATS:]
+        self._stamps.frombytes(memoryview(np.ascontiguousarray(stamps)).cast('B'))
+        self._poses.frombytes(memoryview(np.ascontiguousarray(poses)).cast('B'))
+        self.latest_stamp = self._stamps[-1]
+        self._latest_pose = None
+        if latest > self._tidy_after:
+            self._tidy(latest)
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return the stamp of the first sample that is newer; 2**63 if there is none."""
+        after = bisect_right(self._stamps, stamp, self._first())
+        return self._stamps[after] if after < len(self._stamps) else FOREVER
+
+    def copy(self: _Kind) -> _Kind:
+        """Return a history of its own with the same samples."""
+        twin = type(self)(self.child, self.cache_time, self.authority)
+        twin.parent, twin.latest_stamp = self.parent, self.latest_stamp
+        twin._latest_pose, twin._start = self._latest_pose, self._start
+        twin._stamps, twin._poses = self._stamps[:], self._poses[:]
+        twin._parents = None if self._parents is None else self._parents[:]
+        twin._ends = set(self._ends)
+        twin._horizon, twin._tidy_after = self._horizon, self._tidy_after
+        return twin
+
+    def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
+        """
+        Return the samples that it takes to answer from one stamp to another.
+
+        :return: stamps (n,) and poses (n, 7), n > 0.
+        """
+        start = self._first()
+        begin = max(start, bisect_right(self._stamps, first, start) - 1)
+        end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
+        # Views of the arrays keep them from growing: only copies leave this function.
+        stamps = np.frombuffer(self._stamps, dtype=np.int64)
+        poses = np.frombuffer(self._poses).reshape(-1, POSE_FLOATS)
+        return stamps[begin:end].copy(), poses[begin:end].copy()
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether a stored sample names a parent."""
+        return parent in self._named()
+
+    def _named(self) -> list[str]:
+        """Return the parents that stored samples name."""
+        if self._parents is not None:
+            return self._parents
+        return [] if self.parent is None else [self.parent]
+
+    def _write_parents(self) -> None:
+        """Keep a parent for every sample from now on."""
+        if self._parents is None:
+            self._parents = self._named() * len(self._stamps)
+
+    def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:
+        self._stamps.append(stamp)
+        self._poses.frombytes(pack_pose(*pose))
+        if self._parents is not None:
+            self._parents.append(parent)
+        self.latest_stamp = stamp
+        self._latest_pose = pose
+        self.parent = parent
+
+    def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
+        index = bisect_right(self._stamps, stamp, self._first())
+        self._stamps.insert(index, stamp)
+        first = index * POSE_FLOATS
+        self._poses[first:first] = array('d', pose)
+        if self._parents is not None:
+            self._parents.insert(index, parent)
+
+    def _index_at(self, stamp: int) -> int | None:
+        """Return the index of the sample that counts at a stamp; None where none does."""
+        if self.latest_stamp is None or stamp > self.latest_stamp:
+            return None
+        first = self._first()
+        index = bisect_right(self._stamps, stamp, first) - 1
+        if index < first:
+            return None
+        older_stamp = self._stamps[index]
+        return None if stamp > older_stamp in self._ends else index
+
+    def _first(self) -> int:
+        """Return the index of the oldest sample that has not expired; 0 while there is none."""
+        if self._stamps and self._stamps[self._start] < self._horizon:
+            self._start = bisect_left(self._stamps, self._horizon, self._start)
+        return self._start
+
+    def _tidy(self, latest: int) -> None:
+        """Drop expired samples, and come back when an eighth of the window has passed."""
+        start = self._first()
+        if start >= _MIN_BLOCK:
+            del self._stamps[:start]
+            del self._poses[:start * POSE_FLOATS]
+            if self._parents is not None:
+                del self._parents[:start]
+                self._ends = {end for end in self._ends if end >= self._stamps[0]}
+                if len(set(self._parents)) == 1 and not self._ends:
+                    self._parents = None
+            self._start = 0
+        self._tidy_after = latest + self.cache_time // 8
+
+
+def _in_order(stamps: Stamps, poses: Array) -> tuple[Stamps, Array]:
+    """Return samples sorted by stamp; those of one stamp keep their order."""
+    order = np.argsort(stamps, kind='stable')
+    return stamps[order], poses[order]

@@ -1,0 +1,80 @@
+"""The history of an edge that is valid at all times: one sample, no stamp."""
+
+from collections.abc import Iterator
+
+from .protocol import Stretch
+from .track import ConstantTrack
+from ..geometry.se3 import PoseTuple
+from ..stamp import BEGINNING, FOREVER, LATEST
+
+
+class StaticHistory:
+    """One edge that never moves; see ``History``."""
+
+    __slots__ = ('child', 'parent', 'pose', 'authority')
+
+    is_static = True
+    fixed_parent = True
+    oldest_stamp = LATEST
+    latest_stamp = LATEST
+
+    def __init__(self, child: str, parent: str, pose: PoseTuple, authority: str = '') -> None:
+        self.child = child
+        self.parent = parent
+        self.pose = pose
+        self.authority = authority
+
+    def __len__(self) -> int:
+        return 1
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """Return ``parent_T_child``, the same at every stamp."""
+        return self.pose
+
+    def track(self, first: int, last: int) -> ConstantTrack:
+        """Return the pose, for any stamps."""
+        return ConstantTrack(self.pose)
+
+    def parent_at(self, stamp: int) -> str:
+        """Return the parent, the same at every stamp."""
+        return self.parent
+
+    def possible_parents(self, stamp: int) -> set[str]:
+        """Return the only parent."""
+        return {self.parent}
+
+    def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
+        """Yield the only parent, for all time."""
+        yield self.parent, BEGINNING, FOREVER
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether this is the parent."""
+        return parent == self.parent
+
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """Return False: a static edge has no next sample."""
+        return False
+
+    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+        """Return whether a sample says the same again, as a static broadcaster does."""
+        return parent == self.parent and pose == self.pose
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """Take a sample in place of the one that was there, whatever its stamp."""
+        self.parent, self.pose = parent, pose
+        return True
+
+    def is_too_old(self, stamp: int) -> bool:
+        """Return False: it is valid at all times."""
+        return False
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return ``FOREVER``: there is no newer sample."""
+        return FOREVER
+
+    def clear(self) -> None:
+        """Stay as it is, as in tf2."""
+
+    def copy(self) -> 'StaticHistory':
+        """Return a history of its own."""
+        return StaticHistory(self.child, self.parent, self.pose, self.authority)

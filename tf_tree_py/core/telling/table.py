@@ -1,0 +1,22 @@
+"""Cells of text as the lines of a table."""
+
+from collections.abc import Container, Sequence
+
+
+def as_lines(rows: Sequence[Sequence[str]], right: Container[int],
+             rule: bool = False) -> list[str]:
+    """
+    Return rows as lines whose columns stand under each other.
+
+    :param rows: the headings first; all of one length.
+    :param right: the numbers of the columns that end at the right, as numbers do.
+    :param rule: whether a line of dashes stands under the headings.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ['  '.join(
+        cell.rjust(width) if number in right else cell.ljust(width)
+        for number, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()
+        for row in rows]
+    if rule:
+        lines.insert(1, '  '.join('-' * width for width in widths))
+    return lines
