@@ -1,6 +1,6 @@
 """What ``help(Buffer)`` shows is for those who use one."""
 
-from tf_tree_py import Buffer
+from tf_tree_py import Buffer, BufferCore, BufferInterface
 
 FOR_THE_PACKAGE = {
     'alarm_clock', 'begin_feed', 'end_feed', 'fail_waiters', 'fed_by', 'forget_orphans',
@@ -16,3 +16,11 @@ def test_whatever_is_public_says_what_it_does():
     undocumented = [name for name in dir(Buffer) if not name.startswith('_')
                     and not (getattr(Buffer, name).__doc__ or '').strip()]
     assert undocumented == []
+
+
+def test_a_buffer_is_what_users_take_it_for_and_no_heap_of_parts():
+    assert issubclass(Buffer, BufferCore) and issubclass(Buffer, BufferInterface)
+    for kind in Buffer.__mro__:
+        declared = vars(kind).get('__annotations__', {})
+        assert declared.keys() <= vars(kind).keys(), 'it declares what another class sets'
+    assert len(Buffer.__mro__) <= 7

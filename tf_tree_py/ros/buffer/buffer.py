@@ -31,16 +31,15 @@ from .arguments import check_places
 from .feeds import Feeds
 from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
-from .twists import TwistLookups
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
 from ..waiting.clock import ClockWatch
-from ..waiting.futures import AsyncLookups
+from ..waiting.futures import outcome, TransformFuture
 from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
 
 
-class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
+class Buffer(CoreApi, BufferInterface):
     """
     Stores transforms and answers where one frame is in another, at a time.
 
@@ -223,6 +222,48 @@ class Buffer(AsyncLookups, TwistLookups, CoreApi, BufferInterface):
         except TransformException as error:
             error.hint = deadline.why_early or error.hint
             raise
+
+    # --- asking for later
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
+                                 timeout: Any = None) -> TransformFuture:
+        """
+        Return a future of the transform.
+
+        Times, frames and errors are those of ``lookup_transform``, and it may be called
+        from any thread, also from the one that delivers the transforms.
+
+        :param timeout: an rclpy ``Duration``; None waits as long as there is hope.
+        """
+        stamp = self._as_stamp(time)
+        return TransformFuture(
+            self.timeouts, (target_frame, source_frame),
+            [asked(target_frame, source_frame, stamp)],
+            lambda: self.lookup_stamped(target_frame, source_frame, stamp), timeout)
+
+    def wait_for_transform_full_async(
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = None) -> TransformFuture:
+        """Return a future of the transform between two times; likewise."""
+        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
+        return TransformFuture(
+            self.timeouts, (target_frame, source_frame),
+            halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self.lookup_full_stamped(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)
+
+    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
+                                     timeout: Any = None) -> TransformStamped:
+        """Return the transform as soon as it is there."""
+        return await outcome(self.wait_for_transform_async(
+            target_frame, source_frame, time, timeout))
+
+    async def lookup_transform_full_async(
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = None) -> TransformStamped:
+        """Return the transform between two times as soon as it is there."""
+        return await outcome(self.wait_for_transform_full_async(
+            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     # --- listing
 

@@ -2,20 +2,24 @@
 
 from typing import Any
 
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import TransformStamped, VelocityStamped
+import numpy.typing as npt
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from tf_tree_py.core.buffer.buffer_core import BufferCore
 from tf_tree_py.core.errors import InvalidArgumentException, TransformException
+from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.telling import report
+from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, ORIGIN
 
-from ..messages.convert import transform_stamped
+from .twists import velocity_stamped
+from ..messages.convert import as_nanoseconds, transform_stamped
 from ..messages.times import RosTimes
 
 
 class CoreApi(RosTimes, BufferCore):
-    """What tf2_py offers: lookups that never wait, and listings."""
+    """What tf2_py offers, and twists: lookups that never wait, and listings."""
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
                               time: Any) -> TransformStamped:
@@ -49,6 +53,36 @@ class CoreApi(RosTimes, BufferCore):
         except TransformException as error:
             return (False, str(error))
         return (True, '')
+
+    def lookup_twist(self, tracking_frame: str, observation_frame: str, time: Any,
+                     averaging_interval: Any, *, reference_frame: str | None = None,
+                     reference_point: Vector3 = ORIGIN,
+                     reference_point_frame: str | None = None) -> VelocityStamped:
+        """
+        Return how fast one frame moves as another sees it; see ``core.twist.lookup_twist``.
+
+        :param time: an rclpy ``Time``, or a message's; zero is the latest.
+        :param averaging_interval: an rclpy ``Duration``.
+        """
+        velocity = lookup_twist(
+            self, tracking_frame, observation_frame, self._as_stamp(time),
+            as_nanoseconds(averaging_interval), reference_frame=reference_frame,
+            reference_point=reference_point, reference_point_frame=reference_point_frame)
+        return velocity_stamped(velocity, tracking_frame, observation_frame, reference_frame)
+
+    def lookup_twist_many(self, tracking_frame: str, observation_frame: str,
+                          stamps: npt.ArrayLike, averaging_interval: Any,
+                          **reference: Any) -> Array:
+        """
+        Return the twists at many stamps; see ``core.twist.lookup_twist_many``.
+
+        :param stamps: (N,) integer nanoseconds.
+        :param averaging_interval: an rclpy ``Duration``.
+        :param reference: as ``lookup_twist`` has it.
+        :return: (N, 6): linear velocity, metres a second, and angular, radians a second.
+        """
+        return lookup_twist_many(self, tracking_frame, observation_frame, stamps,
+                                 as_nanoseconds(averaging_interval), **reference)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """

@@ -3,10 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from geometry_msgs.msg import TransformStamped
 from rclpy.task import Future
-from tf_tree_py.core.arrivals.observers import Asked, asked, halves
-from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.arrivals.observers import Asked
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 
@@ -72,61 +70,9 @@ class TransformFuture(AwaitableFuture):
         return first
 
 
-class LookupCoroutines:
-    """Lookups that can be awaited, in rclpy's executors and in asyncio."""
-
-    wait_for_transform_async: Callable[..., AwaitableFuture]
-    wait_for_transform_full_async: Callable[..., AwaitableFuture]
-
-    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                     timeout: Any = None) -> TransformStamped:
-        """Return the transform as soon as it is there."""
-        future = self.wait_for_transform_async(target_frame, source_frame, time, timeout)
-        try:
-            return await future
-        finally:
-            future.cancel()
-
-    async def lookup_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformStamped:
-        """Return the transform between two times as soon as it is there."""
-        future = self.wait_for_transform_full_async(
-            target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
-        try:
-            return await future
-        finally:
-            future.cancel()
-
-
-class AsyncLookups(LookupCoroutines, BufferCore):
-    """
-    The part of ``Buffer`` that answers later.
-
-    Times, frames and errors are those of ``lookup_transform``; a timeout of None waits
-    as long as there is hope. All may be called from any thread, also from the one that
-    delivers the transforms.
-    """
-
-    timeouts: Timeouts
-    _as_stamp: Callable[[Any], int]
-
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                 timeout: Any = None) -> TransformFuture:
-        """Return a future of the transform."""
-        stamp = self._as_stamp(time)
-        return TransformFuture(
-            self.timeouts, (target_frame, source_frame),
-            [asked(target_frame, source_frame, stamp)],
-            lambda: self.lookup_stamped(target_frame, source_frame, stamp), timeout)
-
-    def wait_for_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformFuture:
-        """Return a future of the transform between two times."""
-        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
-        return TransformFuture(
-            self.timeouts, (target_frame, source_frame),
-            halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
-            lambda: self.lookup_full_stamped(
-                target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)
+async def outcome(future: AwaitableFuture) -> Any:
+    """Return a future's result as soon as it is there; whoever is cancelled cancels it."""
+    try:
+        return await future
+    finally:
+        future.cancel()
