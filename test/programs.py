@@ -10,7 +10,7 @@ import time
 
 # Two processes need up to four seconds to find each other (Fast DDS announces itself every
 # three), and a busy machine more.
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 class Program:

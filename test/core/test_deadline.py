@@ -17,12 +17,24 @@ def test_wait_ends_when_time_is_up():
     assert 0.02 <= deadline.elapsed_s() < 10.0
 
 
+class Asked(threading.Event):
+    """An event that notes for how long it was waited for."""
+
+    def __init__(self):
+        super().__init__()
+        self.timeouts = []
+
+    def wait(self, timeout=None):
+        self.timeouts.append(timeout)
+        return super().wait(timeout)
+
+
 def test_second_wait_has_only_the_time_that_is_left():
-    deadline = WallDeadline(0.2)
-    assert not deadline.wait(threading.Event())
-    before = deadline.elapsed_s()
-    assert not deadline.wait(threading.Event())
-    assert deadline.elapsed_s() - before < 0.2
+    event, deadline = Asked(), WallDeadline(0.02)
+    assert not deadline.wait(event) and not deadline.wait(event)
+    first, second = event.timeouts
+    assert 0.0 < first <= 0.02
+    assert second == 0.0
 
 
 @pytest.mark.parametrize('timeout_s', [0.0, -1.0])

@@ -6,7 +6,6 @@ of its own; so are the lines of each shell block. What is not run says why, on t
 """
 
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import distribution
 from importlib.util import find_spec
 import os
@@ -28,20 +27,6 @@ LAUNCH_FILES = [block for blocks in PYTHON.values() for block in blocks
 SHELL = [block for block in BLOCKS if block.language == 'bash']
 
 _PATIENCE_S = 120
-
-
-@pytest.fixture(scope='module')
-def started(request, tmp_path_factory):
-    """Start all that the selected tests ask for, two at a time; return what has the outcomes."""
-    wanted = {item.callspec.params[name] for item in request.session.items
-              if hasattr(item, 'callspec') and item.module is request.module
-              for name in ('page', 'block') if name in item.callspec.params}
-    with ThreadPoolExecutor(2) as pool:
-        yield {**{page: pool.submit(_run_python, page, tmp_path_factory.mktemp('page'))
-                  for page in PROGRAMS if page in wanted and not _lacks_rclpy(page)},
-               **{block: pool.submit(_run_shell, block, tmp_path_factory.mktemp('shell'))
-                  for block in SHELL
-                  if block in wanted and not block.not_run and not _hindrance(block)}}
 
 
 def _lacks_rclpy(page):
@@ -79,10 +64,10 @@ def _hindrance(block):
 
 
 @pytest.mark.parametrize('page', PROGRAMS)
-def test_python_of_a_page_runs_from_the_top_to_the_bottom(page, started):
+def test_python_of_a_page_runs_from_the_top_to_the_bottom(page, tmp_path):
     if _lacks_rclpy(page):
         pytest.skip('needs rclpy')
-    done = started[page].result()
+    done = _run_python(page, tmp_path)
     assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
 
 
@@ -95,10 +80,10 @@ def test_launch_file_describes_what_is_launched(block):
 
 
 @pytest.mark.parametrize('block', [block for block in SHELL if not block.not_run], ids=str)
-def test_shell_block_runs(block, started):
+def test_shell_block_runs(block, tmp_path):
     if hindrance := _hindrance(block):
         pytest.skip(hindrance)
-    done = started[block].result()
+    done = _run_shell(block, tmp_path)
     assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
 
 

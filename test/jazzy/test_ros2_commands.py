@@ -12,6 +12,9 @@ ASKING = """
 import rclpy
 from tf_tree_py import Buffer, BufferClient, TransformListener
 
+# The programs are started once for all of them.
+pytestmark = pytest.mark.xdist_group('ros2_commands')
+
 rclpy.init()
 node = rclpy.create_node('asking')
 node.declare_parameter('speed', 0.5)

@@ -141,6 +141,9 @@ def press_and_start(process):
 ForkServerProcess._Popen = staticmethod(press_and_start)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from tf_tree_py.labs.tf_lab import main
+
+# Two sessions at a time may choose the same domain.
+pytestmark = pytest.mark.xdist_group('live labs')
 sys.exit(main(['tf_lab', sys.argv[1], '--ros']))
 """
 

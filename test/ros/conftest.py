@@ -1,6 +1,8 @@
 """Real rclpy over real DDS, on this machine alone and on a domain of this process alone."""
 
 from concurrent.futures import ThreadPoolExecutor
+import os
+import sys
 import threading
 
 from domains import isolate
@@ -102,6 +104,45 @@ def pool():
     """Threads to ask in while the test goes on."""
     with ThreadPoolExecutor() as threads:
         yield threads
+
+
+@pytest.fixture
+def log_file(tmp_path):
+    """Return the file that gets what a test writes to standard error."""
+    file = tmp_path / 'stderr'
+    file.touch()
+    return file
+
+
+@pytest.fixture
+def log(log_file):
+    """
+    Return what reads all that was written to standard error since the test began.
+
+    ``capfd.readouterr`` empties its file after it has read it: a line that is written in
+    between is lost. Here every call reads the whole file, and nothing is taken away.
+    """
+    return log_file.read_text
+
+
+# Innermost: pytest turns standard error to a file of its own just before.
+@pytest.hookimpl(hookwrapper=True, trylast=True)
+def pytest_runtest_call(item):
+    file = item.funcargs.get('log_file')
+    if file is None:
+        yield
+        return
+    kept, kept_stream = os.dup(2), sys.stderr
+    # Appending: the log of ROS and Python write into it side by side.
+    with file.open('a', buffering=1) as stream:
+        os.dup2(stream.fileno(), 2)
+        sys.stderr = stream
+        yield
+        sys.stderr = kept_stream
+        os.dup2(kept, 2)
+    os.close(kept)
+    # For whoever wants to know why a test failed.
+    sys.stderr.write(file.read_text())
 
 
 @pytest.fixture

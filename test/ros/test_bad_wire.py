@@ -25,19 +25,6 @@ def no_warnings():
 
 
 @pytest.fixture
-def log(capfd):
-    """Return what was logged since the test began."""
-    text = ''
-
-    def read():
-        nonlocal text
-        text += capfd.readouterr().err
-        return text
-
-    return read
-
-
-@pytest.fixture
 def buffer(node, listen):
     return listen(node)
 
@@ -112,7 +99,8 @@ def test_transform_that_cannot_be_is_counted_logged_and_skipped(
     (damaged(b'map\0', b'map!'), 'does not end with NUL'),
     (damaged(b'\4\0\0\0map', b'\xff\xff\xff\x7fmap'), 'truncated'),
     (damaged(b'\0\1\0\0\1', b'\0\1\0\0\2'), 'hold 2 transforms|truncated'),
-])
+], ids=['empty', 'one_byte', 'no_count', 'too_many', 'rubbish', 'no_utf8', 'no_nul',
+        'long_name', 'one_too_many'])
 def test_bytes_that_are_no_message_are_counted_and_logged(buffer, talker, log, data, words):
     send_and_settle(talker, buffer, data, data)
     assert incidents(buffer) == {Kind.MALFORMED: 2}

@@ -56,19 +56,6 @@ RAISING = pytest.mark.parametrize(('raises', 'words'), [
     (interrupt, 'KeyboardInterrupt')], ids=['sys.exit', 'BaseException', 'KeyboardInterrupt'])
 
 
-@pytest.fixture
-def log(capfd):
-    """Return what was logged since the test began."""
-    text = ''
-
-    def read():
-        nonlocal text
-        text += capfd.readouterr().err
-        return text
-
-    return read
-
-
 @pytest.fixture(params=[True, False], ids=['wait_set', 'executor'])
 def use_wait_set(request, monkeypatch):
     monkeypatch.setattr(receiver_module.Receiver.__init__, '__kwdefaults__', {

@@ -148,17 +148,11 @@ def test_qos_may_be_chosen(node, listen, spin_thread):
     assert static.qos_profile.durability is DurabilityPolicy.VOLATILE
 
 
-def test_publisher_that_cannot_be_heard_is_reported(node, make_node, listen, capfd):
+def test_publisher_that_cannot_be_heard_is_reported(node, make_node, listen, log):
     listen(node)
     make_node('careless').create_publisher(TFMessage, '/tf_static', 1)
-    text = ''
-
-    def told():
-        nonlocal text
-        text += capfd.readouterr().err
-        return "topic '/tf_static', offering incompatible QoS" in text and 'DURABILITY' in text
-
-    until(told)
+    until(lambda: "topic '/tf_static', offering incompatible QoS" in log()
+          and 'DURABILITY' in log())
 
 
 def test_static_only_leaves_tf_alone(node, talker, listen):
@@ -604,7 +598,7 @@ def test_of_several_publishers_all_are_named(make_node, listen, node):
 
 
 def test_second_publisher_is_among_those_named_in_its_first_refusal(
-        make_node, listen, node, capfd):
+        make_node, listen, node, log):
     """Though the name of the first is good for a second."""
     buffer = listen(node)
     Talker(make_node('first')).move(transform('map', 'odom'))
@@ -614,16 +608,9 @@ def test_second_publisher_is_among_those_named_in_its_first_refusal(
     until(lambda: 'second' in [info.node_name for info in node.get_publishers_info_by_topic('/tf')]
           and publisher.get_subscription_count() == 1)
     publisher.publish(TFMessage(transforms=[transform('odom', 'map')]))
-    logged = ''
-
-    def is_told():
-        nonlocal logged
-        logged += capfd.readouterr().err
-        return 'would close a loop' in logged
-
-    until(is_told)
-    assert "Refused transform 'odom' -> 'map' from 'one of /first, /second'" in logged
-    assert "kept: 'map' -> 'odom' from '/first'" in logged
+    until(lambda: 'would close a loop' in log())
+    assert "Refused transform 'odom' -> 'map' from 'one of /first, /second'" in log()
+    assert "kept: 'map' -> 'odom' from '/first'" in log()
 
 
 def test_several_publishers_of_one_node_are_that_node(make_node, listen, node):

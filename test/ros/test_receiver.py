@@ -117,7 +117,7 @@ def test_messages_arrive_in_order_in_one_daemon_thread(receive, publish):
 
 
 def test_exception_in_a_callback_is_logged_and_the_next_message_gets_through(
-        receive, publish, capfd):
+        receive, publish, log):
     done = threading.Event()
 
     def take(data):
@@ -128,16 +128,9 @@ def test_exception_in_a_callback_is_logged_and_the_next_message_gets_through(
     receive(topic=take)
     publish('topic', 'bad', 'good')
     assert done.wait(PATIENCE_S)
-    text = ''
-
-    def told():
-        nonlocal text
-        text += capfd.readouterr().err
-        return 'ValueError: it was bad' in text
-
-    until(told)
-    assert 'failed:' in text
-    assert 'Traceback' in text
+    until(lambda: 'ValueError: it was bad' in log())
+    assert 'failed:' in log()
+    assert 'Traceback' in log()
 
 
 def test_flooded_topic_does_not_starve_the_other(receive, publish):
@@ -206,7 +199,7 @@ def test_end_of_the_context_ends_the_thread(receive, context):
     assert not receiver.thread.is_alive()
 
 
-def test_end_of_the_context_while_messages_pour_in_is_quiet(receive, context, pour, capfd):
+def test_end_of_the_context_while_messages_pour_in_is_quiet(receive, context, pour, log):
     arrived = threading.Semaphore(0)
     receiver = receive(topic=lambda _: arrived.release())
     pour('topic')
@@ -215,7 +208,7 @@ def test_end_of_the_context_while_messages_pour_in_is_quiet(receive, context, po
     context.shutdown()
     receiver.thread.join(PATIENCE_S)
     assert not receiver.thread.is_alive()
-    assert 'Traceback' not in capfd.readouterr().err
+    assert 'Traceback' not in log()
 
 
 def test_subscription_that_comes_while_messages_pour_in_is_served(receive, publish, pour):
@@ -296,17 +289,10 @@ def test_listener_ends_with_its_context(context, node, pool):
 
 
 @pytest.mark.usefixtures('either')
-def test_publisher_of_another_quality_is_reported(node, make_node, listen, capfd):
+def test_publisher_of_another_quality_is_reported(node, make_node, listen, log):
     listen(node)
     make_node('careless').create_publisher(listener_module.TFMessage, '/tf_static', 1)
-    text = ''
-
-    def told():
-        nonlocal text
-        text += capfd.readouterr().err
-        return 'offering incompatible QoS' in text
-
-    until(told)
+    until(lambda: 'offering incompatible QoS' in log())
 
 
 def test_without_the_wait_set_an_executor_is_the_default():

@@ -19,13 +19,9 @@ def told(buffer):
 
 
 @pytest.fixture
-def log(capfd):
-    """
-    Return the lines that were logged of it, once all is there.
-
-    Whoever looks again and again loses what is written between a look and its end.
-    """
-    return lambda: [line for line in capfd.readouterr().err.splitlines()
+def log(log):
+    """Return the lines that were logged of it."""
+    return lambda: [line for line in log().splitlines()
                     if Kind.TWO_PUBLISHERS.value in line]
 
 

@@ -29,18 +29,6 @@ def until_seen(buffer, transforms):
 
 
 @pytest.fixture
-def log(capfd):
-    """Return all that was written to the log so far."""
-    lines = []
-
-    def read():
-        lines.append(capfd.readouterr().err)
-        return ''.join(lines)
-
-    return read
-
-
-@pytest.fixture
 def simulated(make_node):
     return make_node('simulated', **SIM_TIME)
 
