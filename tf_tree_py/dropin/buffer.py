@@ -9,7 +9,7 @@ from rclpy.node import Node
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 
-from .waking import Waker
+from .executor_waker import Waker
 
 
 class BufferCore(OurBuffer):

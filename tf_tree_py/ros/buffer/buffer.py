@@ -29,11 +29,11 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
-from .arguments import check_places
 from .incident_log import IncidentLog
 from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
 from .twists import TwistLookups
+from .wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
 from ..waiting.clock import ClockDeadline, ClockWatch
 from ..waiting.futures import AsyncLookups

@@ -20,9 +20,8 @@ from tf_tree_py.core.stamp import LATEST
 from .authority import Authority
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .rivals import Rivals
-from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
-from ..buffer.ours import check_is_ours
+from ..buffer.wrong_arguments import check_is_ours, check_places
 from ..threads.companion import companion, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
 
@@ -75,7 +74,7 @@ class TransformListener:
         :raises ValueError: ``spin_thread=False`` and no node to spin, or a string where
             a collection of frames belongs.
         """
-        check_is_ours(buffer, 'TransformListener')
+        check_is_ours(buffer, Buffer, 'TransformListener')
         names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
                        shared_frames=shared_frames, frame_filter=frame_filter)
         check_places('TransformListener(buffer, node)', node=node)

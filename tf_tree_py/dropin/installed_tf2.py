@@ -1,7 +1,7 @@
 """
-Messages that a tf2_ros of somebody else's is to transform with our functions.
+Registers our functions with an installed tf2_ros, so that it can transform messages.
 
-Ours knows them without being told.
+The tf2_ros of this package needs no registration.
 """
 
 from types import ModuleType

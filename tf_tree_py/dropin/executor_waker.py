@@ -1,4 +1,4 @@
-"""How ``rclpy.spin_once`` returns when a transform has come, though the node received nothing."""
+"""Makes ``rclpy.spin_once`` return when a transform came, though the node received nothing."""
 
 from contextlib import suppress
 from typing import Any
@@ -19,7 +19,7 @@ class Waker:
 
     def __init__(self, node: Node) -> None:
         self._node = weakref.ref(node)
-        # Which executor has not yet done what it was given.
+        # The executor that has not run its task yet.
         self._busy: Any = None
 
     def wake(self) -> None:
