@@ -15,9 +15,9 @@ def told_of(messages, static=False):
     """Return how often each edge was told of, when it is not told again."""
     streams, told = Streams(static), Counter()
     for edges, number in messages:
-        for edge in streams.follow(edges, number):
+        for edge in streams.take(edges, number):
             told[edge] += 1
-            streams.told(edge)
+            streams.mark_reported(edge)
     return told
 
 
@@ -140,20 +140,20 @@ def test_broadcaster_that_sends_all_again_with_every_new_edge_is_one():
 def test_who_left_is_forgotten(static):
     streams = Streams(static)
     for _ in range(20):
-        assert not streams.follow([ODOM], 5)
+        assert not streams.take([ODOM], 5)
         streams.begin_anew()
-        assert not streams.follow([ODOM], 3)
+        assert not streams.take([ODOM], 3)
         streams.begin_anew()
 
 
 def test_what_was_told_stays_told_when_another_left():
     streams = Streams(static=True)
-    streams.follow([ODOM], 5)
-    assert list(streams.follow([ODOM], 3)) == [ODOM]
-    assert list(streams.follow([ODOM], 2)) == [ODOM], 'until it is told'
-    streams.told(ODOM)
+    streams.take([ODOM], 5)
+    assert list(streams.take([ODOM], 3)) == [ODOM]
+    assert list(streams.take([ODOM], 2)) == [ODOM], 'until it is told'
+    streams.mark_reported(ODOM)
     streams.begin_anew()
-    assert not any(streams.follow([ODOM], number) for number in (9, 8, 7))
+    assert not any(streams.take([ODOM], number) for number in (9, 8, 7))
 
 
 def test_two_are_noticed_after_a_flood_of_names():
@@ -164,7 +164,7 @@ def test_two_are_noticed_after_a_flood_of_names():
 def test_numbers_that_only_fall_are_not_kept():
     streams = Streams(static=False)
     for number in range(20_000, 0, -1):
-        streams.follow([ODOM], number)
+        streams.take([ODOM], number)
     assert bytes_of(streams) < 10_000
 
 
@@ -174,8 +174,8 @@ def test_memory_is_bounded_whatever_the_names(static):
     for number in range(300):
         for name in (str(number), 'x' * 100_000 + str(number), 'x' * 3_000_000 + str(number)):
             for _ in range(2):
-                for edge in streams.follow([('map', name)], chance.randrange(100)):
-                    streams.told(edge)
+                for edge in streams.take([('map', name)], chance.randrange(100)):
+                    streams.mark_reported(edge)
     for number in range(30_000):
-        streams.follow([('map', f'{number}')], chance.randrange(100))
+        streams.take([('map', f'{number}')], chance.randrange(100))
     assert bytes_of(streams) < 10_000_000

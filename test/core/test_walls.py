@@ -47,7 +47,7 @@ ORDER = {
         'point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
-        'buffer: arguments incident_log feeds interface twists tf2_methods buffer ours',
+        'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
         'topics: qos authority rivals broadcaster listener',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',

@@ -62,7 +62,7 @@ def until_asleep(watch, count=1):
     Clock(clock_type=ClockType.STEADY_TIME)])
 def test_time_that_is_not_simulated_is_the_walls(watch, clock):
     if clock is not None:
-        watch.follow(clock)
+        watch.use_clock(clock)
     assert watch.simulated_now() is None
     deadline = ClockDeadline(watch, SECOND // 50, None)
     begin = time.monotonic()
@@ -82,7 +82,7 @@ def test_event_ends_a_wait_by_the_wall(watch, pool):
 
 def test_simulated_time_out_is_at_the_clocks_own_pace(watch, pool):
     clock = sim_clock(10.0)
-    watch.follow(clock)
+    watch.use_clock(clock)
     deadline = ClockDeadline(watch, 2 * SECOND, None)
     waiting = wait_in(pool, deadline)
     until_asleep(watch)
@@ -99,7 +99,7 @@ def test_simulated_time_out_is_at_the_clocks_own_pace(watch, pool):
 
 def test_time_that_is_up_does_not_hide_what_has_arrived(watch):
     clock = sim_clock(10.0)
-    watch.follow(clock)
+    watch.use_clock(clock)
     deadline = ClockDeadline(watch, SECOND, None)
     show(clock, 20.0)
     arrived = threading.Event()
@@ -108,7 +108,7 @@ def test_time_that_is_up_does_not_hide_what_has_arrived(watch):
 
 
 def test_clock_that_stands_still_times_out_by_the_guard_alone(watch):
-    watch.follow(sim_clock(10.0))
+    watch.use_clock(sim_clock(10.0))
     deadline = ClockDeadline(watch, SECOND, 0.02)
     assert deadline.wait(threading.Event()) is False
     assert deadline.elapsed_s() == 0.0
@@ -117,7 +117,7 @@ def test_clock_that_stands_still_times_out_by_the_guard_alone(watch):
 
 def test_guard_does_not_lengthen_a_time_out(watch):
     clock = sim_clock(10.0)
-    watch.follow(clock)
+    watch.use_clock(clock)
     deadline = ClockDeadline(watch, SECOND, 3600.0)
     show(clock, 11.0)
     assert deadline.wait(threading.Event()) is False
@@ -130,7 +130,7 @@ def test_tick_wakes_everybody_whose_time_is_up(watch):
     sys.setswitchinterval(1e-6)
     try:
         clock = sim_clock(0.5)
-        watch.follow(clock)
+        watch.use_clock(clock)
         for turn in range(10):
             deadlines = [ClockDeadline(watch, SECOND, None) for _ in range(40)]
 
@@ -160,7 +160,7 @@ def test_tick_wakes_everybody_whose_time_is_up(watch):
 ])
 def test_only_jumps_back_are_told(watch, jumps, times, told):
     clock = sim_clock(10.0)
-    watch.follow(clock)
+    watch.use_clock(clock)
     for seconds in times:
         show(clock, seconds)
     assert jumps.seen == told
@@ -168,7 +168,7 @@ def test_only_jumps_back_are_told(watch, jumps, times, told):
 
 def test_change_of_the_kind_of_time_is_told(watch, jumps):
     clock = ROSClock()
-    watch.follow(clock)
+    watch.use_clock(clock)
     clock._set_ros_time_is_active(True)
     clock._set_ros_time_is_active(False)
     assert len(jumps.seen) == 2
@@ -176,8 +176,8 @@ def test_change_of_the_kind_of_time_is_told(watch, jumps):
 
 def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
     first, second = sim_clock(10.0), sim_clock(20.0)
-    watch.follow(first)
-    watch.follow(second)
+    watch.use_clock(first)
+    watch.use_clock(second)
     assert watch.simulated_now() == 20 * SECOND
     show(first, 1.0)
     assert jumps.seen == []
@@ -194,8 +194,8 @@ def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
 
 def test_clock_that_is_lent_twice_is_left_twice(watch):
     clock = sim_clock(10.0)
-    watch.follow(clock)
-    watch.follow(clock)
+    watch.use_clock(clock)
+    watch.use_clock(clock)
     watch.leave(clock)
     assert watch.simulated_now() == 10 * SECOND
     watch.leave(clock)
@@ -204,8 +204,8 @@ def test_clock_that_is_lent_twice_is_left_twice(watch):
 
 def test_sleeper_goes_by_another_clock_when_his_leaves(watch, pool):
     first, second = sim_clock(10.0), sim_clock(10.0)
-    watch.follow(first)
-    watch.follow(second)
+    watch.use_clock(first)
+    watch.use_clock(second)
     deadline = ClockDeadline(watch, SECOND, None)
     waiting = wait_in(pool, deadline)
     until_asleep(watch)
@@ -220,7 +220,7 @@ def test_sleeper_goes_by_another_clock_when_his_leaves(watch, pool):
 
 def test_sleeper_gives_up_when_no_clock_is_left(watch, pool):
     clock = sim_clock(10.0)
-    watch.follow(clock)
+    watch.use_clock(clock)
     deadline = ClockDeadline(watch, SECOND, None)
     waiting = wait_in(pool, deadline)
     until_asleep(watch)
@@ -231,14 +231,14 @@ def test_sleeper_gives_up_when_no_clock_is_left(watch, pool):
 
 
 def test_clock_whose_context_has_ended_counts_no_more(watch, context):
-    watch.follow(sim_clock(10.0), context)
+    watch.use_clock(sim_clock(10.0), context)
     assert watch.simulated_now() == 10 * SECOND
     context.shutdown()
     assert watch.simulated_now() is None
 
 
 def test_release_ends_the_waits_that_have_begun(watch, pool):
-    watch.follow(sim_clock(10.0))
+    watch.use_clock(sim_clock(10.0))
     deadline = ClockDeadline(watch, SECOND, None)
     waiting = wait_in(pool, deadline)
     until_asleep(watch)
@@ -257,7 +257,7 @@ def test_clock_may_outlive_its_watch(jumps):
     """Its C code keeps a bare pointer to the jump handle: a crash, were it not unregistered."""
     clock = sim_clock(10.0)
     watch = ClockWatch(jumps.on_jump)
-    watch.follow(clock)
+    watch.use_clock(clock)
     gone = weakref.ref(watch)
     del watch
     gc.collect()

@@ -82,6 +82,7 @@ def test_arguments_that_changed_places_are_told(node, call, match):
 
 def test_nodes_of_ones_own_are_nodes(context):
     class Robot(Node):
+
         def __init__(self):
             super().__init__('robot', context=context)
             self.buffer = Buffer(node=self)

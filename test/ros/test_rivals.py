@@ -219,7 +219,7 @@ class Graph:
 def follow(rivals, *numbers, edges=(ODOM,)):
     batch = Batch(list(edges), [1] * len(edges), [b''] * len(edges))
     return [incident for number in numbers
-            for incident in rivals.follow(batch, {'publication_sequence_number': number})]
+            for incident in rivals.judge(batch, {'publication_sequence_number': number})]
 
 
 IN_TURNS = [number + begin for number in range(10) for begin in (1, 100)]

@@ -17,8 +17,8 @@ from tf_tree_py.core.telling import report
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.messages.convert import as_nanoseconds
 
+from .executor_waker import Waker
 from .velocity import lookup_velocity
-from .waking import Waker
 
 
 class BufferCore(OurBuffer):

@@ -19,8 +19,8 @@ from tf_tree_py.ros.topics.authority import Authority
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 
 from .bad_input import BadInput
+from .outlets import Moving, Static
 from .parameters import declare, describe, FRAME_PREFIX, Setting
-from .passing_on import Moving, Static
 from .running import Parser, run, spin
 
 NAME = 'tf_relay'

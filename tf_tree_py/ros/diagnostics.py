@@ -16,9 +16,8 @@ from tf_tree_py.core.arrivals.meters import Arrivals, Meter
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 from tf_tree_py.core.telling.diagnosis import diagnose, EdgeDiagnosis
 
-from .buffer.arguments import check_places
 from .buffer.buffer import Buffer
-from .buffer.ours import check_is_ours
+from .buffer.wrong_arguments import check_is_ours, check_places
 from .messages.convert import as_nanoseconds
 
 TOPIC = '/diagnostics'
@@ -59,7 +58,7 @@ class TransformDiagnostics:
             the clock; what is further off is a warning.
         :raises TypeError: another buffer than ours, such as tf2's.
         """
-        check_is_ours(buffer, 'TransformDiagnostics')
+        check_is_ours(buffer, Buffer, 'TransformDiagnostics')
         check_places('TransformDiagnostics(buffer, node)', node=node)
         self._buffer = buffer
         self._node = node

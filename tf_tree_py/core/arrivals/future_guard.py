@@ -77,16 +77,16 @@ class FutureGuard:
 
         :param histories: what the buffer holds.
         """
-        taken, told = [], []
+        taken, remarks = [], []
         for sample in samples:
             far = sample.stamp > self.limit
-            if far and (self._max_future is not None or not self._was_told(sample, histories)):
-                told.append(self._incident(sample, authority))
+            if far and (self._max_future is not None or not self._was_reported(sample, histories)):
+                remarks.append(self._incident(sample, authority))
             if not far or self._max_future is None:
                 taken.append(sample)
-        return taken, told
+        return taken, remarks
 
-    def _was_told(self, sample: Sample, histories: Mapping[str, History]) -> bool:
+    def _was_reported(self, sample: Sample, histories: Mapping[str, History]) -> bool:
         history = histories.get(sample.child)
         return history is not None and (history.latest_stamp or LATEST) > self.limit
 

@@ -57,8 +57,8 @@ class JumpBack:
         self._steps: dict[str, tuple[int, int]] = {}
         self._gone_back: set[str] = set()
 
-    def follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int], authority: str,
-               histories: Mapping[str, History]) -> Incident | None:
+    def judge(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int], authority: str,
+              histories: Mapping[str, History]) -> Incident | None:
         """
         Look at a message of at least one transform.
 

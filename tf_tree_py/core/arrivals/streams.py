@@ -42,10 +42,10 @@ class Streams:
         """Begin with nothing known."""
         self._static = static
         self._edges: dict[Edge, _Numbers] = {}
-        self._told: set[Edge] = set()
+        self._reported: set[Edge] = set()
         self._characters = 0
 
-    def follow(self, edges: Sequence[Edge], number: int) -> Sequence[Edge]:
+    def take(self, edges: Sequence[Edge], number: int) -> Sequence[Edge]:
         """
         Look at a message of at least one edge.
 
@@ -63,17 +63,17 @@ class Streams:
             return ()
         return (edge,) if self._is_contested(edge, number) else ()
 
-    def told(self, edge: Edge) -> None:
+    def mark_reported(self, edge: Edge) -> None:
         """Do not return an edge any more: it was reported."""
-        self._told.add(edge)
+        self._reported.add(edge)
 
     def begin_anew(self) -> None:
         """Forget all numbers: a publisher has left, and nobody knows which numbers were its."""
         self._edges.clear()
-        self._characters = sum(map(_characters, self._told))
+        self._characters = sum(map(_characters, self._reported))
 
     def _is_contested(self, edge: Edge, number: int) -> bool:
-        if edge in self._told:
+        if edge in self._reported:
             return False
         numbers = self._edges.get(edge)
         if numbers is None:
@@ -87,7 +87,7 @@ class Streams:
         self._characters += _characters(edge)
         if self._characters > _MAX_CHARACTERS:
             self._edges.clear()
-            self._told.clear()
+            self._reported.clear()
             self._characters = _characters(edge)
         if self._characters <= _MAX_CHARACTERS:
             self._edges[edge] = _Numbers(number)

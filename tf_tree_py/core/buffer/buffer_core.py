@@ -100,7 +100,7 @@ class BufferCore(Queries):
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self._told(self.intake.take([sample], authority, static), strict)
+        return self._report(self.intake.take([sample], authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False, *, strict: bool | None = None) -> list[Incident]:
@@ -110,7 +110,7 @@ class BufferCore(Queries):
         Where a name or a stamp is none, nothing is taken.
         """
         samples = [admitted(sample) for sample in samples]
-        return self._told(self.intake.take(samples, authority, static), strict)
+        return self._report(self.intake.take(samples, authority, static), strict)
 
     def insert_track(self, parent: str, child: str, stamps: npt.ArrayLike, poses: Any, *,
                      authority: str = DEFAULT_AUTHORITY,
@@ -133,9 +133,9 @@ class BufferCore(Queries):
         incidents = self.intake.take_track(track, authority)
         if strict is not False and track.span > self.cache_time:
             self._warn('window', track.gone(self.cache_time), 2)
-        return self._told(incidents, strict)
+        return self._report(incidents, strict)
 
-    def _told(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
+    def _report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
         """Return what happened, having told a caller of it who may not look at that."""
         if not incidents or strict is False:
             return incidents

@@ -50,13 +50,13 @@ class Intake:
 
     def take(self, samples: list[Sample], authority: str, static: bool) -> list[Incident]:
         """Take samples under one lock."""
-        told: list[Incident] = []
+        remarks: list[Incident] = []
         if samples and not static:
             stamps = [sample.stamp for sample in samples]
             if (self._jump_back or self._observers.of_arrivals
                     or max(stamps) > self._guard.limit):
-                samples, told = self._screen(samples, stamps, authority)
-        return self._insert(told, lambda: [sample.child for sample in samples],
+                samples, remarks = self._screen(samples, stamps, authority)
+        return self._insert(remarks, lambda: [sample.child for sample in samples],
                             self._each, samples, authority, static)
 
     def take_batch(self, batch: Batch, authority: str, static: bool) -> list[Incident]:
@@ -68,10 +68,10 @@ class Intake:
             return self.take(batch.samples(), authority, static)
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
-        told: list[Incident] = []
+        remarks: list[Incident] = []
         if self._jump_back or self._observers.of_arrivals:
-            told = self._arrived(batch.edges, batch.stamps, authority)
-        return self._insert(told, lambda: [child for _, child in batch.edges],
+            remarks = self._arrived(batch.edges, batch.stamps, authority)
+        return self._insert(remarks, lambda: [child for _, child in batch.edges],
                             self._append, batch, authority)
 
     def take_track(self, track: Track, authority: str) -> list[Incident]:
@@ -105,7 +105,7 @@ class Intake:
         if not edges:
             return []
         self._observers.tell_arrived(edges, stamps)
-        return self._follow(edges, stamps, authority)
+        return self._judge_stamps(edges, stamps, authority)
 
     def _screen(self, samples: list[Sample], stamps: list[int],
                 authority: str) -> tuple[list[Sample], list[Incident]]:
@@ -116,18 +116,18 @@ class Intake:
             return samples, self._arrived(edges, stamps, authority)
         self._observers.tell_arrived(edges, stamps)
         with self._lock:
-            samples, told = guard.part(samples, authority, self._tree.histories)
-            self._count(0, told)
-        return samples, told + self._follow(
+            samples, remarks = guard.part(samples, authority, self._tree.histories)
+            self._count(0, remarks)
+        return samples, remarks + self._judge_stamps(
             [(sample.parent, sample.child) for sample in samples],
             [sample.stamp for sample in samples], authority)
 
-    def _follow(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
-                authority: str) -> list[Incident]:
+    def _judge_stamps(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
+                      authority: str) -> list[Incident]:
         if not self._jump_back or not edges:
             return []
         with self._lock:
-            incident = self._jump_back.follow(edges, stamps, authority, self._tree.histories)
+            incident = self._jump_back.judge(edges, stamps, authority, self._tree.histories)
             if incident is None:
                 return []
             self._count(0, [incident])
@@ -137,10 +137,10 @@ class Intake:
 
     # --- inserting, with the lock
 
-    def _insert(self, told: list[Incident], children: Callable[[], Iterable[str]],
+    def _insert(self, remarks: list[Incident], children: Callable[[], Iterable[str]],
                 insert: Callable[..., list[Incident]], *arguments: Any) -> list[Incident]:
         incidents = self._waiting.change(self._tree, children, insert, *arguments)
-        return told + self._explained(incidents) if told or incidents else incidents
+        return remarks + self._explained(incidents) if remarks or incidents else incidents
 
     def _each(self, samples: Iterable[Sample], authority: str,
               static: bool) -> list[Incident]:
@@ -155,9 +155,9 @@ class Intake:
                 if isinstance(sound, Incident):
                     incidents.append(sound)
                     continue
-                told = tree.insert(*sound, authority, static)
-                incidents += told
-                accepted += not (told and told[-1].refused)
+                remarks = tree.insert(*sound, authority, static)
+                incidents += remarks
+                accepted += not (remarks and remarks[-1].refused)
         finally:
             self._count(accepted, incidents)
         return incidents

@@ -27,10 +27,10 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
-from .arguments import check_places
 from .feeds import Feeds
 from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
+from .wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
 from ..waiting.clock import ClockWatch
 from ..waiting.futures import outcome, TransformFuture
@@ -90,7 +90,7 @@ class Buffer(CoreApi, BufferInterface):
         """Who fills it, for those who do."""
         if node is not None:
             self.feeds.log_to(node.get_logger())
-            self._watch.follow(node.get_clock(), node.context)
+            self._watch.use_clock(node.get_clock(), node.context)
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
@@ -137,7 +137,7 @@ class Buffer(CoreApi, BufferInterface):
 
     def use_clock(self, clock: Clock) -> None:
         """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
-        self._watch.follow(clock)
+        self._watch.use_clock(clock)
         self.intake.read_clock_anew()
 
     def _is_simulated(self) -> bool:

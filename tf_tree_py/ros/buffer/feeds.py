@@ -58,7 +58,7 @@ class Feeds:
     def begin(self, clock: Clock, context: Context) -> None:
         """Go by the clock of a listener, as long as it delivers transforms."""
         self._add(1)
-        self.watch.follow(clock, context)
+        self.watch.use_clock(clock, context)
         self._intake.read_clock_anew()
 
     def end(self, clock: Clock, context: Context) -> None:

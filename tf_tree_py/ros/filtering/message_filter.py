@@ -19,10 +19,9 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
 
 from .drop_reasons import Drop as Drop, drop_for, FilterStatistics
-from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
 from ..buffer.interface import NO_TIME
-from ..buffer.ours import check_is_ours
+from ..buffer.wrong_arguments import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds, transform_stamped
 from ..topics.qos import sensor_qos
 from ..waiting.timeouts import Wait
@@ -73,7 +72,7 @@ class MessageFilter:
         :param callback_group: the node's own unless given.
         :raises TypeError: another buffer than ours, such as tf2's.
         """
-        check_is_ours(buffer, 'MessageFilter')
+        check_is_ours(buffer, Buffer, 'MessageFilter')
         check_places('MessageFilter(buffer, node, target_frames, callback)', node=node)
         self._several = not isinstance(target_frames, str)
         targets = [target_frames] if isinstance(target_frames, str) else target_frames

@@ -15,8 +15,8 @@ from tf_tree_py.core.errors import TimeoutException
 from .goal_client import GoalClient
 from .lookup_call import LookupCall
 from .lookup_goal import full_goal, simple_goal
-from ..buffer.arguments import check_places
 from ..buffer.interface import BufferInterface, NO_TIME
+from ..buffer.wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_stamp
 from ..waiting.futures import outcome
 

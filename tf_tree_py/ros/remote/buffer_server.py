@@ -16,9 +16,8 @@ from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.errors import TransformException
 
 from .lookup_goal import ACTION_NAME, error_result, service_qos
-from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
-from ..buffer.ours import check_is_ours
+from ..buffer.wrong_arguments import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds
 from ..waiting.futures import TransformFuture
 
@@ -50,7 +49,7 @@ class BufferServer:
         :param ns: the action's name.
         :raises TypeError: another buffer than ours, such as tf2's.
         """
-        check_is_ours(buffer, 'BufferServer')
+        check_is_ours(buffer, Buffer, 'BufferServer')
         check_places('BufferServer(buffer, node)', node=node)
         self._buffer = buffer
         self._node = node

@@ -12,7 +12,7 @@ from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.frame_names import Rename, rename
 
 from .qos import dynamic_qos, static_broadcaster_qos, TF_STATIC_TOPIC, TF_TOPIC
-from ..buffer.arguments import check_places
+from ..buffer.wrong_arguments import check_places
 from ..messages.convert import with_float_fields, with_frames
 
 Transforms: TypeAlias = TransformStamped | Iterable[TransformStamped]

@@ -19,9 +19,8 @@ from tf_tree_py.core.arrivals.wire import WireReader
 from .authority import Authority
 from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .rivals import Rivals
-from ..buffer.arguments import check_places
 from ..buffer.buffer import Buffer
-from ..buffer.ours import check_is_ours
+from ..buffer.wrong_arguments import check_is_ours, check_places
 from ..threads.companion import companion, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
 
@@ -74,7 +73,7 @@ class TransformListener:
         :raises ValueError: ``spin_thread=False`` and no node to spin, or a string where
             a collection of frames belongs.
         """
-        check_is_ours(buffer, 'TransformListener')
+        check_is_ours(buffer, Buffer, 'TransformListener')
         names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
                        shared_frames=shared_frames, frame_filter=frame_filter)
         check_places('TransformListener(buffer, node)', node=node)
@@ -101,7 +100,7 @@ class TransformListener:
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
                 # The node's callback list references self: it lives as long as the node, as tf2's.
-                node.add_post_set_parameters_callback(self._follow_clock)
+                node.add_post_set_parameters_callback(self._switch_clock)
                 weakref.finalize(self, self._receiver.stop)
 
     def close(self) -> None:
@@ -110,7 +109,7 @@ class TransformListener:
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
             if self.node is not self._home:
-                self.node.remove_post_set_parameters_callback(self._follow_clock)
+                self.node.remove_post_set_parameters_callback(self._switch_clock)
             receiver.close()
         elif feeds:
             for feed in feeds:
@@ -128,7 +127,7 @@ class TransformListener:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _follow_clock(self, parameters: list[Parameter]) -> None:
+    def _switch_clock(self, parameters: list[Parameter]) -> None:
         """Switch to simulated time and back when the node does."""
         changed = [parameter for parameter in parameters if parameter.name == USE_SIM_TIME]
         receiver = self._receiver
@@ -198,7 +197,7 @@ class _Feed:
         elif batch.edges:
             incidents = self._buffer.insert_batch(batch, authority, self._static)
             self._buffer.feeds.note(self._authority.correct(incidents))
-            for rivalry in self._rivals.follow(batch, info):
+            for rivalry in self._rivals.judge(batch, info):
                 self._buffer.feeds.refuse(rivalry)
 
 

@@ -31,7 +31,7 @@ class Rivals:
         self._streams = Streams(static)
         self._endpoints = authority.endpoints
 
-    def follow(self, batch: Batch, info: Any) -> list[Incident]:
+    def judge(self, batch: Batch, info: Any) -> list[Incident]:
         """
         Take a message of at least one transform, and return what to report of it.
 
@@ -45,7 +45,7 @@ class Rivals:
         number = info['publication_sequence_number']
         if number is None:
             return []
-        suspects = self._streams.follow(batch.edges, number)
+        suspects = self._streams.take(batch.edges, number)
         return self._judged(suspects, batch, number) if suspects else []
 
     def _forget_if_one_left(self) -> bool:
@@ -60,7 +60,7 @@ class Rivals:
         self._authority.ask()
         if self._forget_if_one_left():
             # The publisher was most likely restarted, and this is its first message.
-            self._streams.follow(batch.edges, number)
+            self._streams.take(batch.edges, number)
             return []
         names = self._authority.names
         # A crashed node stays in the graph for a while, beside its replacement of the same name.
@@ -70,7 +70,7 @@ class Rivals:
             return []
         stamps = dict(zip(batch.edges, batch.stamps, strict=True))
         for edge in suspects:
-            self._streams.told(edge)
+            self._streams.mark_reported(edge)
         return [self._incident(edge, stamps[edge], names) for edge in suspects]
 
     def _incident(self, edge: Edge, stamp: int, names: Sequence[str]) -> Incident:

@@ -39,7 +39,7 @@ class ClockWatch:
         self.released = 0
         """How often ``release`` was called."""
 
-    def follow(self, clock: Clock, context: Context | None = None) -> None:
+    def use_clock(self, clock: Clock, context: Context | None = None) -> None:
         """Go by a clock from now on, as long as the context that drives it is alive."""
         with self._lock:
             self._clocks.append((clock, context))

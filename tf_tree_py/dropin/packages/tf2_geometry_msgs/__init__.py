@@ -1,6 +1,6 @@
 """Names of tf2_geometry_msgs, backed by tf_tree_py."""
 
-from tf_tree_py.dropin.along import __getattr__  # noqa: F401
+from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
 
 from . import tf2_geometry_msgs
 

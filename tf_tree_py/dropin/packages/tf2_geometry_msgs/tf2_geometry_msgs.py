@@ -10,8 +10,8 @@ from geometry_msgs.msg import (
     TransformStamped,
     Vector3Stamped,
 )
-from tf_tree_py.dropin.along import __getattr__  # noqa: F401
-from tf_tree_py.dropin.foreign import from_msg_msg, register, to_msg_msg
+from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
+from tf_tree_py.dropin.installed_tf2 import from_msg_msg, register, to_msg_msg
 from tf_tree_py.ros.messages.do_transform import (
     do_transform_accel,
     do_transform_point,

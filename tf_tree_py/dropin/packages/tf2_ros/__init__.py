@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import Any
 
-from tf_tree_py.dropin import along
+from tf_tree_py.dropin import imported_names
 
 _HOMES = {
     'buffer': ['Buffer'],
@@ -21,13 +21,13 @@ _HOME_OF |= dict.fromkeys([
     'BufferCore', 'ConnectivityException', 'ExtrapolationException', 'InvalidArgumentException',
     'LookupException', 'TimeoutException', 'TransformException'], 'tf2_py')
 
-__all__ = [*_HOME_OF, *along.NAMES]
+__all__ = [*_HOME_OF, *imported_names.NAMES]
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return import_module(f'{__name__}.{name}')
-    found = getattr(import_module(_HOME_OF[name]) if name in _HOME_OF else along, name)
+    found = getattr(import_module(_HOME_OF[name]) if name in _HOME_OF else imported_names, name)
     globals()[name] = found
     return found
 

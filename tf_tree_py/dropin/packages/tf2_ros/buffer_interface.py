@@ -1,6 +1,6 @@
 """Names of tf2_ros.buffer_interface."""
 
-from tf_tree_py.dropin.along import __getattr__  # noqa: F401
+from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
 from tf_tree_py.ros.buffer.interface import BufferInterface
 from tf_tree_py.ros.messages.registry import (
     convert,

@@ -1,6 +1,6 @@
 """Names of tf2_ros.static_transform_listener."""
 
-from tf_tree_py.dropin.along import __getattr__  # noqa: F401
+from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
 from tf_tree_py.dropin.listener import StaticTransformListener
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC
 

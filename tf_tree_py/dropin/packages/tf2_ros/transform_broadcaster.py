@@ -1,6 +1,6 @@
 """Names of tf2_ros.transform_broadcaster."""
 
-from tf_tree_py.dropin.along import __getattr__  # noqa: F401
+from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
 from tf_tree_py.ros.topics.broadcaster import TransformBroadcaster
 
 __all__ = ['TransformBroadcaster']

@@ -1,7 +1,7 @@
 """
 Names that tf2's modules only import, but that programs import from them.
 
-Any module gets them with ``from tf_tree_py.dropin.along import __getattr__``.
+Any module gets them with ``from tf_tree_py.dropin.imported_names import __getattr__``.
 """
 
 from importlib import import_module

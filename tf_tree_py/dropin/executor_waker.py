@@ -1,4 +1,4 @@
-"""Lets ``rclpy.spin_once`` return when a transform has come, as if the node received it."""
+"""Makes ``rclpy.spin_once`` return when a transform came, though the node received nothing."""
 
 from contextlib import suppress
 from typing import Any
