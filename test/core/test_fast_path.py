@@ -3,7 +3,8 @@ Which transforms are taken without a closer look, held by counting calls.
 
 A message whose names are known is read at one go, and a sample that just follows the last one of
 its edge is appended, with all of its message. Whatever else arrives goes one by one, and what is
-odd is looked at closely, which takes several times as long. Nobody would notice from the answers if the common case went the long way.
+odd is looked at closely, which takes several times as long. Nobody would notice from the answers
+if the common case went the long way.
 """
 
 from collections import Counter
