@@ -14,6 +14,9 @@ from tf_tree_py.core import LookupException
 from tf_tree_py.labs.live import cycle, latency, remount, session, startup, static_spam
 from tf_tree_py.labs.startup import measure
 
+# Two sessions at a time may choose the same domain.
+pytestmark = pytest.mark.xdist_group('live labs')
+
 
 @pytest.fixture(autouse=True)
 def nothing_is_left():
@@ -141,9 +144,6 @@ def press_and_start(process):
 ForkServerProcess._Popen = staticmethod(press_and_start)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from tf_tree_py.labs.tf_lab import main
-
-# Two sessions at a time may choose the same domain.
-pytestmark = pytest.mark.xdist_group('live labs')
 sys.exit(main(['tf_lab', sys.argv[1], '--ros']))
 """
 
