@@ -20,7 +20,7 @@ from ..errors import (
 from ..geometry.se3 import interpolate_pair, PoseTuple
 from ..stamp import FOREVER, format_span, from_seconds
 
-# An edge is silent when nothing of it came for that long, and for so many of its periods.
+# An edge is silent if no sample came for this long, and for this number of its periods.
 _SILENCE = from_seconds(1.0)
 _SILENT_PERIODS = 3
 
@@ -42,7 +42,7 @@ class DynamicHistory(PackedSamples):
         return self._parents is None
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether with a sample the child has the parents that it had, when it had them."""
+        """Return whether a sample leaves unchanged which parent the child has at which time."""
         return (parent == self.parent and self._parents is None
                 and stamp >= self._stamps[self._first()])
 
@@ -107,7 +107,7 @@ class DynamicHistory(PackedSamples):
         return interpolate_pair(pair, ratio, True)
 
     def track(self, first: int, last: int) -> EdgeTrack:
-        """Return a copy of the samples that it takes to answer from one stamp to another."""
+        """Return a copy of the samples that lookups from one stamp to another need."""
         return InterpolatedTrack(*self.copy_between(first, last))
 
     def parent_at(self, stamp: int) -> str | None:
@@ -152,7 +152,7 @@ class DynamicHistory(PackedSamples):
         if latest is None:
             return FOREVER
         if index is not None:
-            # What has expired by the newest stamp goes when the next sample comes.
+            # The window moves when a sample comes, and then by the newest stamp before it.
             return max(self._stamps[index] + self.cache_time + 1, latest)
         if self.is_too_old(stamp):
             return FOREVER
@@ -187,7 +187,7 @@ class DynamicHistory(PackedSamples):
             yield begun
 
     def _until(self, index: int) -> int:
-        """Return from when on the parent that a sample names is no longer known to be it."""
+        """Return the stamp up to which the parent that a sample names holds."""
         stamp = self._stamps[index]
         if stamp in self._ends:
             return stamp + 1
@@ -198,7 +198,7 @@ class DynamicHistory(PackedSamples):
         return pose
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
-        """Return what to raise for a stamp that there is no data for."""
+        """Return the error for a stamp without data."""
         latest, oldest, child = self.latest_stamp, self.oldest_stamp, self.child
         if latest is None or oldest is None:
             return NoDataException(child=child, requested=stamp)
@@ -246,5 +246,5 @@ class HeldHistory(DynamicHistory):
         return unpack_pose(self._poses, index * POSE_BYTES)
 
     def track(self, first: int, last: int) -> EdgeTrack:
-        """Return a copy of the samples that it takes to answer from one stamp to another."""
+        """Return a copy of the samples that lookups from one stamp to another need."""
         return HeldTrack(*self.copy_between(first, last))

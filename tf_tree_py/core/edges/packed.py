@@ -24,7 +24,7 @@ unpack_pair = struct.Struct('=14d').unpack_from
 
 _Kind = TypeVar('_Kind', bound='PackedSamples')
 
-# Fewer expired samples than this are not worth moving the rest for.
+# Expired samples are removed in blocks: for fewer than this, moving the rest costs too much.
 _MIN_BLOCK = 64
 
 
@@ -72,16 +72,16 @@ class PackedSamples:
         """Forget every sample."""
         self.parent: str | None = None
         self.latest_stamp: int | None = None
-        # The newest sample unpacked, once somebody asked for it.
+        # The newest pose, unpacked when it is first asked for.
         self._latest_pose: PoseTuple | None = None
         self._stamps = array('q')
         self._poses = array('d')
         self._parents: list[str] | None = None
-        # Behind samples with these stamps there is nothing, until the next sample. Where
-        # there are any, there are parents too.
+        # The edge ended at samples with these stamps: it has no data until the next sample. If
+        # there is one, there are parents, too.
         self._ends: set[int] = set()
-        # What is older than the horizon has expired. The start is moved past it when
-        # somebody looks, and memory is tidied up once in a while.
+        # Samples older than the horizon have expired. A lookup moves the start past them; their
+        # memory is freed later, by _tidy.
         self._start = 0
         self._horizon = BEGINNING
         self._tidy_after = BEGINNING
@@ -150,7 +150,7 @@ class PackedSamples:
         if (stamps[1:] < stamps[:-1]).any():
             stamps, poses = _in_order(stamps, poses)
         if stamps[0] < self.latest_stamp:
-            # What is newer than the first goes among them.
+            # Stored samples that are newer than the first new one are sorted in with the new ones.
             index = bisect_right(self._stamps, int(stamps[0]), self._first())
             newer = np.array(self._poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
             stamps, poses = _in_order(np.concatenate([self._stamps[index:], stamps]),
@@ -189,7 +189,7 @@ class PackedSamples:
         start = self._first()
         begin = max(start, bisect_right(self._stamps, first, start) - 1)
         end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
-        # Views of the arrays keep them from growing: only copies leave this function.
+        # An array cannot grow while numpy has a view of it, so only copies leave this function.
         stamps = np.frombuffer(self._stamps, dtype=np.int64)
         poses = np.frombuffer(self._poses).reshape(-1, POSE_FLOATS)
         return stamps[begin:end].copy(), poses[begin:end].copy()
@@ -227,7 +227,7 @@ class PackedSamples:
             self._parents.insert(index, parent)
 
     def _index_at(self, stamp: int) -> int | None:
-        """Return the index of the sample that counts at a stamp; None where none does."""
+        """Return the index of the sample at or before a stamp; None if there is no data for it."""
         if self.latest_stamp is None or stamp > self.latest_stamp:
             return None
         first = self._first()
@@ -244,7 +244,7 @@ class PackedSamples:
         return self._start
 
     def _tidy(self, latest: int) -> None:
-        """Drop expired samples, and come back when an eighth of the window has passed."""
+        """Remove expired samples; the next time is after an eighth of the window."""
         start = self._first()
         if start >= _MIN_BLOCK:
             del self._stamps[:start]

@@ -56,11 +56,11 @@ class StaticHistory:
         return False
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether a sample says the same again, as a static broadcaster does."""
+        """Return whether a sample is the stored one, sent again as static broadcasters do."""
         return parent == self.parent and pose == self.pose
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
-        """Take a sample in place of the one that was there, whatever its stamp."""
+        """Replace the stored sample, whatever the stamp."""
         self.parent, self.pose = parent, pose
         return True
 
@@ -73,7 +73,7 @@ class StaticHistory:
         return FOREVER
 
     def clear(self) -> None:
-        """Stay as it is, as in tf2."""
+        """Keep the sample: a static edge stays, as in tf2."""
 
     def copy(self) -> 'StaticHistory':
         """Return a history of its own."""
