@@ -203,7 +203,7 @@ def test_who_fights_over_everything_is_not_kept_for_ever():
             buffer.insert(f'world{round_}', name, round_, Pose(), authority=f'node{number}')
             buffer.insert(f'map{round_}', name, round_, Pose(), authority='another')
     assert buffer.statistics().incidents[Kind.SECOND_PARENT] > 5_000
-    assert bytes_of(buffer._tree._fights) < 1_000_000
+    assert bytes_of(buffer._tree._remarks._fights) < 1_000_000
 
 
 def test_paths_between_all_frames_are_not_kept_for_ever():
@@ -214,7 +214,7 @@ def test_paths_between_all_frames_are_not_kept_for_ever():
     for target in names:
         for source in names:
             buffer.lookup(target, source, LATEST)
-    assert len(buffer._tree._paths) <= 20_000
+    assert len(buffer._tree.ways._paths) <= 20_000
 
 
 def test_audit_of_strangers_lookups_is_short():

@@ -4,6 +4,9 @@ import re
 
 import pytest
 
+# The programs are started once for all of them.
+pytestmark = pytest.mark.xdist_group('ros2_commands')
+
 NODES = {'/five_frame_publisher', '/five_frame_listener', '/tf_buffer', '/robot1/tf_relay',
          '/asking', '/mounted'}
 
@@ -11,9 +14,6 @@ NODES = {'/five_frame_publisher', '/five_frame_listener', '/tf_buffer', '/robot1
 ASKING = """
 import rclpy
 from tf_tree_py import Buffer, BufferClient, TransformListener
-
-# The programs are started once for all of them.
-pytestmark = pytest.mark.xdist_group('ros2_commands')
 
 rclpy.init()
 node = rclpy.create_node('asking')

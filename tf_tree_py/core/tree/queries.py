@@ -92,8 +92,8 @@ class Queries:
                 if target_frame == source_frame:
                     return self._own_stamp(target_frame, stamp), se3.IDENTITY
                 if stamp == LATEST:
-                    return self._tree.newest_pose(target_frame, source_frame)
-                return stamp, self._tree.pose_at(target_frame, source_frame, stamp)
+                    return self._tree.ways.newest_pose(target_frame, source_frame)
+                return stamp, self._tree.ways.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
             error.target_frame, error.source_frame = target_frame, source_frame
             raise
@@ -111,7 +111,7 @@ class Queries:
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return Pose._make(se3.IDENTITY)
-            return Pose._make(self._tree.pose_at(target_frame, source_frame, stamp))
+            return Pose._make(self._tree.ways.pose_at(target_frame, source_frame, stamp))
 
     def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
                     source_stamp: int, fixed_frame: str) -> Pose:
@@ -135,9 +135,9 @@ class Queries:
                 self.lookup_full_stamped, target_frame, target_stamp, source_frame,
                 source_stamp, fixed_frame)
         with self._lock, _Naming(target_frame, source_frame):
-            self._tree.check_frame('target_frame', target_frame)
-            self._tree.check_frame('source_frame', source_frame)
-            self._tree.check_frame('fixed_frame', fixed_frame)
+            self._tree.ways.check_frame('target_frame', target_frame)
+            self._tree.ways.check_frame('source_frame', source_frame)
+            self._tree.ways.check_frame('fixed_frame', fixed_frame)
             both = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
                     (target_frame, fixed_frame, self._stamp_of(target_stamp))]
             (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(both)
@@ -156,7 +156,7 @@ class Queries:
                 watched += error.blocked_on or ()
             else:
                 # This half may lose its data during the wait for the other.
-                watched += () if stamp == LATEST else self._tree.blockers(
+                watched += () if stamp == LATEST else self._tree.ways.blockers(
                     target_frame, source_frame, stamp)
         if not errors:
             return answers
@@ -174,11 +174,11 @@ class Queries:
         but for extrapolation.
         """
         with self._lock, _Naming(target_frame, source_frame):
-            self._tree.check_frame('target_frame', target_frame)
-            self._tree.check_frame('source_frame', source_frame)
+            self._tree.ways.check_frame('target_frame', target_frame)
+            self._tree.ways.check_frame('source_frame', source_frame)
             if target_frame == source_frame:
                 return self._own_stamp(target_frame, LATEST)
-            return self._tree.newest_path(target_frame, source_frame).latest_common_time()
+            return self._tree.ways.newest_path(target_frame, source_frame).latest_common_time()
 
     def _own_stamp(self, frame: str, stamp: int) -> int:
         """Return the stamp of a frame's transform to itself: as asked, or its own newest."""
@@ -198,7 +198,7 @@ class Queries:
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return [source_frame]
-            return self._tree.branches(target_frame, source_frame, moment).frames()
+            return self._tree.ways.branches(target_frame, source_frame, moment).frames()
 
     def edges_between(self, target_frame: str, source_frame: str,
                       stamp: int = LATEST) -> list[EdgeInfo]:
@@ -218,7 +218,7 @@ class Queries:
         with self._lock, _Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return []
-            links = self._tree.branches(target_frame, source_frame, moment).links()
+            links = self._tree.ways.branches(target_frame, source_frame, moment).links()
             return [_info_at(parent, history, moment) for parent, history in links]
 
     # --- many poses
@@ -297,9 +297,9 @@ class Queries:
 
     def _path_for_all(self, target_frame: str, source_frame: str) -> tuple[Path | None, bool]:
         """Return the path if it is fixed, else None; and whether frames ever hung elsewhere."""
-        was_rehung = self._tree.was_rehung
+        was_rehung = self._tree.ways.was_rehung
         try:
-            path = self._tree.newest_path(target_frame, source_frame)
+            path = self._tree.ways.newest_path(target_frame, source_frame)
         except ConnectivityException:
             if not was_rehung:
                 raise
@@ -311,7 +311,8 @@ class Queries:
         """Look up the stamps without an answer one by one: frames may have hung elsewhere."""
         for number in np.flatnonzero(~valid).tolist():
             try:
-                poses[number] = self._tree.pose_at(target_frame, source_frame, int(stamps[number]))
+                poses[number] = self._tree.ways.pose_at(
+                    target_frame, source_frame, int(stamps[number]))
             except (ConnectivityException, ExtrapolationException):
                 continue
             valid[number] = True
@@ -352,8 +353,8 @@ class Queries:
         stamp = self._stamp_of(stamp)
         with self._lock, _Naming(target_frame, None):
             if stamp == LATEST:
-                stamp = self._tree.newest_of_all(target_frame)
-            poses = self._tree.poses_from(target_frame, stamp)
+                stamp = self._tree.spanning.newest_of_all(target_frame)
+            poses = self._tree.spanning.poses_from(target_frame, stamp)
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
 
     # --- looking around

@@ -1,5 +1,5 @@
 """
-Which frames hang on which: the edges, the way between two frames, the one rule.
+Which frames hang on which: the edges, and the one rule.
 
 The rule: at any time a frame has one parent, and no edge closes a loop. An edge that
 would close one is refused when it arrives, so no lookup ever meets a loop. The samples
@@ -7,44 +7,28 @@ are kept by ``edges``, poses are composed by ``path``, and the lock is the buffe
 """
 
 from collections.abc import Sequence
-from functools import partial
 
-from .climb import blockers, Branches, climb_both, find_loop, Loop
-from .path import furthest_from_cure, Path
-from ..arrivals.incidents import Incident, is_ambiguous, Kind
+from .climb import find_loop, Loop
+from .remarks import loop_closed, Remarks, silent_edge_ended, too_old
+from .spanning import Spanning
+from .ways import Ways
+from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import bad_name, Batch, is_sound, Sample
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
 from ..edges.static import StaticHistory
-from ..errors import (
-    ANY_STRUCTURE,
-    Blocker,
-    ConnectivityException,
-    ExtrapolationException,
-    Hint,
-    InvalidArgumentException,
-    LookupException,
-    TransformException,
-)
-from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, LATEST
-from ..suggest import known_names
+from ..stamp import BEGINNING, FOREVER
 from ..times import Stamps
 
 Edge = tuple[str, str]
-# An edge, the end that is reached, the end to reach, and whether that is the parent.
-Step = tuple[History, str, str, bool]
 
 # Kinds of message whose edges are remembered, and edges of all of them together. The limits hold
 # even if a hostile publisher sends new ones all the time.
 _MAX_KNOWN = 256
 _MAX_KNOWN_EDGES = 20_000
-# Paths kept to save time, and fights that were reported: all are forgotten at these numbers.
-_MAX_PATHS = 20_000
-_MAX_FIGHTS = 1_000
 
 
 class Tree:
@@ -58,23 +42,22 @@ class Tree:
 
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
-    :ivar when_empty: the hint of an error while there is no frame.
+    :ivar ways: the way between two frames.
+    :ivar spanning: all frames at once.
     """
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
         self.max_frames = max_frames
         self.max_name_bytes = max_name_bytes
-        self.when_empty = 'Nothing has been received yet'
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
-        self._was_rehung: bool | None = None
-        self._paths: dict[Edge, Path] = {}
+        self.ways = Ways(self.histories, self.frames)
+        self.spanning = Spanning(self.histories, self.ways)
+        self._remarks = Remarks()
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
         self._known_count = 0
-        self._steps: dict[str, list[Step]] = {}
-        self._fights: set[Edge] = set()
 
     # --- inserting
 
@@ -141,7 +124,7 @@ class Tree:
             if history.insert(stamp, parent, pose):
                 history.authority = authority
                 return []
-            return [self._too_old(history, parent, stamp, authority)]
+            return [too_old(history, parent, stamp, authority, self.cache_time)]
         return self._insert_new_edge(history, parent, child, stamp, pose, authority, static)
 
     def history_to_extend(self, parent: str, child: str, stamp: int) -> MovingHistory | None:
@@ -185,9 +168,12 @@ class Tree:
         if child in self.frames:  # else nothing hangs on it
             loop = self._close_loop(parent, child, _time_of(history, stamp, static), silent)
             if loop is not None:
-                return [self._loop_closed(loop, child, stamp, authority)]
-        incidents = [self._ended(edge, parent, child, stamp, authority) for edge in silent]
-        incidents += self._remarks(history, parent, child, stamp, authority, static)
+                return [loop_closed(loop, child, stamp, authority)]
+        incidents = [silent_edge_ended(edge, parent, child, stamp, authority)
+                     for edge in silent]
+        for edge in silent:
+            edge.end()
+        incidents += self._remarks.on(history, parent, child, stamp, authority, static)
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
         else:
@@ -207,11 +193,10 @@ class Tree:
 
     def _structure_changed(self) -> None:
         self.version += 1
-        self._was_rehung = None
-        self._paths.clear()
+        self.ways.forget()
+        self.spanning.forget()
         self._known.clear()
         self._known_count = 0
-        self._steps.clear()
 
     def _close_loop(self, parent: str, child: str, time: tuple[int, int],
                     silent: list[MovingHistory]) -> Loop | None:
@@ -236,263 +221,12 @@ class Tree:
                 return loop
             silent += gives_way[:1]
 
-    def _ended(self, edge: MovingHistory, parent: str, child: str, stamp: int,
-               authority: str) -> Incident:
-        """End a silent edge because a new edge turns it round; return the incident."""
-        assert edge.latest_stamp is not None
-        incident = Incident(
-            Kind.SILENT_EDGE_ENDED, parent, child, stamp, authority,
-            f'it turns round the edge {edge.parent!r} -> {edge.child!r} from '
-            f'{edge.authority!r}, whose newest sample is '
-            f'{format_span(stamp - edge.latest_stamp)} older; that edge ended with it, and its '
-            'past can still be asked for')
-        edge.end()
-        return incident
-
-    def _loop_closed(self, loop: Loop, child: str, stamp: int, authority: str) -> Incident:
-        parent = loop.edges[0].child
-        way = ' -> '.join([child, parent, *loop.frames])
-        kept = ', '.join(f'{above!r} -> {edge.child!r} from {edge.authority!r}'
-                         for edge, above in zip(*loop, strict=True))
-        return Incident(
-            Kind.LOOP, parent, child, stamp, authority,
-            f'each frame the child of the next, {way} is a loop; kept: {kept}. '
-            'Two nodes disagree about who is whose parent: stop the sender of this, or the other')
-
-    def _too_old(self, history: History, parent: str, stamp: int,
-                 authority: str) -> Incident:
-        assert history.latest_stamp is not None
-        return Incident(
-            Kind.OLD_DATA, parent, history.child, stamp, authority,
-            f'its stamp {format_stamp(stamp)} is {format_span(history.latest_stamp - stamp)} '
-            f'older than the newest, {format_stamp(history.latest_stamp)}, and the buffer keeps '
-            f'{format_span(self.cache_time)}; the last one heard was {history.authority!r}',
-            history.latest_stamp)
-
-    def _remarks(self, history: History | None, parent: str, child: str, stamp: int,
-                 authority: str, static: bool) -> list[Incident]:
-        """Return remarks on a sample that is taken; each fight over a parent only once."""
-        if history is None or history.parent is None:
-            return []
-        remarks = []
-        if history.is_static != static:
-            before, now = ('dynamic', 'static') if static else ('static', 'dynamic')
-            remarks.append(Incident(
-                Kind.KIND_CHANGE, parent, child, stamp, authority,
-                f'it was {before} from {history.authority!r} and is now {now}; '
-                'what was stored of it is gone'))
-        if history.parent != parent and (child, parent) not in self._fights and (
-                history.authority != authority or _goes_back(history, parent, authority)):
-            if len(self._fights) > _MAX_FIGHTS:
-                self._fights.clear()
-            self._fights |= {(child, parent), (child, history.parent)}
-            remarks.append(Incident(
-                Kind.SECOND_PARENT, parent, child, stamp, authority,
-                f'{history.authority!r} says that its parent is {history.parent!r}; '
-                'while both go on, every lookup through it depends on who came last'))
-        return remarks
-
-    # --- finding the way
-
-    def newest_path(self, target: str, source: str) -> Path:
-        """
-        Return the way between two frames by every edge's newest sample.
-
-        The textbook's walk: climb from the source, climb from the target, meet at
-        the lowest common ancestor.
-
-        :raises InvalidArgumentException: a name that cannot be a frame.
-        :raises LookupException: a frame that nobody published.
-        :raises ConnectivityException: nothing joins the two.
-        """
-        return self._kept_path(target, source) or self._find_path(target, source, None)
-
-    def pose_at(self, target: str, source: str, stamp: int) -> PoseTuple:
-        """
-        Return ``target_T_source`` at a stamp, by the way that there was then.
-
-        :param stamp: nanoseconds; 0 is a time here.
-        :raises ExtrapolationException: nothing joins them, and an edge has no data then.
-
-        The other errors are those of ``newest_path``.
-        """
-        path = self._kept_path(target, source)
-        if path is not None:
-            try:
-                return path.pose_at(stamp)
-            except ExtrapolationException:
-                if not self.was_rehung:
-                    raise path.failure(stamp) from None
-                # A frame hung elsewhere at some time, so there may be another way.
-        return self._find_path(target, source, stamp).pose_at(stamp)
-
-    def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
-        """
-        Return the newest time that every edge between two frames has data for, and the pose.
-
-        Errors are those of ``newest_path`` and ``pose_at``.
-        """
-        path = self.newest_path(target, source)
-        stamp = path.latest_common_time()
-        try:
-            return stamp, self.pose_at(target, source, stamp)
-        except TransformException as error:
-            # Late samples may cure it, and so does a newer time that they have in common.
-            error.blocked_on = (*(error.blocked_on or ()), *(
-                (edge.child, stamp + 1) for edge in path.slowest_edges()))
-            raise
-
-    def _kept_path(self, target: str, source: str) -> Path | None:
-        try:
-            return self._paths.get((target, source))
-        except TypeError:  # not hashable, such as a list: check_frame raises an error for it
-            return None
-
-    def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
-        """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
-        path = Path(*self.branches(target, source, stamp).edges())
-        if path.fixed:
-            if len(self._paths) >= _MAX_PATHS:
-                self._paths.clear()
-            self._paths[target, source] = path
-        return path
-
-    def blockers(self, target: str, source: str, stamp: int) -> tuple[Blocker, ...]:
-        """Return what may change the answer at a stamp; empty if nothing ever can."""
-        return blockers(self.histories, target, source, stamp) or ()
-
-    @property
-    def was_rehung(self) -> bool:
-        """Return whether a frame hangs elsewhere than before, at a time that can be asked for."""
-        if self._was_rehung is None:
-            self._was_rehung = not all(
-                history.fixed_parent for history in self.histories.values())
-        return self._was_rehung
-
-    def check_frame(self, argument: str, frame: str) -> None:
-        """
-        Raise an error if a query cannot use a frame name.
-
-        :raises InvalidArgumentException: empty, or with a leading slash.
-        :raises LookupException: not known.
-        """
-        if not isinstance(frame, str) or not frame or frame.startswith('/'):
-            raise InvalidArgumentException(
-                f'Invalid argument {argument} {frame!r}: a frame in a query is a string, '
-                'not empty and without a leading slash')
-        if frame not in self.frames:
-            raise LookupException(
-                f'"{frame}" passed to lookupTransform argument {argument} does not exist',
-                hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
-
-    def _known_frames(self, frame: str) -> Hint:
-        if not self.frames:
-            return self.when_empty
-        return partial(known_names, frame, tuple(self.frames))
-
-    def branches(self, target: str, source: str, stamp: int | None) -> Branches:
-        """
-        Return the climbs from two frames to where they meet.
-
-        :param stamp: nanoseconds; None goes by the newest samples.
-
-        Errors are those of ``newest_path`` and ``pose_at``.
-        """
-        self.check_frame('target_frame', target)
-        self.check_frame('source_frame', source)
-        branches = climb_both(self.histories, target, source, stamp)
-        if not branches.meet:
-            raise self._not_joined(branches, target, source, stamp)
-        return branches
-
-    def _not_joined(self, branches: Branches, target: str, source: str,
-                    stamp: int | None) -> TransformException:
-        """Return what tf2 says of two climbs that do not meet."""
-        error: TransformException | None = None
-        if stamp is not None:
-            error = self._why_stuck(branches, target, source, stamp)
-        if error is None:
-            error = ConnectivityException(
-                f'Could not find a connection between {target!r} and {source!r} because they '
-                f'are not part of the same tree: {target!r} hangs on {branches.target.top!r}, '
-                f'{source!r} on {branches.source.top!r}',
-                hint='Tf has two or more unconnected trees: who should publish the edge between '
-                'them?')
-        error.blocked_on = ANY_STRUCTURE if stamp is None else blockers(
-            self.histories, target, source, stamp)
-        return error
-
-    def _why_stuck(self, branches: Branches, target: str, source: str,
-                   stamp: int) -> ExtrapolationException | None:
-        """Return which edge has no data for a stamp; None if both climbs got to a root."""
-        stuck = [history for climb in branches
-                 if moves(history := self.histories.get(climb.top))]
-        if not stuck:
-            return None
-        # If the frames are joined now, the edge to name lies between them, not above.
-        now = climb_both(self.histories, target, source, None)
-        between = Path(*now.edges()).without_data(stamp) if now.meet else []
-        return furthest_from_cure(between or stuck, stamp).extrapolation(stamp)
-
-    # --- everything at once
-
-    def poses_from(self, target: str, stamp: int) -> dict[str, PoseTuple]:
-        """
-        Return ``target_T_frame`` for every frame that has one at a stamp.
-
-        :param stamp: nanoseconds; 0 is a time here.
-        :raises LookupException: nobody published the target.
-        :raises InvalidArgumentException: a name that cannot be a frame.
-        """
-        self.check_frame('target_frame', target)
-        poses = {target: se3.IDENTITY}
-        for history, known, frame, upwards in self._steps_from(target, stamp):
-            if known not in poses:
-                continue
-            try:
-                pose = history.sample(stamp)
-            except ExtrapolationException:
-                continue
-            poses[frame] = se3.compose_chain(
-                (poses[known], se3.inverse(pose) if upwards else pose))
-        return poses
-
-    def newest_of_all(self, target: str) -> int:
-        """Return the newest time that all moving edges of a frame's tree have data for, or 0."""
-        self.check_frame('target_frame', target)
-        stamps = [history.latest_stamp for history, *_ in self._steps_from(target, None)
-                  if not history.is_static and history.latest_stamp is not None]
-        return min(stamps, default=LATEST)
-
-    def _steps_from(self, target: str, stamp: int | None) -> list[Step]:
-        """Return the edges in an order that reaches one end of each before its turn."""
-        if target in self._steps:
-            return self._steps[target]
-        fixed = not self.was_rehung
-        neighbours: dict[str, list[Step]] = {}
-        for child, history in self.histories.items():
-            parent = history.parent if fixed or stamp is None else history.parent_at(stamp)
-            if parent is not None:
-                neighbours.setdefault(parent, []).append((history, parent, child, False))
-                neighbours.setdefault(child, []).append((history, child, parent, True))
-        steps: list[Step] = []
-        reached = {target}
-        frames = [target]
-        for frame in frames:
-            for step in neighbours.get(frame, ()):
-                if step[2] not in reached:
-                    reached.add(step[2])
-                    frames.append(step[2])
-                    steps.append(step)
-        if fixed:
-            self._steps[target] = steps
-        return steps
-
     def copy(self) -> 'Tree':
         """Return a tree of its own with the same samples."""
         twin = Tree(self.cache_time, self.max_frames, self.max_name_bytes)
-        twin.histories = {child: history.copy() for child, history in self.histories.items()}
-        twin.frames = dict(self.frames)
+        twin.histories.update(
+            (child, history.copy()) for child, history in self.histories.items())
+        twin.frames.update(self.frames)
         return twin
 
     # --- forgetting
@@ -516,12 +250,6 @@ class Tree:
             del self.frames[frame]
         self._structure_changed()
         return True
-
-
-def _goes_back(history: History, parent: str, authority: str) -> bool:
-    """Return whether a frame returns to a parent and several publishers may be behind it."""
-    return (is_ambiguous(authority) and moves(history)
-            and history.has_named(parent))
 
 
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
