@@ -64,9 +64,9 @@ def with_a_lamp(buffer):
     return buffer
 
 
-def until(condition):
+def until(condition, patience_s=PATIENCE_S):
     """Wait for what rclpy tells no event of: the graph, a waiter's place in a line, the log."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + patience_s
     while not condition():
         assert time.monotonic() < end, 'it never came true'
         time.sleep(0.002)

@@ -113,7 +113,7 @@ class GoalClient:
                     self._responses.wake()
         self._send_next()
         if not call.sent:
-            self._look_after(call, self.server_is_ready())
+            self._look_after(call, self._server_is_there())
         return call
 
     def report(self, call: LookupCall, event: Event) -> None:
@@ -211,12 +211,21 @@ class GoalClient:
         if self._closed.is_set():
             return False
         self._send_next()
-        is_ready = self.server_is_ready()
         calls = self.goals_in(*State)
         if any(call.sent_s() >= self._period_s for call in calls):
             self._move_to_a_new_server(calls)
-        call_all(partial(self._look_after, call, is_ready) for call in calls)
+        is_there = self._server_is_there()
+        call_all(partial(self._look_after, call, is_there) for call in calls)
         return bool(calls)
+
+    def _server_is_there(self) -> bool:
+        """
+        Return whether there is a server.
+
+        While DDS discovers a second one, its services are not ready for a moment, nor are
+        those of the first.
+        """
+        return self.server_is_ready() or self._servers.is_there()
 
     def _move_to_a_new_server(self, calls: Iterable[LookupCall]) -> None:
         """Send the goals again if a new server has appeared, or may not have heard them."""
@@ -229,25 +238,25 @@ class GoalClient:
                   and self._servers.may_be_deaf()):
                 self.report(call, Event.LOST)
 
-    def _look_after(self, call: LookupCall, is_ready: bool) -> None:
+    def _look_after(self, call: LookupCall, is_there: bool) -> None:
         """End a call that can get no answer any more."""
-        if is_ready and call.is_late() and call.has_late_part():
+        if is_there and call.is_late() and call.has_late_part():
             self.report(call, Event.PART_LATE)
             return
-        why = self._why_hopeless(call, is_ready)
+        why = self._why_hopeless(call, is_there)
         if why:
             self.report(call, Event.TIMED_OUT)
             call.give_up(why)
 
-    def _why_hopeless(self, call: LookupCall, is_ready: bool) -> str:
+    def _why_hopeless(self, call: LookupCall, is_there: bool) -> str:
         name = self.name
         if self._closed.is_set() or not self._responses.context.ok():
             return f'The client of the buffer server {name} was closed, or ROS shut down'
-        if is_ready and call.is_late():
+        if is_there and call.is_late():
             return f'The buffer server {name} is there, and did not answer in time'
-        if not is_ready and call.sent:
+        if not is_there and call.sent:
             return f'The buffer server {name} went away before it answered'
-        if not is_ready and not call.left_s():
+        if not is_there and not call.left_s():
             return (f'There is no buffer server {name}: is a buffer_server running, '
                     'and is that its name?')
         return ''
@@ -255,7 +264,7 @@ class GoalClient:
     def _end_calls(self) -> None:
         with self._lock:
             self._closed.set()
-        call_all(partial(call.give_up, self._why_hopeless(call, is_ready=False))
+        call_all(partial(call.give_up, self._why_hopeless(call, is_there=False))
                  for call in self.goals_in(*WANTED))
 
 

@@ -21,6 +21,8 @@ from ..waiting.awaitable import AwaitableFuture
 _ACCEPTANCE_S = 10.0
 # A longer wait is sent in parts, so that a server forgets the goals of a client that died.
 _LEASE_S = 60.0
+# The last part of a wait is at least as long as this.
+_LEAST_S = 0.001
 # A server that times out sooner than this would do so again.
 _QUICK_S = 0.1
 
@@ -94,7 +96,8 @@ class LookupCall(AwaitableFuture):
         """Return the goal to send now, under a new ``goal_id``."""
         self.goal_id = UUID(uuid=list(secrets.token_bytes(16)))
         self._sent_at = time.monotonic()
-        left_s = self.left_s()
+        # Without a timeout a server says what is missing, not that the time is over.
+        left_s = max(self.left_s(), min(self._timeout_s, _LEAST_S))
         self._lease_s = min(left_s, _LEASE_S)
         self._is_part = self._lease_s < left_s
         self._goal.timeout = Duration(nanoseconds=from_seconds(self._lease_s)).to_msg()

@@ -34,10 +34,15 @@ class ServerWatch:
         self._known: frozenset[bytes] = frozenset()
         self._discovered_at = 0.0
 
+    def is_there(self) -> bool:
+        """Return whether there is a server, though it may not hear requests yet."""
+        return bool(self._find())
+
     def note_first(self) -> None:
         """Take those that are there for known, if none is known yet."""
         if not self._known:
             self._known = self._find()
+            self._discovered_at = time.monotonic() + _DISCOVERY_S
 
     def has_new(self) -> bool:
         """Return whether a server is there that was not there at the last call."""
