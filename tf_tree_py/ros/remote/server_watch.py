@@ -42,7 +42,6 @@ class ServerWatch:
         """Take those that are there for known, if none is known yet."""
         if not self._known:
             self._known = self._find()
-            self._discovered_at = time.monotonic() + _DISCOVERY_S
 
     def has_new(self) -> bool:
         """Return whether a server is there that was not there at the last call."""
