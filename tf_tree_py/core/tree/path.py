@@ -41,8 +41,12 @@ class Path:
 
         :return: nanoseconds; ``LATEST`` when nothing on the path moves.
         """
-        stamps = [edge.latest_stamp for edge in self._dynamic if edge.latest_stamp is not None]
-        return min(stamps, default=LATEST)
+        common: int | None = None
+        for edge in self._dynamic:
+            stamp = edge.latest_stamp
+            if stamp is not None and (common is None or stamp < common):
+                common = stamp
+        return LATEST if common is None else common
 
     def slowest_edges(self) -> list[MovingHistory]:
         """Return the edges that have to go on before the latest common time does."""

@@ -92,6 +92,11 @@ class Ways:
         """
         path = self.newest_path(target, source)
         stamp = path.latest_common_time()
+        if path.fixed:
+            try:
+                return stamp, path.pose_at(stamp)
+            except ExtrapolationException:
+                pass  # Below it is asked again, for another way or for the reason.
         try:
             return stamp, self.pose_at(target, source, stamp)
         except TransformException as error:
