@@ -2,7 +2,7 @@
 tf2's ``Buffer``: the core with messages, clocks and timeouts.
 
 Only translation happens here; every answer is ``BufferCore``'s. What neither
-waits nor needs a clock is in ``core_api``.
+waits nor needs a clock is in ``tf2_methods``.
 """
 
 from collections.abc import Callable, Sequence
