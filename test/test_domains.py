@@ -1,5 +1,6 @@
 """Every domain that this package chooses has ports of its own: Linux gives them to nobody else."""
 
+from contextlib import ExitStack
 import os
 from pathlib import Path
 import subprocess
@@ -7,6 +8,7 @@ import sys
 
 from domains import claim, is_safe, isolate, ports
 import pytest
+from tf_tree_py.labs.live.domain import DOMAINS, FIRST_DOMAIN, own_domain
 
 SCRIPTS = Path(__file__).parents[1] / 'scripts'
 RANGE = Path('/proc/sys/net/ipv4/ip_local_port_range')
@@ -72,6 +74,13 @@ def test_scripts_choose_safe_ones():
 
 @needs_the_usual_range
 def test_labs_choose_safe_ones():
-    session = pytest.importorskip('tf_tree_py.labs.live.session')
-    first, count = session._FIRST_DOMAIN, session._DOMAINS
-    assert all(is_safe(domain_id) for domain_id in range(first, first + count))
+    assert all(is_safe(domain_id) for domain_id in range(FIRST_DOMAIN, FIRST_DOMAIN + DOMAINS))
+
+
+def test_two_labs_never_share_one_while_there_are_others():
+    with ExitStack() as labs:
+        own = [labs.enter_context(own_domain()) for _ in range(DOMAINS)]
+        assert len(set(own)) == DOMAINS
+        assert labs.enter_context(own_domain()) in own
+    with own_domain() as first, own_domain() as second:
+        assert first != second

@@ -106,7 +106,7 @@ class OtherServer:
     """A server that says what it is told to, as another implementation might."""
 
     def __init__(self, node):
-        self.accepts, self.forgets = True, False
+        self.accepts, self.forgets = True, 0
         self.status, self.result = 'abort', LookupTransform.Result()
         self.may_answer, self.executing, self.canceled = (threading.Event() for _ in range(3))
         self.may_answer.set()
@@ -118,6 +118,7 @@ class OtherServer:
 
     def _accept(self, handle):
         if self.forgets:
+            self.forgets -= 1
             self.server._goal_handles.clear()
         else:
             handle.execute()
@@ -294,10 +295,18 @@ def test_goal_that_is_not_accepted_says_so(other, client):
         client.lookup_transform('map', 'base', LATEST, PATIENCE)
 
 
-def test_goal_that_the_server_forgot_is_no_identity(other, client):
-    other.forgets = True
+def test_goal_that_no_server_knows_is_asked_again(other, client):
+    # So does one that comes just when the goal was accepted by another.
+    other.forgets, other.status = 3, 'succeed'
+    client.lookup_transform('map', 'base', LATEST, PATIENCE)
+    assert len(other.handles) == 1
+
+
+def test_goal_that_every_server_forgets_is_no_identity(other, make_client):
+    other.forgets = 1_000_000
+    client = make_client(timeout_padding=0.2)
     with pytest.raises(TransformException, match='does not know the goal any more'):
-        client.lookup_transform('map', 'base', LATEST, PATIENCE)
+        client.lookup_transform('map', 'base', LATEST)
 
 
 def test_server_that_is_not_there_is_told_at_once_without_a_timeout(make_client):

@@ -121,6 +121,12 @@ class GoalsMachine(RuleBasedStateMachine):
         if call:
             self.report(call, Event.PART_LATE)
 
+    @rule(which=any_call)
+    def be_told_by_another_server_that_it_does_not_know_the_goal(self, which):
+        call = self.some(which, lambda call: call.expected == 'result')
+        if call:
+            self.report(call, Event.UNKNOWN_THERE)
+
     # --- the server
 
     @precondition(lambda self: self.server.asked)

@@ -22,8 +22,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-# People use smaller ones; the ports of these lie above those that Linux gives to programs.
-_FIRST_DOMAIN, _DOMAINS = 216, 16
+from .domain import own_domain
+
 _PATIENCE_S = 20.0
 
 Work = Callable[..., None]
@@ -84,8 +84,7 @@ class Session:
 @contextmanager
 def session() -> Iterator[Session]:
     """Open a session in a domain of its own; close it in the end."""
-    domain_id = _FIRST_DOMAIN + os.getpid() % _DOMAINS
-    with _environment(_surroundings(domain_id)):
+    with own_domain() as domain_id, _environment(_surroundings(domain_id)):
         opened = Session(new_context(), domain_id)
         try:
             yield opened

@@ -39,6 +39,9 @@ class Event(Enum):
     PART_OVER = auto()
     #: The same time is over here, and the server has said nothing: its clock may be slow.
     PART_LATE = auto()
+    #: A server that was asked for the result does not know the goal: it is not the one that
+    #: accepted it.
+    UNKNOWN_THERE = auto()
     #: The server did not accept it, and may not have heard of it.
     LOST = auto()
     #: Another server has come: the one that has the goal may be dead.
@@ -83,6 +86,7 @@ _TRANSITIONS: dict[State, dict[Event, tuple[State, tuple[Action, ...]]]] = {
         Event.RESULT: (State.ENDED, ()),
         Event.PART_OVER: (State.TO_BE_SENT, ()),
         Event.PART_LATE: (State.TO_BE_SENT, _ABANDON),
+        Event.UNKNOWN_THERE: (State.TO_BE_SENT, _ABANDON),
         Event.SERVER_CHANGED: (State.TO_BE_SENT, _ABANDON),
         Event.CANCELLED: (State.ENDED, _ABANDON),
         Event.TIMED_OUT: (State.ENDED, _ABANDON),

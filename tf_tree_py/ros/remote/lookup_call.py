@@ -14,7 +14,7 @@ from tf_tree_py.core.stamp import from_seconds
 from unique_identifier_msgs.msg import UUID
 
 from .goal_state import AT_A_SERVER, Event, State
-from .lookup_goal import transform_of
+from .lookup_goal import is_unknown, transform_of
 from ..waiting.awaitable import AwaitableFuture
 
 # A server accepts a goal at once, however long it takes to fulfil it.
@@ -105,6 +105,10 @@ class LookupCall(AwaitableFuture):
 
     def answer(self, response: Any) -> None:
         """End with the transform or the error of a server's response."""
+        if is_unknown(response.status, response.result) and self._is_in_time():
+            # A request goes to all servers there are: here one that has just come was first.
+            self._client.report(self, Event.UNKNOWN_THERE)
+            return
         try:
             transform = transform_of(response.status, response.result)
         except TransformException as error:
@@ -122,6 +126,9 @@ class LookupCall(AwaitableFuture):
         # The server goes by its own clock, which may be simulated and fast.
         took_s = time.monotonic() - self._sent_at
         return self._is_part and took_s >= min(self._lease_s, _QUICK_S)
+
+    def _is_in_time(self) -> bool:
+        return time.monotonic() < self._begin + self._timeout_s + self._padding_s
 
     def has_late_part(self) -> bool:
         """Return whether only a part of the time is over: the server's clock may be slow."""

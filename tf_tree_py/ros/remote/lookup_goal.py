@@ -68,6 +68,13 @@ def error_result(error: TransformException, timed_out: bool) -> LookupTransform.
     return LookupTransform.Result(error=TF2Error(error=code, error_string=str(error)))
 
 
+def is_unknown(status: int, result: LookupTransform.Result) -> bool:
+    """Return whether a server says that it does not know the goal."""
+    # Other servers may leave the status out; a transform that names its frames is an answer.
+    return bool(status == GoalStatus.STATUS_UNKNOWN and not result.transform.child_frame_id
+                and result.error.error == TF2Error.NO_ERROR)
+
+
 def transform_of(status: int, result: LookupTransform.Result) -> TransformStamped:
     """
     Return the transform of a result.
@@ -79,7 +86,6 @@ def transform_of(status: int, result: LookupTransform.Result) -> TransformStampe
     error = result.error
     if error.error != TF2Error.NO_ERROR:
         raise _EXCEPTIONS.get(error.error, TransformException)(error.error_string)
-    # Other servers may leave the status out; a transform that names its frames is an answer.
     if status == GoalStatus.STATUS_SUCCEEDED or result.transform.child_frame_id:
         return result.transform
     if status == GoalStatus.STATUS_ABORTED:
