@@ -1,8 +1,8 @@
 """
-How the robot of five frames moves: the truth that it publishes, and no ROS.
+How the robot of five frames moves: world -> odom -> base_link -> {camera, gripper}.
 
-world -> odom -> base_link -> {camera, gripper}. Every pose is a pure function of
-the stamp, so whoever has a stamp can check what a lookup says of it.
+This is the truth that the publisher sends. It needs no ROS. Every pose is a pure
+function of the stamp, so anybody can check the answer of a lookup.
 """
 
 from dataclasses import dataclass
@@ -41,22 +41,22 @@ class FiveFrameMotion:
     lap_time: int = from_seconds(20.0)
 
     base_link_T_camera = Pose.from_xyz_rpy(x=0.25, z=0.5, pitch=radians(15.0))
-    """Calibration: at the front, looking forward and a little down. It never changes."""
+    """The camera sits at the front and looks forward and a little down. It never moves."""
 
     def world_T_odom(self, stamp: int) -> Pose:
-        """Return what a localiser corrects: a slow drift of half a metre and three degrees."""
+        """Return the drift that a localiser corrects: slow, half a metre and three degrees."""
         phase = _phase(stamp, DRIFT_PERIOD)
         return Pose.from_xyz_rpy(
             x=0.5 * sin(phase), y=0.3 * cos(phase), yaw=radians(3.0) * sin(phase))
 
     def odom_T_base_link(self, stamp: int) -> Pose:
-        """Return the robot on its circle round odom, heading along the tangent."""
+        """Return where the robot is on its circle round odom; it looks along the tangent."""
         phase = _phase(stamp, self.lap_time)
         return Pose.from_xyz_rpy(
             x=self.radius * cos(phase), y=self.radius * sin(phase), yaw=phase + pi / 2)
 
     def base_link_T_gripper(self, stamp: int) -> Pose:
-        """Return the arm: it reaches out and down, comes back, and swings as it does."""
+        """Return where the arm holds the gripper: it reaches out and down, and swings."""
         phase = _phase(stamp, ARM_PERIOD)
         return Pose.from_xyz_rpy(
             x=0.55 - 0.2 * cos(phase), y=0.2 * sin(phase), z=0.6 + 0.15 * cos(phase),
@@ -69,5 +69,5 @@ class FiveFrameMotion:
 
 
 def _phase(stamp: int, period: int) -> float:
-    """Return the angle of a periodic motion; exact, since the remainder is taken of integers."""
+    """Return the angle of a periodic motion. The remainder of integers is exact."""
     return tau * (stamp % period) / period

@@ -1,4 +1,4 @@
-"""The robot of five frames, as if its drivers ran: /tf and /tf_static."""
+"""Publishes the robot of five frames on /tf and /tf_static, as its drivers would."""
 
 from collections.abc import Callable, Iterable, Sequence
 import sys
@@ -21,9 +21,9 @@ _DESCRIPTION = """\
 Publishes a robot of five frames: world -> odom -> base_link -> {camera, gripper}.
 
 odom -> base_link drives a circle, base_link -> gripper is an arm that reaches out
-and back, and world -> odom drifts slowly, as a localiser's correction does: these
-three on /tf, each stamped with the time at which it is true. base_link -> camera
-is calibration: it goes out once, on /tf_static. Ctrl-C ends."""
+and back, and world -> odom drifts slowly, as a localiser's correction does. These
+three go out on /tf, each with the stamp at which it is true. base_link -> camera is
+a calibration: it goes out once, on /tf_static. Ctrl-C ends."""
 
 _RATES = (0.1, 1000.0)
 
@@ -64,7 +64,7 @@ class FiveFramePublisher(Node):
         self._static_broadcaster = StaticTransformBroadcaster(self)
         self._static_broadcaster.sendTransform(transform_stamped(
             frames.base_link, frames.camera, self._now(), motion.base_link_T_camera))
-        # A timer each, as the three would be three programs on a robot.
+        # Each has a timer of its own: on a robot, three programs would send them.
         self._send_at(values['drift_rate_hz'], frames.world, frames.odom, motion.world_T_odom)
         self._send_at(values['drive_rate_hz'], frames.odom, frames.base_link,
                       motion.odom_T_base_link)
@@ -77,7 +77,7 @@ class FiveFramePublisher(Node):
     def _send_at(self, rate_hz: float, parent: str, child: str,
                  pose_at: Callable[[int], Pose]) -> None:
         def send() -> None:
-            # Late or early, the stamp says when, and the pose is that of the stamp.
+            # The timer may be late. The pose is that of the stamp all the same.
             stamp = self._now()
             self._broadcaster.sendTransform(
                 transform_stamped(parent, child, stamp, pose_at(stamp)))
