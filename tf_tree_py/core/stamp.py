@@ -22,7 +22,7 @@ BEGINNING = -2**63
 """The first stamp that there can be."""
 
 FOREVER = 2**63
-"""Behind every stamp: the end of a stretch of time that does not end."""
+"""Later than every stamp: the end of a stretch of time that never ends."""
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
@@ -39,8 +39,8 @@ def from_seconds(seconds: Any) -> Any:
     """
     Return the nanoseconds nearest to a number of seconds.
 
-    Float seconds since 1970 tell stamps apart that lie 240 ns from each other; a column
-    of whole nanoseconds, or of seconds and nanoseconds, is better where there is one.
+    Float seconds since 1970 resolve 240 ns. If your data has whole nanoseconds, or seconds
+    and nanoseconds apart, use those instead.
 
     :param seconds: a number, or an array of any shape.
     :return: an int, or an array of the same shape.

@@ -1,7 +1,7 @@
 """
-How fast a frame moves, out of the poses in a buffer.
+How fast a frame moves, from the poses in a buffer.
 
-The answers are right also where frames turn. Velocities as tf2 computes them, its
+The answers are right where frames turn, too. Velocities as tf2 computes them, its
 faults included, are in the drop-in.
 """
 
@@ -157,9 +157,9 @@ def _chain(tree: Queries, first: str, last: str,
     """
     Return the frames from one to another, and those edges between them that move.
 
-    As they hang on each other now, if all of these have data for a stamp: where they hung
-    otherwise then, the poses between neighbours still multiply to the one of the ends.
-    Else as they hung then.
+    The edges are today's if all of them have data for the stamp. Even if the frames hung
+    elsewhere then, the poses between neighbours still multiply to the pose of the ends.
+    Otherwise the edges are those of that time.
     """
     try:
         edges = tree._edges_between(last, first, None)

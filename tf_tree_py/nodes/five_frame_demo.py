@@ -1,4 +1,4 @@
-"""The robot of five frames and somebody who looks at it, in one terminal."""
+"""Runs the publisher and the listener of the five frames in one terminal."""
 
 from collections.abc import Sequence
 import math
@@ -24,7 +24,7 @@ Shows a robot of five frames and where its gripper is, in one terminal.
 
 A publisher sends the transforms over DDS, as five_frame_publisher does; a listener
 receives them and asks where the gripper is, as five_frame_listener does. The true
-motion is known here, so every answer is held against it. Ctrl-C ends."""
+motion is known here, so every answer is compared with it. Ctrl-C ends."""
 
 _INTRODUCTION = """\
 Live, over DDS: where the gripper of a moving robot is in the world, at each line's moment.
@@ -40,7 +40,7 @@ class DemoListener(FiveFrameListener):
 
         :param publisher: whose gripper it is.
         """
-        # Whatever its frames are called.
+        # The publisher's frames may have other names.
         frames = publisher.frames
         names = {'target_frame': frames.world, 'source_frame': frames.gripper, 'frame_prefix': ''}
         super().__init__(PUBLISHER_SETTINGS, parameter_overrides=[

@@ -1,4 +1,4 @@
-"""Where the gripper is in the world, asked again and again of what arrives on /tf."""
+"""Asks again and again where the gripper is in the world, and prints the answers."""
 
 from collections.abc import Iterable, Sequence
 from math import degrees
@@ -32,10 +32,10 @@ NAME = 'five_frame_listener'
 _DESCRIPTION = """\
 Prints where one frame is in another, the gripper in the world unless told otherwise.
 
-Each line answers the question "where is it now?", asked with the stamp of that
-moment: the lookup waits until every edge on the way has data as new as that. The
-age is how long the answer took to come, and so how old it is. Start this before
-the publisher or after it, as you like. Ctrl-C ends."""
+Each line answers the question "where is it now?". The lookup has the stamp of that
+moment, so it waits until every edge on the way has data as new as that. The age is
+how long the answer took. You may start this before the publisher or after it.
+Ctrl-C ends."""
 
 ASKING = (
     Setting('rate_hz', 2.0, 'how often to ask where it is', (0.01, 100.0)),
@@ -61,12 +61,12 @@ def say(line: str) -> None:
 
 class FiveFrameListener(Node):
     """
-    Asks on a timer where the source frame is now, and tells.
+    Asks on a timer where the source frame is now, and prints the answers.
 
-    What is missing is said once, then it stays silent until there is an answer.
+    It says once what is missing, and then nothing until there is an answer.
 
     :ivar buffer: what has arrived.
-    :ivar asked: how often was asked.
+    :ivar asked: how often it has asked.
     :ivar answered: how often there was an answer.
     """
 
@@ -85,12 +85,12 @@ class FiveFrameListener(Node):
             frame_name(f'parameter {name}', prefix + values[name])
             for name in ('target_frame', 'source_frame'))
         self._timeout = Duration(nanoseconds=from_seconds(values['timeout_s']))
-        # Should simulated time stand still, the wall ends the wait.
+        # If simulated time stands still, the wall clock ends the wait.
         self.buffer = Buffer(node=self, wall_guard=_WALL_GUARD)
         self._listener = TransformListener(self.buffer, self)
         self.asked = self.answered = 0
         self._silent = False
-        # By a clock that always goes, to be able to say that simulated time does not.
+        # This clock always goes, so it can say that simulated time does not.
         self._ticks = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / values['rate_hz'], self._ask, clock=self._ticks)
 
@@ -100,7 +100,7 @@ class FiveFrameListener(Node):
         super().destroy_node()
 
     def give_up(self, _: object = None) -> None:
-        """Wait no longer, nor say why: it is over. From any thread."""
+        """End the wait without a word. Any thread may call this."""
         self._silent = True
         self.buffer.waiting.fail(TransformException('given up'))
 
@@ -168,8 +168,8 @@ class FiveFrameListener(Node):
 
 
 def columns(pose: Pose) -> str:
-    """Return a pose so that many lines stand neatly below each other."""
-    # Adding 0.0 makes of -0.0 a plain zero.
+    """Return a pose as text whose columns line up from line to line."""
+    # Adding 0.0 turns -0.0 into 0.0.
     roll, pitch, yaw = (round(degrees(angle), 2) + 0.0 for angle in pose.as_rpy())
     return (f'xyz {pose.x:7.3f} {pose.y:7.3f} {pose.z:7.3f} m  '
             f'rpy {roll:7.2f} {pitch:7.2f} {yaw:7.2f} deg')

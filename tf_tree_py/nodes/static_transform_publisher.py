@@ -1,4 +1,4 @@
-"""Static transforms from a command line or a file: tf2's program, and many at once."""
+"""Publishes static transforms from a command line, as tf2's program does, or a file."""
 
 from argparse import SUPPRESS
 from collections.abc import Sequence
@@ -38,10 +38,10 @@ _DESCRIPTION = """\
 Publishes transforms that never change on /tf_static, also to whoever comes later.
 
 The transform takes coordinates in the child frame to coordinates in the parent: it is
-where the child is, seen from the parent. What is not given is zero, and qw one."""
+where the child is, seen from the parent. Values that are not given are 0; qw is 1."""
 
 _EPILOG = """\
-Such a file says the same with the same words, as often as there are transforms:
+Such a file has a line for each transform, with the same words:
 
   transforms:
     - {frame_id: base_link, child_frame_id: camera, x: 0.25, z: 0.5, pitch: 0.26}
@@ -58,7 +58,7 @@ _OLD_FORM_WARNING = 'Old-style arguments are deprecated; see --help for new-styl
 
 
 class StaticTransformPublisher(Node):
-    """Publishes transforms once, and stays for those who come later."""
+    """Publishes transforms once, and stays for subscribers that come later."""
 
     def __init__(self, transforms: Sequence[StaticTransform], **node_options: Any) -> None:
         """
@@ -123,7 +123,7 @@ def _parser() -> Parser:
 
 def _split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """
-    Part the flags, each joined to its value, from the positional arguments of old.
+    Return the flags, each joined to its value, and the positional arguments.
 
     argparse would take a negative number such as -1e-3 for a flag.
     """
