@@ -15,10 +15,11 @@ PACKAGE = Path(tf_tree_py.__file__).parent
 LAYERS = {
     'core': set(),
     'bag': {'core'},
+    'urdf': {'core'},
     'ros': {'core'},
-    'nodes': {'core', 'bag', 'ros'},
-    'tools': {'core', 'bag', 'ros'},
-    'labs': {'core', 'bag', 'ros'},
+    'nodes': {'core', 'bag', 'urdf', 'ros'},
+    'tools': {'core', 'bag', 'urdf', 'ros'},
+    'labs': {'core', 'bag', 'urdf', 'ros'},
     'dropin': {'core', 'bag', 'ros'},
 }
 
@@ -35,8 +36,8 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
-        'streams meters merging',
+        'arrivals: incidents observers sample track frame_names wire stencil future_guard '
+        'jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
@@ -53,6 +54,10 @@ ORDER = {
         'buffer_server',
         'filtering: drop_reasons message_filter',
         ': diagnostics',
+    ),
+    'urdf': rooms(
+        ': elements values visuals joints hanging following motion expanding robot states '
+        'tracks',
     ),
 }
 
