@@ -173,5 +173,5 @@ def test_without_xacro_the_error_says_what_to_install(tmp_path):
                'except DescriptionError as error: print(error)')
     done = subprocess.run([sys.executable, '-c', program], cwd=tmp_path, text=True, check=True,
                           capture_output=True, timeout=60)
-    assert done.stdout == ('arm.xacro: the package xacro is not installed; pip install xacro, or '
-                           'apt install ros-jazzy-xacro\n')
+    assert done.stdout == ('arm.xacro: the package xacro is not installed; '
+                           'pip install "tf_tree_py[xacro]", or apt install ros-jazzy-xacro\n')
