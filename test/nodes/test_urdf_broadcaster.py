@@ -19,9 +19,10 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.five_frame_motion import FiveFrameMotion
 from tf_tree_py.nodes.running import spun_in_background
-from tf_tree_py.nodes.urdf_broadcaster import UrdfBroadcaster
+from tf_tree_py.nodes.urdf_broadcaster import NAME, SETTINGS, UrdfBroadcaster
 from tf_tree_py.ros.messages.convert import as_sample, time_message
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
+import yaml
 
 CONFIG = Path(__file__).parents[2] / 'config' / 'five_frames.urdf'
 MS = 1_000_000
@@ -259,3 +260,10 @@ def test_listener_that_comes_late_hears_what_is_fixed(context, encoders, buffer)
         with TransformListener(late, node):
             assert late.lookup_within(PATIENCE_S, 'c', 'tool') == Pose(2.0)
         node.destroy_node()
+
+
+def test_example_configuration_holds_what_can_be_set_with_its_default():
+    config = yaml.safe_load(CONFIG.with_suffix('.yaml').read_text())
+    told = {**config['/**']['ros__parameters'], **config[f'/**/{NAME}']['ros__parameters']}
+    assert told | {'robot_description': ''} == {
+        setting.name: setting.default for setting in SETTINGS}

@@ -122,7 +122,7 @@ class Robot:
             if not np.isfinite(array).all():
                 raise InvalidArgumentException(f'a position of {name!r} is not finite')
             values[..., self.columns[name]] = array
-        followers(self.moving, tuple(named), self.columns).follow(values)
+        followers(self.moving, named, self.columns).follow(values)
         if not self.motion.has_turns(values):
             raise InvalidArgumentException(
                 'the quaternion of a floating joint is all zero; for no rotation give 0 0 0 1')
