@@ -3,7 +3,7 @@
 from descriptions import joint, parsed
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, UNLIMITED
+from tf_tree_py.core import BufferCore, InvalidArgumentException, UNLIMITED
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.states import JointStates
 
@@ -155,3 +155,7 @@ def test_recording_without_anything_of_the_robot_has_no_tracks():
     assert joint_tracks(Robot.parse('<robot name="r"><link name="a"/></robot>'), []) == []
     with pytest.warns(UserWarning, match="'x'"):
         assert joint_tracks(parsed(*ARM), [JointState(1, ['x'], [1.0])]) == []
+    with pytest.warns(UserWarning, match='1 names and 2 positions'):
+        assert joint_tracks(parsed(*ARM), [JointState(1, ['j'], [[1.0, 2.0]])]) == []
+    with pytest.raises(InvalidArgumentException, match='stamps are integer nanoseconds'):
+        joint_tracks(parsed(*ARM), [JointState(1.5, ['j'], [1.0])])

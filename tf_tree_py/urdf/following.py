@@ -69,10 +69,10 @@ def check_mimics(joints: Sequence[tuple[Joint, Element]]) -> None:
         if joint.mimic is None or mimic is None:
             continue
         _check_leader(mimic, joint.mimic.joint, by_name)
-        seen = [joint.name]
+        seen = {joint.name: None}
         leader: Mimic | None = joint.mimic
         while leader is not None and leader.joint not in seen:
-            seen.append(leader.joint)
+            seen[leader.joint] = None
             leader = by_name[leader.joint].mimic if leader.joint in by_name else None
         if leader is not None:
             raise mimic.error(f'it mimics itself: {" -> ".join(map(quoted, seen))} -> '

@@ -57,10 +57,11 @@ class Robot:
         return cls.parse(text_of(path), str(path))
 
     @classmethod
-    def parse(cls, text: str, source: str = 'the robot description') -> 'Robot':
+    def parse(cls, text: str | bytes, source: str = 'the robot description') -> 'Robot':
         """
         Return the robot that a text describes.
 
+        :param text: a string, or bytes of UTF-8.
         :param source: what errors call the text.
         :raises DescriptionError: it describes none; the error names the line and the mend.
         """

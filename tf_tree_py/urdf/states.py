@@ -91,8 +91,8 @@ class JointStates:
             None: no matter when.
         :return: (moving joints,); None: there is nothing to send.
         """
-        if len(names) != len(positions):
-            self._tell(f'{len(names)} names and {len(positions)} positions: such joint states '
+        if positions.shape != (len(names),):
+            self._tell(f'{len(names)} names and {positions.size} positions: such joint states '
                        'are ignored')
             return None
         reading = self._reading(names)
