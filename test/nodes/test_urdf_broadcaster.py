@@ -274,3 +274,16 @@ def test_example_configuration_holds_what_can_be_set_with_its_default():
     told = {**config['/**']['ros__parameters'], **config[f'/**/{NAME}']['ros__parameters']}
     assert told | {'robot_description': ''} == {
         setting.name: setting.default for setting in SETTINGS}
+
+
+def test_launch_files_find_it_by_the_name_they_have(start, context, buffer):
+    program = start(
+        'robot_state_publisher', '--ros-args', '-r', '__ns:=/r1', '-p', 'frame_prefix:=r1/', '-p',
+        'publish_frequency:=50', '-p', f'robot_description:={ARM!r}')
+    node = Node('looking', context=context)
+    until(lambda: ('robot_state_publisher', '/r1') in node.get_node_names_and_namespaces())
+    node.destroy_node()
+    assert buffer.lookup_within(PATIENCE_S, 'r1/c', 'r1/tool') == Pose(2.0)
+    program.interrupt()
+    assert program.end() == 0
+    assert '[r1.robot_state_publisher]: <Robot' in program.output
