@@ -12,8 +12,10 @@ executables = [
     'five_frame_demo',
     'five_frame_listener',
     'five_frame_publisher',
+    'robot_state_publisher',
     'static_transform_publisher',
     'tf_relay',
+    'urdf_broadcaster',
 ]
 
 
@@ -52,8 +54,9 @@ setup(
     extras_require={
         'bag': ['rosbags'],
         'plot': ['matplotlib'],
-        'test': ['hypothesis', 'pytest'],
+        'test': ['hypothesis', 'pin', 'pytest'],
         'view': ['viser'],
+        'xacro': ['xacro'],
     },
     entry_points={
         'console_scripts': [
