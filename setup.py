@@ -54,7 +54,7 @@ setup(
     extras_require={
         'bag': ['rosbags'],
         'plot': ['matplotlib'],
-        'test': ['hypothesis', 'pin', 'pytest'],
+        'test': ['hypothesis', 'pytest'],
         'view': ['viser'],
         'xacro': ['xacro'],
     },
