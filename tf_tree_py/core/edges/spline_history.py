@@ -1,0 +1,254 @@
+"""
+The history of an edge that is known in continuous time: one spline.
+
+It takes no samples. Whoever has newer ones fits them, and gives the edge another spline.
+"""
+
+from collections.abc import Iterator
+import math
+from typing import TypeGuard
+
+import numpy as np
+
+from .protocol import History, Stretch
+from .spline import Spline
+from ..errors import (
+    ExtrapolationException,
+    FutureExtrapolationException,
+    NoDataException,
+    PastExtrapolationException,
+)
+from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Array
+from ..geometry.spline import SPLIT
+from ..stamp import FOREVER, UNLIMITED
+from ..times import Stamps
+
+# What the pieces of a spline are cut into turns by no more than this, radians: few enough, and
+# yet short enough for a polynomial to be the curve.
+_TURN = 0.1
+# A piece that turns by more than a radian or two is evaluated at every stamp.
+_MAX_PARTS = 32
+
+
+class SplineHistory:
+    """
+    One edge on a spline; see ``MovingHistory``.
+
+    :ivar spline: None after ``clear``.
+    """
+
+    __slots__ = ('child', 'parent', 'authority', 'spline')
+
+    kind = 'a spline'
+    is_static = False
+    fixed_parent = True
+    # The window is that of who fits it.
+    cache_time = UNLIMITED
+
+    def __init__(self, child: str, parent: str | None, spline: Spline | None,
+                 authority: str = '') -> None:
+        self.child = child
+        self.parent = parent
+        self.spline = spline
+        self.authority = authority
+
+    def __len__(self) -> int:
+        return 0 if self.spline is None else len(self.spline)
+
+    @property
+    def oldest_stamp(self) -> int | None:
+        """Return where the spline begins, nanoseconds."""
+        return None if self.spline is None else self.spline.oldest
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Return where the spline ends, nanoseconds."""
+        return None if self.spline is None else self.spline.latest
+
+    # --- answers
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """
+        Return the edge's pose at a stamp.
+
+        :raises ExtrapolationException: the stamp lies outside the spline.
+        """
+        spline = self.spline
+        if spline is None or not spline.oldest <= stamp <= spline.latest:
+            raise self.extrapolation(stamp)
+        x, y, z, qx, qy, qz, qw = spline.sample(stamp)
+        return (x, y, z, qx, qy, qz, qw)
+
+    def track(self, first: int, last: int) -> 'SplineTrack':
+        """Return what it takes to answer many stamps: the spline, which never changes."""
+        assert self.spline is not None
+        return SplineTrack(self.spline, first, last)
+
+    def twists(self, stamps: Stamps) -> Array:
+        """Return how fast the child moves, of the spline itself."""
+        assert self.spline is not None
+        return self.spline.twists(stamps)
+
+    # --- who is the parent
+
+    def parent_at(self, stamp: int) -> str | None:
+        """Return the parent, the same for as long as the spline is."""
+        spline = self.spline
+        return self.parent if spline and spline.oldest <= stamp <= spline.latest else None
+
+    def possible_parents(self, stamp: int) -> set[str] | None:
+        """Return the parent, unless the stamp is older than the spline; None without one."""
+        if self.parent is None:
+            return None
+        return set() if self.is_too_old(stamp) else {self.parent}
+
+    def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
+        """Yield the parent, from the beginning of the spline on."""
+        if self.spline is not None and self.parent is not None:
+            yield self.parent, self.spline.oldest, FOREVER
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether this is the parent."""
+        return parent == self.parent
+
+    def next_turn(self, stamp: int) -> int:
+        """Return how far the spline has to reach, to change what is known of a stamp."""
+        latest = self.latest_stamp
+        if latest is None or self.is_too_old(stamp):
+            return FOREVER
+        # Another spline may begin later, and lack what this one has.
+        return max(stamp, latest + 1)
+
+    # --- what arrives
+
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """Return False: a spline takes no sample."""
+        return False
+
+    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+        """Return False: with a sample it would be another kind of edge."""
+        return False
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """Return False: a spline takes no sample."""
+        return False
+
+    def extend(self, stamps: Stamps, poses: Array) -> None:
+        """Take none: nobody asks for it of an edge that refuses one."""
+
+    def is_too_old(self, stamp: int) -> bool:
+        """Return whether a stamp is older than the spline; what replaces it goes on from it."""
+        return self.spline is not None and stamp < self.spline.oldest
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return where the spline begins, if that is newer, else ``FOREVER``."""
+        oldest = self.oldest_stamp
+        return oldest if oldest is not None and stamp < oldest else FOREVER
+
+    def fell_silent(self, stamp: int) -> bool:
+        """Return False: who gave the edge a spline takes it away, with ``remove_frame``."""
+        return False
+
+    def end(self) -> None:
+        """Do nothing: it is never taken for silent."""
+
+    def clear(self) -> None:
+        """Forget the spline."""
+        self.spline = self.parent = None
+
+    def copy(self) -> 'SplineHistory':
+        """Return a history of its own, with the same spline, which never changes."""
+        return SplineHistory(self.child, self.parent, self.spline, self.authority)
+
+    def extrapolation(self, stamp: int) -> ExtrapolationException:
+        """Return the error for a stamp outside the spline."""
+        spline = self.spline
+        if spline is None:
+            return NoDataException(child=self.child, requested=stamp)
+        kind: type[ExtrapolationException] = PastExtrapolationException
+        hint = 'The edge is a spline, which begins later'
+        if stamp > spline.latest:
+            kind = FutureExtrapolationException
+            hint = ('The edge is a spline, and goes no further than the poses that it was fitted '
+                    'to: wait for a longer one, with a timeout')
+        return kind(parent=self.parent, child=self.child, requested=stamp, oldest=spline.oldest,
+                    latest=spline.latest, hint=hint)
+
+
+class SplineTrack:
+    """
+    A spline, for the stamps from a first to a last.
+
+    Its knots cut each piece into parts that are short enough for a polynomial to be the
+    curve; see ``motion``.
+    """
+
+    def __init__(self, spline: Spline, first: int, last: int) -> None:
+        self._spline = spline
+        period = spline.knot_period
+        begin, end = (min((stamp - spline.begin) // period, spline.pieces - 1)
+                      for stamp in (first, last))
+        pieces = range(begin, end + 1)
+        self._steps = np.abs(_lengths(spline.steps[pieces.start:pieces.stop + 2]))
+        self._positions = spline.knots[pieces.start:pieces.stop + 3, :3]
+        parts = min(max(1, math.ceil(self._bound()[0] / _TURN)), _MAX_PARTS, period)
+        begins = spline.begin + period * np.arange(pieces.start, pieces.stop + 1)
+        cuts = period * np.arange(parts) // parts
+        knots = (begins[:, None] + cuts).ravel()
+        self.knots: Stamps = np.unique(np.clip(knots, spline.oldest, spline.latest))
+
+    def at(self, stamps: Stamps, since: Array | None = None) -> Array:
+        """Return the poses (7, ...) some time after stamps."""
+        return self._spline.samples(stamps, since)
+
+    @property
+    def reach(self) -> float:
+        """Return how far the child is away at most: no further than a knot."""
+        return float(np.linalg.norm(self._positions, axis=1).max())
+
+    def motion(self, knots: Stamps) -> tuple[float, float]:
+        """
+        Return what bounds the derivatives between knots as an angle and a distance would.
+
+        On SE(3) nothing does, so there it is infinite.
+        """
+        if self._spline.group is not SPLIT:
+            return math.inf, math.inf
+        part = float(np.diff(knots).max()) / self._spline.knot_period
+        angle, distance = self._bound()
+        return part * angle, part * distance
+
+    def _bound(self) -> tuple[float, float]:
+        """
+        Return an angle and a distance that bound the derivatives on every piece.
+
+        A rotation that turns by g(u) has the nth derivative B_n(g', g'', g''') in size at
+        most, Bell's polynomial of its first three: the weights are cubic. Counting the
+        partitions that it sums over, it is at most a^n up to n = 7 with
+        a = g' + 15^(1/6) sqrt(g'') + 10^(1/6) cbrt(g'''). Likewise the position, on
+        edges that turn by a: n d a^(n-1) with d = p' + 3 p''/a + 5 p'''/a^2.
+        """
+        turns, ways = self._steps
+        first, second, third = _derivatives(turns)
+        angle = max(1.0, (first + 15.0 ** (1 / 6) * np.sqrt(second)
+                          + 10.0 ** (1 / 6) * np.cbrt(third)).max())
+        first, second, third = _derivatives(ways)
+        distance = (first + 3.0 * second / angle + 5.0 * third / angle ** 2).max()
+        return float(angle), float(distance)
+
+
+def _lengths(steps: Array) -> Array:
+    """Return by how much steps (n, 6) turn and go, (2, n)."""
+    return np.linalg.norm(steps.reshape(-1, 2, 3), axis=2).T[::-1]
+
+
+def _derivatives(lengths: Array) -> tuple[Array, Array, Array]:
+    """Return the most that the weights' derivatives make of a piece's three steps."""
+    one, two, three = lengths[:-2], lengths[1:-1], lengths[2:]
+    return (0.5 * one + 0.75 * two + 0.5 * three, one + two + three, one + 2.0 * two + three)
+
+
+def is_spline(history: History | None) -> TypeGuard[SplineHistory]:
+    """Return whether there is a history, and it is a spline's."""
+    return history is not None and history.kind == SplineHistory.kind
