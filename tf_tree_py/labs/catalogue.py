@@ -6,6 +6,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from . import (
+    continuous,
     cycle,
     direction,
     interpolation,
@@ -20,7 +21,7 @@ from . import (
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount)
+           cycle, remount, continuous)
 _LIVE = (latency, remount, startup, static_spam, cycle)
 
 

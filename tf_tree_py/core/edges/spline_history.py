@@ -27,6 +27,8 @@ from ..times import Stamps
 # What the pieces of a spline are cut into turns by no more than this, radians: few enough, and
 # yet short enough for a polynomial to be the curve.
 _TURN = 0.1
+# Those of ``tree.many``.
+_MOST_NODES = 7
 # A piece that turns by more than a radian or two is evaluated at every stamp.
 _MAX_PARTS = 32
 
@@ -223,16 +225,18 @@ class SplineTrack:
         """
         Return an angle and a distance that bound the derivatives on every piece.
 
-        A rotation that turns by g(u) has the nth derivative B_n(g', g'', g''') in size at
-        most, Bell's polynomial of its first three: the weights are cubic. Counting the
-        partitions that it sums over, it is at most a^n up to n = 7 with
-        a = g' + 15^(1/6) sqrt(g'') + 10^(1/6) cbrt(g'''). Likewise the position, on
-        edges that turn by a: n d a^(n-1) with d = p' + 3 p''/a + 5 p'''/a^2.
+        The nth derivative of a rotation is no greater than Bell's polynomial of those of the
+        angle, of which there are three, for the weights are cubic. The angle a is such that
+        a^n is no less, for up to the seven nodes that a polynomial may have. That of the
+        position, on edges that turn by a, is then n d a^(n-1) at most, with
+        d = p' + 3 p''/a + 5 p'''/a^2.
         """
         turns, ways = self._steps
-        first, second, third = _derivatives(turns)
-        angle = max(1.0, (first + 15.0 ** (1 / 6) * np.sqrt(second)
-                          + 10.0 ** (1 / 6) * np.cbrt(third)).max())
+        bell, angles = [np.ones(len(turns) - 2)], _derivatives(turns)
+        for n in range(_MOST_NODES):
+            bell.append(sum((math.comb(n, k) * bell[n - k] * angles[k]
+                             for k in range(min(n, 2) + 1)), np.zeros(1)))
+        angle = max(1.0, *(bell[n].max() ** (1.0 / n) for n in range(1, _MOST_NODES + 1)))
         first, second, third = _derivatives(ways)
         distance = (first + 3.0 * second / angle + 5.0 * third / angle ** 2).max()
         return float(angle), float(distance)

@@ -179,7 +179,7 @@ def _split_exp(tangent: Any) -> Numbers:
 
 
 def _split_exp_many(tangent: Numbers) -> Numbers:
-    return *tangent[:3], *so3.columns(so3.exp_many(_joined(tangent[3:])))
+    return *tangent[:3], *so3.exp_columns(*tangent[3:])
 
 
 def _split_log_many(pose: Numbers) -> Numbers:
