@@ -1,5 +1,6 @@
 """An edge of a tree that is a spline: put there, asked, waited for, replaced."""
 
+import math
 import pickle
 import threading
 
@@ -21,6 +22,7 @@ from tf_tree_py.core import (
     SplineFitter,
     TransformWarning,
 )
+from tf_tree_py.core.edges.spline_history import SplineTrack
 from tf_tree_py.core.geometry import screws, se3, so3
 
 SECOND = 1_000_000_000
@@ -99,6 +101,28 @@ def test_polynomials_are_the_spline_also_where_it_is_far_away_and_fast():
         assert moved.max() < 2e-12 and turned.max() < 2e-12, (turn, way)
 
 
+@pytest.mark.parametrize('turn', [0.3, 0.5, 1.0, 2.0])
+def test_motion_bounds_what_a_polynomial_deviates(turn):
+    rng = np.random.default_rng(3)
+    knots = [se3.IDENTITY]
+    for number in range(10):
+        axis = rng.normal(size=3)
+        step = *(0.5 * rng.normal(size=3)), *(turn * (-1) ** number * axis / np.linalg.norm(axis))
+        knots.append(se3.compose(knots[-1], se3.exp(step)))
+    track = SplineTrack(Spline(0, 10_000, np.array(knots), 80_000), 0, 80_000)
+    pieces = np.arange(9) * 10_000
+    angle, distance = track.motion(pieces)
+    asked = np.linspace(0.0, 1.0, 50)
+    for nodes in range(3, 8):
+        places = 0.5 - 0.5 * np.cos(np.pi * np.arange(nodes) / (nodes - 1))
+        values = track.at(pieces[:-1, None], 10_000 * places)
+        matrix = np.vander(asked, nodes) @ np.linalg.inv(np.vander(places))
+        error = np.abs(values @ matrix.T - track.at(pieces[:-1, None], 10_000 * asked))
+        scale = 2.0 / (4.0 ** nodes * math.factorial(nodes))
+        assert error[3:].max() < scale * angle ** nodes
+        assert error[:3].max() < scale * nodes * distance * angle ** (nodes - 1)
+
+
 def test_twist_of_a_spline_is_its_own_and_not_an_average(buffer, spline):
     stamp = 1_500_000_001
     pose = spline.pose(stamp)
@@ -127,16 +151,18 @@ def test_error_outside_the_spline_says_what_the_edge_is(buffer, spline):
 
 def test_waiting_ends_when_the_spline_has_grown(buffer):
     fitter, more = SplineFitter(50.0), STAMPS + STAMPS[-1] - STAMPS[0]
-
-    def feed():
-        for part in (STAMPS, more):
-            buffer.insert_spline('odom', 'imu', fitter.add(part, wave(part)))
-
-    feeder = threading.Timer(0.05, feed)
-    feeder.start()
-    pose = buffer.lookup_within(60.0, 'odom', 'imu', int(more[100]))
-    feeder.join()
-    assert_same_pose(pose, wave(more[100:101])[0], tolerance=1e-4)
+    buffer.insert_spline('odom', 'imu', fitter.add(STAMPS, wave(STAMPS)))
+    found = []
+    waiter = threading.Thread(target=lambda: found.append(
+        buffer.lookup_within(60.0, 'odom', 'imu', int(more[100]))))
+    waiter.start()
+    buffer.waiting._waiters.somebody.wait(60.0)
+    buffer.insert_spline('odom', 'imu', fitter.add(more[:50], wave(more[:50])))
+    assert len(buffer.waiting) == 1
+    buffer.insert_spline('odom', 'imu', fitter.add(more[50:], wave(more[50:])))
+    assert len(buffer.waiting) == 0
+    waiter.join()
+    assert_same_pose(found[0], wave(more[100:101])[0], tolerance=1e-4)
 
 
 def test_spline_that_goes_on_leaves_paths_as_they_are(buffer, spline):
