@@ -78,10 +78,10 @@ every_kind = pytest.mark.parametrize(
 def history_of(begin, stamps, parents=('parent',)):
     history = begin()
     if history.kind == SplineHistory.kind:
-        pieces, span = max(1, len(set(stamps)) // 2), max(stamps) - min(stamps)
-        history.parent, history.spline = 'parent', Spline.fit(
-            stamps, [pose_number(number) for number in range(len(stamps))],
-            pieces * 1e9 / max(span, 1))
+        begin, end, pieces = min(stamps), max(stamps), len(set(stamps))
+        history.parent, history.spline = 'parent', Spline(
+            begin, max(1, -((begin - end) // pieces)),
+            np.array([pose_number(number) for number in range(pieces + 3)]), end)
         return history
     for number, stamp in enumerate(stamps):
         history.insert(stamp, parents[number % len(parents)], pose_number(number))

@@ -6,7 +6,7 @@ import pickle
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
-from strategies import assert_same_pose
+from strategies import assert_same_pose, waving_poses
 from tf_tree_py.core import InvalidArgumentException, Pose, Spline
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.spline import SE3, SPLIT
@@ -17,11 +17,7 @@ on_both = pytest.mark.parametrize('group', [SPLIT, SE3], ids=['split', 'se3'])
 
 
 def wave(stamps):
-    """Return the poses (N, 7) of a hand-held thing: 2 m/s, 30 m/s^2 and 4 rad/s at most."""
-    t = (np.asarray(stamps) - START) * 1e-9
-    turns = np.stack([0.4 * np.sin(8.0 * t), 0.3 * np.cos(12.0 * t), 0.5 * np.sin(5.0 * t) + t], 1)
-    places = np.stack([0.3 * np.sin(6.0 * t), 0.2 * np.cos(13.0 * t), 0.1 * np.sin(19.0 * t)], 1)
-    return np.concatenate([places, so3.exp_many(turns)], axis=1)
+    return waving_poses((np.asarray(stamps) - START) * 1e-9)
 
 
 def every(rate_hz, seconds=1.0):
@@ -52,7 +48,8 @@ def test_a_spline_that_is_sampled_comes_back(group):
     again = Spline.fit(stamps, spline.poses(stamps), 50.0, on_se3=group is SE3)
     assert again.knot_period == spline.knot_period
     moved, turned = se3.distance_many(spline.knots, again.knots)
-    assert moved.max() < 1e-6 and turned.max() < 1e-6
+    # Its knots are as uneven as can be, and the fit prefers even ones a little.
+    assert moved.max() < 2e-4 and turned.max() < 2e-4
 
 
 @on_both
@@ -129,7 +126,7 @@ def test_fit_at_the_rate_of_the_poses_passes_through_them():
     stamps = every(50)
     moved, turned = se3.distance_many(wave(stamps), Spline.fit(
         stamps, wave(stamps), 50.0).poses(stamps))
-    assert moved.max() < 1e-8 and turned.max() < 1e-8
+    assert moved.max() < 1e-7 and turned.max() < 1e-7
 
 
 def test_noise_is_averaged():
@@ -171,6 +168,22 @@ def test_several_turns_are_followed():
     spline = Spline.fit(stamps, poses, 20.0)
     assert all(spline.twist(int(stamp))[5] == pytest.approx(9.0, abs=1e-5)
                for stamp in stamps[::50])
+
+
+def test_too_few_knots_for_what_the_poses_turn_are_refused():
+    stamps = every(1000)
+    poses = np.zeros((len(stamps), 7))
+    angles = 200.0 * (stamps - START) * 1e-9
+    poses[:, 5:] = np.stack([np.sin(angles / 2.0), np.cos(angles / 2.0)], 1)
+    with pytest.raises(InvalidArgumentException, match='half a turn or more between two knots'):
+        Spline.fit(stamps, poses, 50.0)
+    assert Spline.fit(stamps, poses, 200.0).twist(START)[5] == pytest.approx(200.0, abs=1e-3)
+
+
+def test_what_was_fitted_cannot_be_changed():
+    spline = Spline.fit(every(50), wave(every(50)), 20.0)
+    with pytest.raises(ValueError, match='read-only'):
+        spline.knots[0] = 0.0
 
 
 @pytest.mark.parametrize(('stamps', 'knots'), [([5], 4), ([5, 5, 5], 4), ([5, 6], 4),

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from strategies import assert_same_pose
+from strategies import assert_same_pose, waving_poses
 from tf_tree_py.core import (
     BufferCore,
     FutureExtrapolationException,
@@ -23,7 +23,7 @@ from tf_tree_py.core import (
     TransformWarning,
 )
 from tf_tree_py.core.edges.spline_history import SplineTrack
-from tf_tree_py.core.geometry import screws, se3, so3
+from tf_tree_py.core.geometry import screws, se3
 
 SECOND = 1_000_000_000
 PERIOD = 5_000_000
@@ -32,10 +32,7 @@ TURNED = Pose.from_xyz_rpy(0.3, -0.2, 0.1, 0.5, -1.0, 2.0)
 
 
 def wave(stamps):
-    t = np.asarray(stamps) * 1e-9
-    turns = np.stack([0.4 * np.sin(8.0 * t), 0.3 * np.cos(12.0 * t), 0.5 * np.sin(5.0 * t) + t], 1)
-    places = np.stack([0.3 * np.sin(6.0 * t), 0.2 * np.cos(13.0 * t), 0.1 * np.sin(19.0 * t)], 1)
-    return np.concatenate([places, so3.exp_many(turns)], axis=1)
+    return waving_poses(np.asarray(stamps) * 1e-9)
 
 
 @pytest.fixture(scope='module')
@@ -99,6 +96,14 @@ def test_polynomials_are_the_spline_also_where_it_is_far_away_and_fast():
             np.array(buffer.lookup_at('far', 'tip', 5)))
         moved, turned = se3.distance_many(exact, many)
         assert moved.max() < 2e-12 and turned.max() < 2e-12, (turn, way)
+
+
+def test_stamps_may_be_none_or_all_outside(buffer):
+    assert buffer.lookup_many('map', 'camera', []).shape == (0, 7)
+    assert lookup_twist_many(buffer, 'imu', 'odom', [], PERIOD).shape == (0, 6)
+    outside = [-SECOND, 0, 10 * SECOND]
+    poses, valid = buffer.lookup_many('map', 'camera', outside, outside='mask')
+    assert not valid.any() and np.isnan(poses).all()
 
 
 @pytest.mark.parametrize('turn', [0.3, 0.5, 1.0, 2.0])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from strategies import waving_poses
 from tf_tree_py.core import InvalidArgumentException, Pose, Spline, SplineFitter
 from tf_tree_py.core.geometry import se3, so3
 
@@ -10,10 +11,7 @@ PERIOD = 5_000_000
 
 
 def wave(stamps):
-    t = (np.asarray(stamps) - START) * 1e-9
-    turns = np.stack([0.4 * np.sin(8.0 * t), 0.3 * np.cos(12.0 * t), 0.5 * np.sin(5.0 * t) + t], 1)
-    places = np.stack([0.3 * np.sin(6.0 * t), 0.2 * np.cos(13.0 * t), 0.1 * np.sin(19.0 * t)], 1)
-    return np.concatenate([places, so3.exp_many(turns)], axis=1)
+    return waving_poses((np.asarray(stamps) - START) * 1e-9)
 
 
 STAMPS = START + np.arange(400) * PERIOD
@@ -79,6 +77,15 @@ def test_after_a_long_silence_it_begins_anew():
     assert (spline.oldest, len(spline)) == (later[0], 4)
     with pytest.raises(InvalidArgumentException, match='too far for one spline'):
         SplineFitter(50.0).add([-2**63, 2**63 - 1], [Pose()] * 2)
+
+
+def test_bad_pose_leaves_it_as_it_was():
+    fitter = SplineFitter(50.0)
+    before = fitter.add(STAMPS[:50], wave(STAMPS[:50]))
+    with pytest.raises(InvalidArgumentException, match='is no pose'):
+        fitter.add(STAMPS[50:52], [Pose(), Pose(float('nan'))])
+    assert fitter.spline is before
+    assert errors(fitter.add(STAMPS[50:80], wave(STAMPS[50:80])), STAMPS[:80]) < [1e-5, 1e-5]
 
 
 def test_gap_is_bridged_evenly():

@@ -15,6 +15,7 @@ from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_poses
 from ..geometry.screws import Screw
+from ..geometry.se3 import distance_many
 from ..geometry.so3 import Array
 from ..geometry.spline import (
     difference,
@@ -34,11 +35,13 @@ from ..times import checked_stamp, checked_stamps, Stamps
 
 # Nanoseconds: differences of stamps are taken in 64 bits.
 _LONGEST = 2**62
+# Radians: where a piece turns by more than half a turn, the curve takes the other way round.
+_HOPELESS = 0.5
 
 
 class Spline:
     """
-    A cumulative cubic B-spline; it never changes.
+    A cumulative cubic B-spline; it never changes. ``fit`` makes one of poses.
 
     Twice continuously differentiable, so it has an acceleration, and no corners. The error of
     positions falls with the fourth power of the rate of the knots, that of rotations with the
@@ -63,8 +66,9 @@ class Spline:
         self.begin = self.oldest = begin
         self.latest = latest
         self.knot_period = knot_period
-        self.knots = knots
+        self.knots = knots.copy()
         self.steps = steps_between(group, knots)
+        self.knots.flags.writeable = self.steps.flags.writeable = False
         self.group = group
 
     @classmethod
@@ -81,8 +85,8 @@ class Spline:
         :param knot_rate_hz: knots a second; up to half the rate of the poses averages their
             noise, up to that rate passes through them.
         :param on_se3: on SE(3) instead of R3 x SO(3).
-        :raises InvalidArgumentException: too few poses for so many knots, what are no stamps
-            or poses, or no rate.
+        :raises InvalidArgumentException: too few poses for so many knots, or knots for what
+            they turn; what are no stamps or poses, or no rate.
         """
         times, array = checked_samples(stamps, poses)
         rate = checked_rate(knot_rate_hz)
@@ -98,7 +102,14 @@ class Spline:
         period = max(1, -((begin - latest) // pieces))
         knots = first_guess(group, begin, period, pieces, times, array)
         numbers, u = places(times, begin, period, pieces)
-        return cls(begin, period, fitted(group, knots, 0, numbers, u, array), latest, group)
+        spline = cls(begin, period, fitted(group, knots, 0, numbers, u, array), latest, group)
+        _, turned = distance_many(array, spline.samples(times).T)
+        if np.median(turned) > _HOPELESS:
+            raise InvalidArgumentException(
+                f'no spline of {rate:g} knots a second follows these poses, the best is off by '
+                f'{np.median(turned):.1f} rad: do they turn by half a turn or more between two '
+                'knots? Then pass a greater knot_rate_hz')
+        return spline
 
     def __len__(self) -> int:
         return len(self.knots)

@@ -38,8 +38,8 @@ class SplineFitter:
     Not safe for several threads.
 
     :param knot_rate_hz: knots a second, at most half the rate of the poses if they are noisy.
-    :param cache_time: how much of the spline is kept, nanoseconds. After a longer time without
-        a pose it begins anew.
+    :param cache_time: how much of the spline is kept, nanoseconds; eight knots at least. After
+        a longer time without a pose it begins anew.
     :param on_se3: as ``Spline.fit`` has it.
     :ivar spline: what was fitted last; None before the first pose.
     """
@@ -72,16 +72,17 @@ class SplineFitter:
         """
         times, array = checked_samples(stamps, poses)
         spline = self.spline
-        if spline is not None and int(times[0]) - spline.latest > self.cache_time:
+        if spline is not None and int(times[0]) - spline.latest > max(
+                self.cache_time, _FREE_KNOTS * self._period):
             self._start_anew()
             spline = None
         self._refuse_frozen(times)
         self._refuse_far(times, int(times[0]) if spline is None else spline.latest)
-        order = np.argsort(np.concatenate([self._stamps, times]), kind='stable')
-        self._stamps = np.concatenate([self._stamps, times])[order]
-        self._poses = np.concatenate([self._poses, array])[order]
-        self.spline = self._refitted(spline)
-        self._forget()
+        times, array = np.concatenate([self._stamps, times]), np.concatenate([self._poses, array])
+        order = np.argsort(times, kind='stable')
+        times, array = times[order], array[order]
+        self.spline = self._refitted(spline, times, array)
+        self._forget(times, array)
         return self.spline
 
     def _refuse_frozen(self, times: Stamps) -> None:
@@ -98,29 +99,29 @@ class SplineFitter:
                 f'up to the pose at {format_stamp(int(times[-1]))} it takes {new} more knots: is '
                 'its stamp right?')
 
-    def _refitted(self, old: Spline | None) -> Spline:
-        """Return the spline through the poses that are kept, the frozen knots as they are."""
-        begin = int(self._stamps[0]) if old is None else old.begin
-        latest = int(self._stamps[-1])
+    def _refitted(self, old: Spline | None, stamps: Stamps, poses: Array) -> Spline:
+        """Return the spline through poses, the frozen knots as they are."""
+        begin = int(stamps[0]) if old is None else old.begin
+        latest = int(stamps[-1])
         pieces = max(1, -((begin - latest) // self._period))
         if old is not None:
             pieces = max(pieces, old.pieces)
-        knots = first_guess(self._group, begin, self._period, pieces, self._stamps, self._poses,
+        knots = first_guess(self._group, begin, self._period, pieces, stamps, poses,
                             None if old is None else old.knots)
         # Frozen knots have no pose left that could move them; the fit need not see them.
         unseen = max(self._frozen - ORDER + 1, 0)
-        numbers, u = places(self._stamps, begin, self._period, pieces)
+        numbers, u = places(stamps, begin, self._period, pieces)
         knots[unseen:] = fitted(self._group, knots[unseen:], self._frozen - unseen,
-                                numbers - unseen, u, self._poses)
+                                numbers - unseen, u, poses)
         return Spline(begin, self._period, knots, latest, self._group)
 
-    def _forget(self) -> None:
+    def _forget(self, stamps: Stamps, poses: Array) -> None:
         """Freeze all but the last knots, and drop what is older than is kept."""
         spline = self.spline
         assert spline is not None and self.frozen_until is not None
         self._frozen = max(self._frozen, len(spline) - _FREE_KNOTS)
-        kept = self._stamps >= self.frozen_until
-        self._stamps, self._poses = self._stamps[kept], self._poses[kept]
+        kept = stamps >= self.frozen_until
+        self._stamps, self._poses = stamps[kept], poses[kept]
         expired = (spline.latest - self.cache_time - spline.begin) // self._period
         dropped = min(max(expired, 0), max(self._frozen - ORDER + 1, 0))
         if dropped:

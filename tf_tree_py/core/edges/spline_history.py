@@ -189,7 +189,8 @@ class SplineTrack:
     def __init__(self, spline: Spline, first: int, last: int) -> None:
         self._spline = spline
         period = spline.knot_period
-        begin, end = (min((stamp - spline.begin) // period, spline.pieces - 1)
+        # Where no stamp is asked for, first and last may lie anywhere.
+        begin, end = (min(max((stamp - spline.begin) // period, 0), spline.pieces - 1)
                       for stamp in (first, last))
         pieces = range(begin, end + 1)
         self._steps = np.abs(_lengths(spline.steps[pieces.start:pieces.stop + 2]))

@@ -20,8 +20,10 @@ ORDER = 4
 _SMALL_STEP = 1e-7
 _MAX_ITERATIONS = 12
 # What poses say little of, at the ends and in gaps, goes on as evenly as it can: that is, with
-# the smallest third differences of the knots. Next to nothing beside what poses say.
-_EVEN = 1e-9
+# the smallest third differences of the knots. So the newest knots do not follow the noise of
+# their first poses. Elsewhere it is next to nothing beside what poses say, and of the sixth
+# order in the time between knots, where the error of a spline is of the fourth.
+_EVEN = 1e-6
 _THIRD_DIFFERENCE = (-1.0, 3.0, -3.0, 1.0)
 # Where there are too few poses even for that, the rest of a knot stays where it is.
 _HOLD = 1e-13
