@@ -22,7 +22,7 @@ from tf_tree_py.core import (
     SplineFitter,
     TransformWarning,
 )
-from tf_tree_py.core.edges.spline_history import SplineTrack
+from tf_tree_py.core.edges.spline_track import SplineTrack
 from tf_tree_py.core.geometry import screws, se3
 
 SECOND = 1_000_000_000

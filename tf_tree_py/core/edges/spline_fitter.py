@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .spline import checked_rate, checked_samples, first_guess, places, Spline
+from .spline import Spline
+from .spline_samples import checked_rate, checked_samples, first_guess, places
 from ..errors import InvalidArgumentException
 from ..geometry.so3 import Array
 from ..geometry.spline import SE3, SPLIT
