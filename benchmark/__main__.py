@@ -15,7 +15,16 @@ from tf_tree_py.labs.progress import progress
 
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
-from .groups import inserting, joints, listening, lookups, many, memory, waiting
+from .groups import (
+    continuous,
+    inserting,
+    joints,
+    listening,
+    lookups,
+    many,
+    memory,
+    waiting,
+)
 from .peers.finding import Contestants
 from .rows import Row
 
@@ -29,6 +38,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'humanoid': lookups.humanoid,
     'tree': lookups.whole_tree,
     'many': many.many,
+    'continuous': continuous.continuous,
     'listener': listening.listening,
     'joints': joints.joints,
     'wait': waiting.waiting,

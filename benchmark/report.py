@@ -17,6 +17,7 @@ _TITLES = {
     'humanoid': 'The hand camera of the humanoid: 12 edges, 5 of them moving',
     'tree': 'All 38 frames of the humanoid relative to one',
     'many': 'Many stamps at depth 3, 10 s of history',
+    'continuous': 'An edge on a spline: depth 3, its middle edge with 50 knots a second',
     'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
     'joints': 'CPU of a process that makes transforms of joint states',
     'wait': 'From an insertion until a blocked lookup returns',

@@ -122,13 +122,14 @@ class _Turn:
 def _way_of(name: str, exercise: Any) -> Callable[[Stamps], float]:
     """Return how a contestant is asked for many stamps: gives the seconds it took."""
     if name in (OURS, RUST):
-        ask = _many_of(exercise)
+        ask = many_of(exercise)
         return lambda stamps: time_one(lambda: ask(stamps))
     # Each is asked for some of them, at most, and the time taken for all.
     return lambda stamps: len(stamps) * float(exercise.loop(stamps=_some(stamps)))
 
 
-def _many_of(exercise: Exercise) -> Callable[[Stamps], Any]:
+def many_of(exercise: Exercise) -> Callable[[Stamps], Any]:
+    """Return how a contestant of ours or Rust's is asked for many stamps."""
     peer, robot = exercise.peer, exercise.robot
     if hasattr(peer, 'lookup_many'):
         return peer.lookup_many
@@ -148,7 +149,7 @@ def _check(turns: dict[str, _Turn], draws: _Draws) -> None:
     for name, turn in turns.items():
         exercise = turn.exercise
         if name in (OURS, RUST):
-            poses = _many_of(exercise)(stamps)[picked]
+            poses = many_of(exercise)(stamps)[picked]
             if name == RUST:
                 poses = poses[:, [4, 5, 6, 1, 2, 3, 0]]
             answers[name] = poses.tolist()
@@ -179,7 +180,7 @@ def _pytransform(contestants: Contestants, ours: _Turn, draws: _Draws,
 def _memory(contestants: Contestants) -> Row:
     """Return the most memory that an answer takes while it is computed."""
     exercise = contestants.exercises(Task('chain3', _HISTORY_S, False, 1), (OURS,))[OURS]
-    ask = _many_of(exercise)
+    ask = many_of(exercise)
     values: dict[str, list[float]] = {OURS: []}
     for round_number in range(1, 6):
         exercise.insertions(batches=1)

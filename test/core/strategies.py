@@ -75,6 +75,14 @@ def random_pose(rng, reach=1.0):
     return tuple(random_poses(rng, 1, reach)[0].tolist())
 
 
+def waving_poses(seconds):
+    """Return the poses (N, 7) of a hand-held thing: some 3 m/s, 50 m/s^2 and 6 rad/s."""
+    t = np.asarray(seconds)
+    turns = np.stack([0.4 * np.sin(8.0 * t), 0.3 * np.cos(12.0 * t), 0.5 * np.sin(5.0 * t) + t], 1)
+    places = np.stack([0.3 * np.sin(6.0 * t), 0.2 * np.cos(13.0 * t), 0.1 * np.sin(19.0 * t)], 1)
+    return np.concatenate([places, so3.exp_many(turns)], axis=1)
+
+
 def angle_between(a, b):
     """Return the angle between two rotations, exact also where it is tiny."""
     x, y, z, w = so3.multiply(so3.conjugate(a), b)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import core
-from tf_tree_py.core import BufferCore, ExtrapolationException, Pose
+from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.edges.spline_history import SplineHistory
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.edges.track import HeldTrack
 from tf_tree_py.core.geometry import se3, so3
@@ -66,15 +67,22 @@ def static():
 
 
 MOVING = (DynamicHistory, HeldHistory, EasedHistory)
-BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING))
+BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING),
+              lambda: SplineHistory('child', None, None))
 
 
 every_kind = pytest.mark.parametrize(
-    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased'])
+    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'spline'])
 
 
 def history_of(begin, stamps, parents=('parent',)):
     history = begin()
+    if history.kind == SplineHistory.kind:
+        begin, end, pieces = min(stamps), max(stamps), len(set(stamps))
+        history.parent, history.spline = 'parent', Spline(
+            begin, max(1, -((begin - end) // pieces)),
+            np.array([pose_number(number) for number in range(pieces + 3)]), end)
+        return history
     for number, stamp in enumerate(stamps):
         history.insert(stamp, parents[number % len(parents)], pose_number(number))
     return history
@@ -125,7 +133,8 @@ def test_next_knot_is_approached_from_below(begin, stamps):
     history = history_of(begin, sorted(stamps))
     track = history.track(history.oldest_stamp, history.latest_stamp)
     knots = track.knots
-    assert len(knots) == (0 if history.is_static else len(history))
+    if history.kind != SplineHistory.kind:
+        assert len(knots) == (0 if history.is_static else len(history))
     limits = track.at(knots[:-1], np.diff(knots) - 1.0).T
     for stamp, limit in zip(knots[1:].tolist(), limits, strict=not history.is_static):
         assert_same_pose(limit, history.sample(stamp - 1), reach=20.0)
@@ -179,6 +188,9 @@ def test_append_is_insert_or_nothing(begin, stamps, stamp):
 def test_what_is_too_old_is_refused(begin, stamps, stamp):
     history = history_of(begin, stamps)
     too_old = history.is_too_old(stamp)
+    if history.kind == SplineHistory.kind:  # which is replaced, and goes on from there
+        assert too_old == (stamp < history.oldest_stamp)
+        too_old = True
     assert history.insert(stamp, 'parent', pose_number(50)) == (not too_old)
 
 
@@ -228,20 +240,25 @@ def test_held_sample_holds_until_the_next():
 def mixed_tree():
     """Return a buffer with an edge of each kind, one below the other."""
     buffer = BufferCore(cache_time=10**9)
-    frames = ['map', 'jumping', 'eased', 'moving', 'sensor']
+    frames = ['map', 'jumping', 'eased', 'bent', 'moving', 'sensor']
     buffer._tree.histories |= {
         'jumping': HeldHistory('jumping', 10**9), 'eased': EasedHistory('eased', 10**9)}
     for number, (parent, child) in enumerate(zip(frames, frames[1:], strict=False)):
-        for stamp in range(number, 2_000_000, 50_000 + number):
-            turn = (0.0, 0.02 * number, 1e-7 * stamp)
-            pose = Pose.from_rotation_vector(turn, (1e-6 * stamp, number, 0.0))
+        stamps = range(number, 2_000_000, 50_000 + number)
+        poses = [Pose.from_rotation_vector((0.0, 0.02 * number, 1e-7 * stamp),
+                                           (1e-6 * stamp, number, 0.0)) for stamp in stamps]
+        if child == 'bent':
+            assert not buffer.insert_spline(parent, child, Spline.fit(stamps, poses, 1e4))
+            continue
+        for stamp, pose in zip(stamps, poses, strict=True):
             assert not buffer.insert(parent, child, stamp, pose, static=child == 'sensor')
     return buffer
 
 
 @pytest.mark.parametrize(('target', 'source'), [
     ('map', 'jumping'), ('jumping', 'map'), ('map', 'sensor'), ('sensor', 'map'),
-    ('jumping', 'sensor'), ('moving', 'sensor')])
+    ('jumping', 'sensor'), ('moving', 'sensor'), ('eased', 'bent'), ('bent', 'eased'),
+    ('eased', 'sensor')])
 @pytest.mark.parametrize('count', [30, 30_000])
 def test_path_through_all_kinds_is_answered_as_one_by_one(target, source, count):
     buffer = mixed_tree()
@@ -265,7 +282,7 @@ def test_snapshot_keeps_the_kinds():
 
 def test_tree_asks_for_no_kind():
     """What the tree knows of an edge it asks the edge: so a new kind needs no change there."""
-    kinds = {'StaticHistory', *(kind.__name__ for kind in MOVING)}
+    kinds = {'StaticHistory', 'SplineHistory', *(kind.__name__ for kind in MOVING)}
     asked = [(path.name, ast.unparse(node))
              for path in (Path(core.__file__).parent / 'tree').glob('*.py')
              for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)

@@ -34,8 +34,9 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 screws pose poses se2',
-        'edges: track protocol packed static discrete',
+        'geometry: so3 se3 screws pose poses se2 spline spline_fit',
+        'edges: track protocol packed static discrete spline_samples spline spline_track '
+        'spline_history spline_fitter',
         'arrivals: incidents observers sample track frame_names wire stencil future_guard '
         'jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',

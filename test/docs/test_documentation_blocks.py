@@ -5,7 +5,6 @@ The Python blocks of a page are one program, run from the top to the bottom in a
 of its own; so are the lines of each shell block. What is not run says why, on the page.
 """
 
-from collections import Counter
 import functools
 from importlib.metadata import distribution
 from importlib.util import find_spec
@@ -151,9 +150,8 @@ def test_few_blocks_are_not_run_and_each_says_why():
         # A sentence with a word or two is the least of a reason.
         reasons = [block.not_run for block in BLOCKS
                    if block.page == page.relative_to(REPOSITORY).as_posix() and block.not_run]
-        assert said == len(reasons) and all(len(reason) > 10 for reason in reasons), page
-    languages = Counter(block.language for block in BLOCKS if block.not_run)
-    assert languages['python'] == 0 and languages['bash'] <= 17
+        assert said == len(reasons) <= 3 and all(len(reason) > 10 for reason in reasons), page
+    assert not [str(block) for block in BLOCKS if block.not_run and block.language != 'bash']
 
 
 def test_links_between_pages_lead_somewhere():

@@ -295,7 +295,7 @@ def test_set_transform_tells_whether_it_was_taken(log):
     assert buffer.set_transform_static(with_numbers('cam', x=NAN), 'me') is False
     assert buffer.set_transform_static(transform('odom', 'cam'), 'me') is True
     assert buffer.set_transform(transform('odom', 'cam'), 'you') is True, 'with a remark'
-    until(lambda: 'static and dynamic' in log())
+    until(lambda: 'change of kind' in log())
     assert "from 'me'" in log()
     with pytest.raises(FutureExtrapolationException):
         buffer.lookup_transform('map', 'odom', at(101.0))

@@ -3,6 +3,8 @@
 from .arrivals.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .arrivals.sample import Sample
 from .buffer.buffer_core import BufferCore
+from .edges.spline import Spline
+from .edges.spline_fitter import SplineFitter
 from .errors import (
     ClockJumpException,
     ConnectivityException,
@@ -44,6 +46,8 @@ __all__ = [
     'Sample',
     'se3',
     'Snapshot',
+    'Spline',
+    'SplineFitter',
     'Statistics',
     'TimeoutException',
     'TransformException',

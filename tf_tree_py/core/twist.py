@@ -52,7 +52,8 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
     """
     Return how fast one frame moves as another sees it, at a stamp.
 
-    Each edge between the two is taken to move along one screw during the interval,
+    Of an edge that is a spline the twist is known, and the interval does not matter.
+    Each other edge between the two is taken to move along one screw during the interval,
     the one from its pose at the beginning to that at the end (``se3.log``), and these
     twists are carried down to the tracking frame by the edges' poses at the stamp.
     So the answer is exact, not only in the limit, where every edge turns and goes at
@@ -92,8 +93,13 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
         for near, far in pairwise(frames):
             before, now, after = (tree.lookup_at(near, far, time)
                                   for time in (begin, stamp, begin + length))
-            own = se3.log(se3.compose(se3.inverse(before), after))
-            twist = _plus(carry(se3.inverse(now), twist), own, NANOSECONDS_PER_SECOND / length)
+            known = tree._twists_between(near, far, np.array([stamp]))
+            if known is None:
+                own = se3.log(se3.compose(se3.inverse(before), after))
+                factor = NANOSECONDS_PER_SECOND / length
+            else:
+                own, factor = tuple(known[0].tolist()), 1.0
+            twist = _plus(carry(se3.inverse(now), twist), own, factor)
 
     # Where nothing moves between the two, LATEST came to no time.
     look = tree.lookup_at if moving or stamp != LATEST else tree.lookup
@@ -135,9 +141,11 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
         for near, far in pairwise(frames):
             before, now, after = (frozen.lookup_many(near, far, when)
                                   for when in (begins, times, begins + length))
-            own = se3.log_many(se3.compose_many(se3.inverse_many(before), after))
-            twists = (carry_many(se3.inverse_many(now), twists)
-                      + own * (NANOSECONDS_PER_SECOND / length))
+            own = frozen._twists_between(near, far, times)
+            if own is None:
+                own = se3.log_many(se3.compose_many(se3.inverse_many(before), after)) * (
+                    NANOSECONDS_PER_SECOND / length)
+            twists = carry_many(se3.inverse_many(now), twists) + own
 
     poses[:, :3] -= se3.apply_many(points, np.asarray(reference_point, dtype=float))
     return carry_many(poses, twists)

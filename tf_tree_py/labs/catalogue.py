@@ -6,6 +6,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from . import (
+    continuous,
     cycle,
     direction,
     interpolation,
@@ -21,7 +22,7 @@ from . import (
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount, one_edge)
+           cycle, remount, one_edge, continuous)
 _LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
 
 

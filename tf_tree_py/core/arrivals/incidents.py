@@ -30,7 +30,7 @@ class Kind(Enum):
     TOO_MANY_FRAMES = 'too many frames'
     SECOND_PARENT = 'two publishers, two parents'
     TWO_PUBLISHERS = 'two publishers of one edge'
-    KIND_CHANGE = 'static and dynamic'
+    KIND_CHANGE = 'change of kind'
     SILENT_EDGE_ENDED = 'silent edge ended'
     AHEAD_OF_CLOCK = 'ahead of the clock'
     JUMP_BACK = 'stamps jumped back'

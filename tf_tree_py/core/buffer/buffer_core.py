@@ -20,6 +20,8 @@ from ..arrivals.jump_back import JumpBack
 from ..arrivals.observers import asked, Observers
 from ..arrivals.sample import admitted, Batch, Sample
 from ..arrivals.track import checked_track
+from ..edges.spline import Spline
+from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
@@ -134,6 +136,32 @@ class BufferCore(Queries):
         if strict is not False and track.span > self.cache_time:
             self._warn('window', track.gone(self.cache_time), 2)
         return self._report(incidents, strict)
+
+    def insert_spline(self, parent: str, child: str, spline: Spline, *,
+                      authority: str = DEFAULT_AUTHORITY,
+                      strict: bool | None = None) -> list[Incident]:
+        """
+        Let an edge move on a spline, from where it begins to where it ends.
+
+        It takes the place of what was stored of the edge, also of its last spline: give it
+        what a ``SplineFitter`` has after every ``add``. A sample that is inserted later makes
+        the edge an ordinary one again. All of a spline is kept, whatever ``cache_time`` is.
+
+        :param spline: ``parent_T_child``.
+        :param strict: as ``insert`` has it.
+        :return: what was refused or is worth telling: empty when all is well.
+        :raises InvalidArgumentException: what is no spline, or a name that is no string.
+        :raises RefusedException: with ``strict``, when it was refused.
+        """
+        if not isinstance(spline, Spline):
+            raise InvalidArgumentException(
+                f'Invalid argument spline: this {type(spline).__name__} is none. Spline.fit '
+                'makes one of stamps and poses')
+        for name, frame in (('parent', parent), ('child', child)):
+            if not isinstance(frame, str):
+                raise InvalidArgumentException(f'{name} is the name of a frame, not {frame!r}')
+        return self._report(self.intake.take_spline(
+            parent.removeprefix('/'), child.removeprefix('/'), spline, authority), strict)
 
     def _report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
         """Return what happened, having told a caller of it who may not look at that."""

@@ -16,6 +16,7 @@ from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
 from ..arrivals.observers import Observers
 from ..arrivals.sample import Batch, checked, Sample, sound_poses
 from ..arrivals.track import Judged, Track
+from ..edges.spline import Spline
 from ..errors import ClockJumpException
 from ..stamp import LATEST
 from ..tree.tree import Tree
@@ -85,6 +86,18 @@ class Intake:
                           track.stamps.tolist(), authority)
         return self._insert([], lambda: [track.child],
                             self._track, track, track.judged(authority), authority)
+
+    def take_spline(self, parent: str, child: str, spline: Spline,
+                    authority: str) -> list[Incident]:
+        """Let an edge move on a spline; its newest pose is what is told and held to the clock."""
+        newest = Sample(parent, child, spline.latest, spline.sample(spline.latest))
+        remarks: list[Incident] = []
+        if (self._jump_back or self._observers.of_arrivals
+                or newest.stamp > self._guard.limit):
+            taken, remarks = self._screen([newest], [newest.stamp], authority)
+            if not taken:
+                return remarks
+        return self._insert(remarks, lambda: [child], self._spline, newest, spline, authority)
 
     def refuse(self, incident: Incident) -> None:
         """Count something that went wrong before there was a sample to insert."""
@@ -187,6 +200,13 @@ class Intake:
             tree.extend(history, rest.stamps, rest.poses, authority)
         self._count(len(rest.stamps), refused)
         return incidents + refused
+
+    def _spline(self, newest: Sample, spline: Spline, authority: str) -> list[Incident]:
+        sound = checked(newest, authority)
+        incidents = [sound] if isinstance(sound, Incident) else self._tree.insert_spline(
+            newest.parent, newest.child, spline, authority)
+        self._count(not (incidents and incidents[-1].refused), incidents)
+        return incidents
 
     def _count(self, accepted: int, incidents: list[Incident]) -> None:
         self._statistics.accepted += accepted

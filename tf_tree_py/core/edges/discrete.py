@@ -19,6 +19,7 @@ from ..errors import (
 )
 from ..geometry.se3 import interpolate_pair, PoseTuple
 from ..stamp import FOREVER, format_span, from_seconds
+from ..times import Stamps
 
 # An edge is silent if no sample came for this long, and for this number of its periods.
 _SILENCE = from_seconds(1.0)
@@ -34,6 +35,7 @@ class DynamicHistory(PackedSamples):
 
     __slots__ = ()
 
+    kind = 'dynamic'
     is_static = False
 
     @property
@@ -109,6 +111,9 @@ class DynamicHistory(PackedSamples):
     def track(self, first: int, last: int) -> EdgeTrack:
         """Return a copy of the samples that lookups from one stamp to another need."""
         return InterpolatedTrack(*self.copy_between(first, last))
+
+    def twists(self, stamps: Stamps) -> None:
+        """Return None: samples say where it was, and how fast is a matter of averaging."""
 
     def parent_at(self, stamp: int) -> str | None:
         """

@@ -27,12 +27,15 @@ class History(Protocol):
 
     :ivar child: the frame whose history it is.
     :ivar authority: who sent the last sample that was taken.
+    :ivar kind: what it is, for people. What is stored of one kind does not go on as another:
+        an edge of the tree changes its kind by being stored anew.
     :ivar is_static: whether the pose is the same at all times. Of the others ``moves``
         is true, and they are a ``MovingHistory``.
     """
 
     child: str
     authority: str
+    kind: str
     is_static: bool
 
     def __len__(self) -> int:
@@ -71,6 +74,14 @@ class History(Protocol):
         :param first: nanoseconds; from this stamp to ``last`` there is data.
         """
 
+    def twists(self, stamps: Stamps) -> Array | None:
+        """
+        Return how fast the child moves in its parent at stamps, in the child's axes.
+
+        :param stamps: (N,) nanoseconds, for which there is data.
+        :return: (N, 6) metres and radians a second; None where only poses are known.
+        """
+
     # --- who is the parent
 
     def parent_at(self, stamp: int) -> str | None:
@@ -104,13 +115,13 @@ class History(Protocol):
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
-        Take a sample, unless it is older than what is kept.
+        Take a sample, unless it is older than what is kept, or the edge takes none.
 
         :return: False when the sample was refused.
         """
 
     def is_too_old(self, stamp: int) -> bool:
-        """Return whether ``insert`` would refuse a stamp."""
+        """Return whether data for a stamp would come too late, as ``insert`` has it."""
 
     def next_stamp(self, stamp: int) -> int:
         """Return the stamp of the first sample that is newer; ``FOREVER`` if there is none."""

@@ -2,10 +2,14 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from .protocol import Stretch
 from .track import ConstantTrack
 from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER, LATEST
+from ..times import Stamps
 
 
 class StaticHistory:
@@ -13,6 +17,7 @@ class StaticHistory:
 
     __slots__ = ('child', 'parent', 'pose', 'authority')
 
+    kind = 'static'
     is_static = True
     fixed_parent = True
     oldest_stamp = LATEST
@@ -34,6 +39,10 @@ class StaticHistory:
     def track(self, first: int, last: int) -> ConstantTrack:
         """Return the pose, for any stamps."""
         return ConstantTrack(self.pose)
+
+    def twists(self, stamps: Stamps) -> Array:
+        """Return zeros: it does not move."""
+        return np.zeros((len(stamps), 6))
 
     def parent_at(self, stamp: int) -> str:
         """Return the parent, the same at every stamp."""

@@ -199,10 +199,16 @@ def exp(rotation_vector: Vector3) -> Quaternion:
 
 def exp_many(rotation_vectors: Array) -> Array:
     """Return the quaternions (..., 4) of rotation vectors (..., 3) in radians."""
-    angle = np.linalg.norm(rotation_vectors, axis=-1, keepdims=True)
-    safe = np.where(angle > 1e-3, angle, 1.0)
-    scale = np.where(angle > 1e-3, np.sin(0.5 * safe) / safe, 0.5 - angle * angle / 48.0)
-    return np.concatenate([scale * rotation_vectors, np.cos(0.5 * angle)], axis=-1)
+    return np.stack(exp_columns(*columns(rotation_vectors)), axis=-1)
+
+
+def exp_columns(x: Array, y: Array, z: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the same with each coordinate an array of its own, (...)."""
+    square = x * x + y * y + z * z
+    large = square > 1e-6
+    safe = np.sqrt(np.where(large, square, 1.0))
+    scale = np.where(large, np.sin(0.5 * safe) / safe, 0.5 - square / 48.0)
+    return scale * x, scale * y, scale * z, np.cos(0.5 * np.sqrt(square))
 
 
 def log(q: Quaternion) -> Vector3:

@@ -25,6 +25,7 @@ from ..errors import (
 )
 from ..geometry import se3
 from ..geometry.pose import Pose
+from ..geometry.screws import carry_many
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER, format_stamp, LATEST
@@ -356,6 +357,27 @@ class Queries:
                 stamp = self._tree.spanning.newest_of_all(target_frame)
             poses = self._tree.spanning.poses_from(target_frame, stamp)
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
+
+    def _twists_between(self, near: str, far: str, stamps: Stamps) -> Array | None:
+        """
+        Return how fast a neighbour moves as the other sees it, (N, 6) in its own axes.
+
+        :param stamps: (N,) for which there is data.
+        :return: None where the edge between them knows only poses.
+        """
+        with self._lock:
+            for child, parent in (far, near), (near, far):
+                history = self._tree.histories.get(child)
+                if history is not None and history.fixed_parent and history.parent == parent:
+                    break
+            else:
+                return None
+            twists = history.twists(stamps)
+            if twists is None or child == far:
+                return twists
+            # The inverse moves by -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
+            track = history.track(*_ends(stamps))
+        return -carry_many(track.at(stamps).T, twists)
 
     # --- looking around
 

@@ -56,16 +56,15 @@ class Remarks:
         self._fights: set[tuple[str, str]] = set()
 
     def on(self, history: History | None, parent: str, child: str, stamp: int,
-           authority: str, static: bool) -> list[Incident]:
+           authority: str, kind: str) -> list[Incident]:
         """Return remarks on a sample that is taken; each fight over a parent only once."""
         if history is None or history.parent is None:
             return []
         remarks = []
-        if history.is_static != static:
-            before, now = ('dynamic', 'static') if static else ('static', 'dynamic')
+        if history.kind != kind:
             remarks.append(Incident(
                 Kind.KIND_CHANGE, parent, child, stamp, authority,
-                f'it was {before} from {history.authority!r} and is now {now}; '
+                f'it was {history.kind} from {history.authority!r} and is now {kind}; '
                 'what was stored of it is gone'))
         if history.parent != parent and (child, parent) not in self._fights and (
                 history.authority != authority or _goes_back(history, parent, authority)):

@@ -17,6 +17,8 @@ from ..arrivals.sample import bad_name, Batch, is_sound, Sample
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
+from ..edges.spline import Spline
+from ..edges.spline_history import is_spline, SplineHistory
 from ..edges.static import StaticHistory
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
@@ -119,7 +121,7 @@ class Tree:
         :return: what was refused or is odd; nearly always empty.
         """
         history = self.histories.get(child)
-        if history is not None and history.is_static == static and (
+        if history is not None and history.kind == _kind_of(static) and (
                 history.goes_on(parent, stamp, pose) or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
                 history.authority = authority
@@ -134,7 +136,8 @@ class Tree:
         None if one of them might change the structure, or be refused because of it.
         """
         history = self.histories.get(child)
-        if not moves(history) or not history.fixed_parent or history.parent != parent:
+        if (not moves(history) or is_spline(history) or not history.fixed_parent
+                or history.parent != parent):
             return None
         began = history.oldest_stamp
         if began is None:
@@ -156,6 +159,54 @@ class Tree:
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
+        incidents = self._let_in(history, parent, child, stamp, authority, _kind_of(static),
+                                 _time_of(history, stamp, static))
+        if incidents and incidents[-1].refused:
+            return incidents
+        if static:
+            self.histories[child] = StaticHistory(child, parent, pose, authority)
+        else:
+            if history is None or history.kind != DynamicHistory.kind:
+                history = DynamicHistory(child, self.cache_time)
+            unchanged = (not history.fixed_parent and history.parent == parent
+                         and history.latest_stamp is not None and stamp >= history.latest_stamp)
+            history.insert(stamp, parent, pose)
+            history.authority = authority
+            self.histories[child] = history
+            if unchanged:
+                return incidents
+        self._hung(parent, child)
+        return incidents
+
+    def insert_spline(self, parent: str, child: str, spline: Spline,
+                      authority: str) -> list[Incident]:
+        """
+        Let an edge move on a spline, whatever it was before, unless that breaks a rule.
+
+        :return: what was refused or is odd; nearly always empty.
+        """
+        history = self.histories.get(child)
+        if (is_spline(history) and history.parent == parent and history.spline is not None
+                and history.spline.oldest <= spline.oldest):
+            history.spline, history.authority = spline, authority
+            return []
+        incidents = self._let_in(history, parent, child, spline.oldest, authority,
+                                 SplineHistory.kind, (spline.oldest, FOREVER))
+        if incidents and incidents[-1].refused:
+            return incidents
+        self.histories[child] = SplineHistory(child, parent, spline, authority)
+        self._hung(parent, child)
+        return incidents
+
+    def _let_in(self, history: History | None, parent: str, child: str, stamp: int,
+                authority: str, kind: str, time: tuple[int, int]) -> list[Incident]:
+        """
+        Return why an edge is refused, or what is odd about it.
+
+        Edges that fell silent, and would close a loop with it, end.
+
+        :param time: when the parent would be the parent; see ``_close_loop``.
+        """
         unknown = {parent, child} - self.frames.keys()
         bad = bad_name(parent, child, stamp, authority, self.max_name_bytes) if unknown else None
         if bad:
@@ -166,30 +217,22 @@ class Tree:
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
         silent: list[MovingHistory] = []
         if child in self.frames:  # else nothing hangs on it
-            loop = self._close_loop(parent, child, _time_of(history, stamp, static), silent)
+            loop = self._close_loop(parent, child, time, silent)
             if loop is not None:
                 return [loop_closed(loop, child, stamp, authority)]
         incidents = [silent_edge_ended(edge, parent, child, stamp, authority)
                      for edge in silent]
         for edge in silent:
             edge.end()
-        incidents += self._remarks.on(history, parent, child, stamp, authority, static)
-        if static:
-            self.histories[child] = StaticHistory(child, parent, pose, authority)
-        else:
-            if history is None or history.is_static:
-                history = DynamicHistory(child, self.cache_time)
-            unchanged = (not history.fixed_parent and history.parent == parent
-                         and history.latest_stamp is not None and stamp >= history.latest_stamp)
-            history.insert(stamp, parent, pose)
-            history.authority = authority
-            self.histories[child] = history
-            if unchanged and not silent:
-                return incidents
+        if silent:
+            self._structure_changed()
+        return incidents + self._remarks.on(history, parent, child, stamp, authority, kind)
+
+    def _hung(self, parent: str, child: str) -> None:
+        """Find every way anew, for a frame hangs elsewhere, or as it did not before."""
         self.frames.setdefault(child)
         self.frames.setdefault(parent)
         self._structure_changed()
-        return incidents
 
     def _structure_changed(self) -> None:
         self.version += 1
@@ -250,6 +293,10 @@ class Tree:
             del self.frames[frame]
         self._structure_changed()
         return True
+
+
+def _kind_of(static: bool) -> str:
+    return StaticHistory.kind if static else DynamicHistory.kind
 
 
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
