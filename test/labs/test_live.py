@@ -14,9 +14,6 @@ from tf_tree_py.core import LookupException
 from tf_tree_py.labs.live import cycle, latency, remount, session, startup, static_spam
 from tf_tree_py.labs.startup import measure
 
-# Two sessions at a time may choose the same domain.
-pytestmark = pytest.mark.xdist_group('live labs')
-
 
 @pytest.fixture(autouse=True)
 def nothing_is_left():
