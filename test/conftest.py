@@ -3,6 +3,8 @@
 from pathlib import Path
 import signal
 
+import effort  # noqa: F401 - it loads the profile of hypothesis
+
 # Where tests wait for programs that they start: where several workers share the files out,
 # they begin with these, so that none has the longest for itself at the end.
 _BEGIN_WITH = ['jazzy', 'docs', 'nodes', 'labs', 'dropin', 'ros']

@@ -3,6 +3,7 @@
 from copy import deepcopy
 import itertools
 
+from effort import examples
 from geometry_msgs.msg import (
     Accel,
     AccelStamped,
@@ -29,7 +30,7 @@ from geometry_msgs.msg import (
     Wrench,
     WrenchStamped,
 )
-from hypothesis import given, settings
+from hypothesis import given
 from message_tools import (
     filled,
     inverse_of,
@@ -140,7 +141,6 @@ def test_messages_with_and_without_header_are_moved_alike(kind):
 
 
 @named(GEOMETRY)
-@settings(deadline=None, max_examples=25)
 @given(poses, seeds)
 def test_there_and_back_again(kind, pose, seed):
     message = unit_quaternions(filled(kind, np.random.default_rng(seed)))
@@ -151,7 +151,7 @@ def test_there_and_back_again(kind, pose, seed):
 
 
 @named(GEOMETRY)
-@settings(deadline=None, max_examples=10)
+@examples(0.5)
 @given(poses, poses, seeds)
 def test_one_after_the_other_is_the_product(kind, a_T_b, b_T_c, seed):
     message = unit_quaternions(filled(kind, np.random.default_rng(seed)))
@@ -192,7 +192,6 @@ def test_nan_stays_and_raises_nothing(kind):
 # --- points and directions
 
 
-@settings(deadline=None)
 @given(transforms, seeds)
 def test_points_and_vectors_go_by_the_matrix(transform, seed):
     rng = np.random.default_rng(seed)
@@ -232,7 +231,6 @@ def test_polygon_is_its_points(count):
 # --- poses
 
 
-@settings(deadline=None)
 @given(transforms, poses)
 def test_poses_go_by_the_product_of_matrices(transform, pose):
     message = geometry.pose_message(pose)
@@ -245,7 +243,6 @@ def test_poses_go_by_the_product_of_matrices(transform, pose):
     assert (same.pose, same.header) == (moved, transform.header)
 
 
-@settings(deadline=None)
 @given(transforms, transforms)
 def test_transform_has_the_sign_of_tf2(a_T_b, b_T_c):
     moved = functions.do_transform_transform(b_T_c, a_T_b).transform.rotation
@@ -259,7 +256,6 @@ def test_pose_by_hand():
     assert quaternion(moved.orientation) == (1.0, 0.0, 0.0, 0.0)
 
 
-@settings(deadline=None)
 @given(transforms, poses)
 def test_quaternion_is_the_product_as_it_comes(transform, pose):
     x, y, z, w = pose[3:]
@@ -341,7 +337,6 @@ def correlated(rng):
     return factor @ factor.T
 
 
-@settings(deadline=None)
 @given(transforms, seeds)
 def test_covariance_is_turned_block_by_block(transform, seed):
     covariance = correlated(np.random.default_rng(seed))
@@ -417,7 +412,6 @@ def test_twist_with_lever_arm_is_that_of_the_point_at_the_target():
     assert xyz(moved.angular).tolist() == [0.0, 0.0, 2.0]
 
 
-@settings(deadline=None)
 @given(transforms, seeds)
 def test_covariance_of_a_carried_twist_goes_by_the_adjoint(transform, seed):
     message = filled(TwistWithCovarianceStamped, np.random.default_rng(seed))

@@ -6,7 +6,7 @@ import math
 import sys
 
 from geometry_msgs.msg import TransformStamped
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from message_tools import inverse_of, mutable_parts, poses, spoil, stamped_transform
 import numpy as np
 import pytest
@@ -136,7 +136,6 @@ def test_single_precision_is_rounded_once():
     assert (moved == exact.astype(np.float32)).mean() > 0.999
 
 
-@settings(deadline=None, max_examples=30)
 @given(poses, st.integers(0, 2**32 - 1), st.booleans())
 def test_there_and_back_again(pose, seed, big):
     columns = random_columns(np.random.default_rng(seed), 20, 'f8')
