@@ -40,8 +40,8 @@ def run(env):
 @pytest.fixture(scope='session')
 def ros2(env):
     """Run ``ros2`` commands, all in one process; return their status and what they print."""
-    with subprocess.Popen(['python3', SESSION], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                          text=True) as program:
+    with subprocess.Popen(['python3', SESSION], env=env, text=True, stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE) as program:
         def ros2(*words):
             program.stdin.write(json.dumps(words) + '\n')
             program.stdin.flush()

@@ -1,7 +1,7 @@
 """The message filter beside one that asks everything again after every step."""
 
-from filter_helpers import check, Inbox, move, point
 from effort import examples
+from filter_helpers import check, Inbox, move, point
 from hypothesis import given, HealthCheck, strategies as st
 import pytest
 import rclpy

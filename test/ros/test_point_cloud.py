@@ -7,6 +7,7 @@ import sys
 
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, strategies as st
+from inputs import for_each
 from message_tools import inverse_of, mutable_parts, poses, spoil, stamped_transform
 import numpy as np
 import pytest
@@ -87,9 +88,7 @@ LAYOUTS = {
 # --- moving
 
 
-@pytest.mark.parametrize('big', [False, True], ids=['little', 'big'])
-@pytest.mark.parametrize('kind', ['f4', 'f8', 'mixed'])
-@pytest.mark.parametrize('layout', LAYOUTS)
+@for_each(layout=LAYOUTS, kind=['f4', 'f8', 'mixed'], big=[False, True])
 def test_points_move_and_nothing_else_does(layout, kind, big):
     offsets, point_step, options = LAYOUTS[layout]
     rng = np.random.default_rng(1)

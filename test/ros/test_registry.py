@@ -14,6 +14,7 @@ from geometry_msgs.msg import (
     Twist,
     Wrench,
 )
+from inputs import for_each
 from message_tools import filled, stamped_transform
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def buffer():
 # --- registration
 
 
-@pytest.mark.parametrize('kind', TRANSFORMERS, ids=lambda kind: kind.__name__)
+@for_each(kind=TRANSFORMERS)
 def test_messages_need_no_registration(kind):
     assert TransformRegistration().get(kind) is TRANSFORMERS[kind]
 
@@ -200,7 +201,7 @@ def test_a_point_is_taken_to_another_frame_and_another_time(buffer):
     assert (moved.point.x, moved.point.y) == (-2.0, 1.0)
 
 
-@pytest.mark.parametrize('kind', TRANSFORMERS, ids=lambda kind: kind.__name__)
+@for_each(kind=TRANSFORMERS)
 def test_every_kind_goes_through_a_buffer(buffer, kind):
     message = filled(kind, np.random.default_rng(3))
     if kind in (LaserScan, PointCloud2):
