@@ -156,7 +156,7 @@ def test_one_message_does_not_pass_for_another():
 # --- Stamped
 
 
-@pytest.mark.parametrize('kind', STAMPED_FORMS, ids=lambda kind: kind.__name__)
+@for_each(kind=STAMPED_FORMS)
 def test_stamped_gives_a_message_its_form_with_a_header(kind):
     message = filled(kind, np.random.default_rng(2))
     before = deepcopy(message)
