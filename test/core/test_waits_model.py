@@ -148,7 +148,7 @@ class WaitsMachine(RuleBasedStateMachine):
 
 
 TestNobodySleepsWithoutReason = WaitsMachine.TestCase
-TestNobodySleepsWithoutReason.settings = examples(4, stateful_step_count=40)
+TestNobodySleepsWithoutReason.settings = examples(10, stateful_step_count=40)
 
 
 # --- what was found first, readable

@@ -199,7 +199,7 @@ class GoalsMachine(RuleBasedStateMachine):
         assert not self.server.accepted
 
 
-GoalsMachine.TestCase.settings = examples(4, stateful_step_count=40)
+GoalsMachine.TestCase.settings = examples(10, stateful_step_count=40)
 TestGoals = GoalsMachine.TestCase
 
 
