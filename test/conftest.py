@@ -1,6 +1,5 @@
 """What holds for the tests of all folders."""
 
-from pathlib import Path
 import signal
 
 import effort  # noqa: F401 - it loads the profile of hypothesis
@@ -8,7 +7,6 @@ import effort  # noqa: F401 - it loads the profile of hypothesis
 # Where tests wait for programs that they start: where several workers share the files out,
 # they begin with these, so that none has the longest for itself at the end.
 _BEGIN_WITH = ['jazzy', 'docs', 'nodes', 'labs', 'dropin', 'ros']
-_HERE = Path(__file__).parent
 
 
 def pytest_configure(config):
@@ -30,5 +28,5 @@ def pytest_collection_modifyitems(items):
 
 
 def _turn_of(item):
-    folder = item.path.relative_to(_HERE).parts[0]
+    folder = item.path.parent.name
     return _BEGIN_WITH.index(folder) if folder in _BEGIN_WITH else len(_BEGIN_WITH)

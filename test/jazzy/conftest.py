@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 import re
+import select
 import subprocess
 import time
 
@@ -45,9 +46,12 @@ def ros2(env):
         def ros2(*words):
             program.stdin.write(json.dumps(words) + '\n')
             program.stdin.flush()
+            answered, _, _ = select.select([program.stdout], [], [], 4 * PATIENCE_S)
+            assert answered, f'ros2 {" ".join(words)} does not end'
             return subprocess.CompletedProcess(words, *json.loads(program.stdout.readline()))
 
         yield ros2
+        program.kill()
 
 
 @pytest.fixture(scope='session')
