@@ -294,14 +294,19 @@ def test_coroutine_gets_the_timeout_as_an_exception(buffer, make_node, spin):
     assert errors[0].waited_s >= 0.02
 
 
-def test_timeouts_end_in_their_order_whatever_the_order_they_began_in(buffer):
+def test_timeouts_end_in_their_order_whatever_the_order_they_began_in(
+        make_node, listen, sim_clock):
+    """In simulated time, in which all of them begin at once, and are over at once."""
+    buffer = listen(make_node('simulated', **SIM_TIME))
+    sim_clock.show(10.0, buffer)
     order, events = [], []
-    for milliseconds in (60, 20, 40):
-        future = wait_for(buffer, 3.0, lasting(milliseconds / 1000.0))
-        future.add_done_callback(lambda _, number=milliseconds: order.append(number))
+    for seconds in (6.0, 2.0, 5.0, 1.0, 4.0, 3.0):
+        future = wait_for(buffer, 3.0, lasting(seconds))
+        future.add_done_callback(lambda _, number=seconds: order.append(number))
         events.append(ended(future))
+    sim_clock.show(99.0, buffer)
     assert all(event.wait(PATIENCE_S) for event in events)
-    assert order == [20, 40, 60]
+    assert order == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
 
 
 def test_short_timeout_is_not_held_up_by_a_long_one(buffer):
