@@ -18,6 +18,7 @@ def for_each(**inputs: Iterable[Any]) -> Callable[[Callable[..., None]], Callabl
     """
     names = list(inputs)
     combinations = list(itertools.product(*inputs.values()))
+    assert combinations, 'a test without inputs holds nothing'
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
         # Without what hypothesis has noted down: it ends below here.
