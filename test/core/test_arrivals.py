@@ -2,6 +2,7 @@
 
 import threading
 
+from hand_clock import HandClock
 import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
@@ -12,18 +13,9 @@ from tf_tree_py.core.edges.packed import pack_pose
 SECOND = 10**9
 
 
-class Clock:
-
-    def __init__(self, now=100 * SECOND):
-        self.now = now
-
-    def __call__(self):
-        return self.now
-
-
 @pytest.fixture
 def clock():
-    return Clock()
+    return HandClock(100 * SECOND)
 
 
 @pytest.fixture

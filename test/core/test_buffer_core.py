@@ -2,6 +2,7 @@ import itertools
 import math
 
 from hypothesis import given, strategies as st
+from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose, length, poses, random_pose
@@ -99,8 +100,9 @@ TABLE = [
 ]
 
 
-@pytest.mark.parametrize(('target', 'source', 'seconds', 'expected'), TABLE)
-def test_table_of_lookups(robot, target, source, seconds, expected):
+@for_each(row=TABLE)
+def test_table_of_lookups(robot, row):
+    target, source, seconds, expected = row
     stamp = round(seconds * SECOND)
     if isinstance(expected, tuple):
         assert_same_pose(robot.lookup(target, source, stamp), at(*expected[:3], expected[3]))

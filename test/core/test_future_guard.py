@@ -1,5 +1,6 @@
 """Stamps far ahead of the clock: told, or refused."""
 
+from hand_clock import HandClock
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore, Pose
@@ -13,21 +14,9 @@ HOUR = 3600 * SECOND
 NOW = 1000 * HOUR
 
 
-class Clock:
-    """A clock that is set by hand, and counts how often it is read."""
-
-    def __init__(self, now=NOW):
-        self.now = now
-        self.read = 0
-
-    def __call__(self):
-        self.read += 1
-        return self.now
-
-
 @pytest.fixture
 def clock():
-    return Clock()
+    return HandClock(NOW)
 
 
 def guarded(clock, max_future=SECOND, **options):
@@ -129,7 +118,7 @@ def test_clock_that_was_set_back_is_noticed_at_the_next_stamp_beyond_the_limit(c
 
 
 def test_clock_that_has_not_begun_judges_nothing():
-    buffer = guarded(Clock(0))
+    buffer = guarded(HandClock(0))
     assert insert(buffer, NOW) == []
 
 
@@ -144,7 +133,7 @@ def test_clock_is_read_seldom(clock):
 
 @pytest.mark.parametrize(('options', 'words'), [
     ({'max_future': 1}, 'needs a clock'),
-    ({'max_future': -1, 'now': Clock()}, 'cannot be negative'),
+    ({'max_future': -1, 'now': HandClock(NOW)}, 'cannot be negative'),
 ])
 def test_limit_that_makes_no_sense_is_refused(options, words):
     with pytest.raises(ValueError, match=words):
@@ -154,7 +143,7 @@ def test_limit_that_makes_no_sense_is_refused(options, words):
 @given(st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), max_size=40))
 def test_what_is_taken_is_what_the_clock_allows_then(steps):
     """However seldom the clock is read."""
-    clock = Clock()
+    clock = HandClock(NOW)
     buffer = guarded(clock, 5, cache_time=HOUR)
     for pause, ahead in steps:
         clock.now += pause

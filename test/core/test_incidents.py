@@ -1,9 +1,9 @@
-import pytest
+from inputs import for_each
 from tf_tree_py.core import Incident, Kind, Statistics
 from tf_tree_py.core.arrivals.incidents import REMARKS
 
 
-@pytest.mark.parametrize('kind', Kind)
+@for_each(kind=Kind)
 def test_every_kind_is_a_refusal_or_a_remark(kind):
     incident = Incident(kind, 'map', 'odom', 5, 'somebody', 'because')
     assert incident.refused == (kind not in REMARKS)

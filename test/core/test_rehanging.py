@@ -8,7 +8,8 @@ is one behind it too, and nowhere otherwise; there is never a loop.
 from bisect import bisect_right
 import itertools
 
-from hypothesis import given, settings, strategies as st
+from effort import examples
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, random_poses
@@ -126,7 +127,7 @@ def fed(arrivals, cache_time):
 
 
 # In seconds edges fall silent, in nanoseconds they do not; the window is never left.
-@settings(max_examples=100)
+@examples(2)
 @given(histories(), st.sampled_from([1, 10 ** 9]))
 def test_every_answer_is_that_of_the_samples(arrivals, unit):
     arrivals = [(parent, child, stamp * unit) for parent, child, stamp in arrivals]

@@ -1,6 +1,7 @@
 import math
 
 from hypothesis import example, given, strategies as st
+from inputs import for_each
 import numpy as np
 import pytest
 from strategies import about, assert_same_rotation, axes, components
@@ -51,8 +52,7 @@ def test_names_that_make_no_edge_are_refused(parent, child, kind, detail):
 
 
 @pytest.mark.filterwarnings('error')
-@pytest.mark.parametrize('place', range(7))
-@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+@for_each(place=range(7), bad=[math.nan, math.inf, -math.inf])
 def test_nan_and_infinity_are_refused_anywhere(place, bad):
     pose = (*SOUND.pose[:place], bad, *SOUND.pose[place + 1:])
     assert check(pose=pose).kind is Kind.NOT_FINITE

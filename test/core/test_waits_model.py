@@ -9,7 +9,8 @@ lookup says at that moment.
 from contextlib import suppress
 from itertools import pairwise
 
-from hypothesis import settings, strategies as st
+from effort import examples
+from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 from tf_tree_py.core import (
     BufferCore,
@@ -147,7 +148,7 @@ class WaitsMachine(RuleBasedStateMachine):
 
 
 TestNobodySleepsWithoutReason = WaitsMachine.TestCase
-TestNobodySleepsWithoutReason.settings = settings(max_examples=200, stateful_step_count=40)
+TestNobodySleepsWithoutReason.settings = examples(10, stateful_step_count=40)
 
 
 # --- what was found first, readable

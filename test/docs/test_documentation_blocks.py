@@ -5,7 +5,7 @@ The Python blocks of a page are one program, run from the top to the bottom in a
 of its own; so are the lines of each shell block. What is not run says why, on the page.
 """
 
-import functools
+from functools import cache
 from importlib.metadata import distribution
 from importlib.util import find_spec
 import os
@@ -128,7 +128,7 @@ def _options_of(script):
     return {word for text in texts for word in re.findall(r'--[a-z][a-z-]*', text)}
 
 
-@functools.cache
+@cache
 def _help(executable):
     entry = next(entry for entry in distribution('tf_tree_py').entry_points.select(
         group='console_scripts') if entry.name == executable)

@@ -4,6 +4,7 @@ import importlib
 import inspect
 
 from dropin_helpers import run
+from inputs import for_each
 import pytest
 import tf_tree_py
 from tf_tree_py import dropin
@@ -101,10 +102,10 @@ SIGNATURES = {
 }
 
 
-@pytest.mark.parametrize(('module', 'name', 'parameters'), [
-    (module, name, parameters) for module, table in SIGNATURES.items()
-    for name, parameters in table.items()])
-def test_name_and_arguments_are_those_of_tf2(module, name, parameters):
+@for_each(called=[(module, name, parameters) for module, table in SIGNATURES.items()
+                  for name, parameters in table.items()])
+def test_name_and_arguments_are_those_of_tf2(called):
+    module, name, parameters = called
     found = importlib.import_module(module)
     for part in name.split('.'):
         found = getattr(found, part)

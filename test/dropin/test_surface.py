@@ -8,9 +8,6 @@ import sys
 import pytest
 from standin import standin_env
 
-# What is compared is gathered once for all of them.
-pytestmark = pytest.mark.xdist_group('surface')
-
 PROGRAM = Path(__file__).with_name('surface.py')
 TIMEOUT_S = 60
 

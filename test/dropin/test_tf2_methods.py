@@ -1,5 +1,6 @@
 """Methods that only the drop-in's buffers have, and tf2's tools and some programs call."""
 
+from inputs import for_each
 import pytest
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
@@ -61,8 +62,7 @@ def test_steady_time_is_refused_here_too(name):
         METHODS[name](buffer, Time(seconds=10, clock_type=ClockType.STEADY_TIME))
 
 
-@pytest.mark.parametrize('name', METHODS)
-@pytest.mark.parametrize('stamp', FAR_STAMPS)
+@for_each(name=METHODS, stamp=FAR_STAMPS)
 def test_far_stamp_gets_an_answer_or_an_error_of_ours(name, stamp):
     buffer = Buffer(lasting(10**9))
     for moment in (stamp - 5 * 10**8, stamp, stamp + 5 * 10**8):

@@ -1,6 +1,9 @@
 """An installed Jazzy, used by its own commands; the tests skip where there is none."""
 
+import json
+from pathlib import Path
 import re
+import select
 import subprocess
 import time
 
@@ -8,6 +11,8 @@ from domains import claim
 from programs import PATIENCE_S, Program
 import pytest
 from standin import standin_env
+
+SESSION = Path(__file__).with_name('ros2_session.py')
 
 
 @pytest.fixture(scope='session')
@@ -33,19 +38,35 @@ def run(env):
         command, env=env, capture_output=True, text=True, timeout=4 * PATIENCE_S, check=False)
 
 
-@pytest.fixture(scope='module')
-def tell(run):
+@pytest.fixture(scope='session')
+def ros2(env):
+    """Run ``ros2`` commands, all in one process; return their status and what they print."""
+    with subprocess.Popen(['python3', SESSION], env=env, text=True, stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE) as program:
+        def ros2(*words):
+            program.stdin.write(json.dumps(words) + '\n')
+            program.stdin.flush()
+            answered, _, _ = select.select([program.stdout], [], [], 4 * PATIENCE_S)
+            assert answered, f'ros2 {" ".join(words)} does not end'
+            return subprocess.CompletedProcess(words, *json.loads(program.stdout.readline()))
+
+        yield ros2
+        program.kill()
+
+
+@pytest.fixture(scope='session')
+def tell(ros2):
     """Return a function that gives what a ``ros2`` command prints."""
     def tell(*words):
-        done = run('ros2', *words)
+        done = ros2(*words)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
     return tell
 
 
-@pytest.fixture(scope='module')
-def tell_at_last(run):
+@pytest.fixture(scope='session')
+def tell_at_last(ros2):
     """
     Return a function that repeats a ``ros2`` command until it prints what a pattern matches.
 
@@ -54,7 +75,7 @@ def tell_at_last(run):
     def tell_at_last(pattern, *words):
         end = time.monotonic() + PATIENCE_S
         while True:
-            done = run('ros2', *words)
+            done = ros2(*words)
             if re.search(pattern, done.stdout):
                 return done.stdout
             assert time.monotonic() < end, f'no {pattern} in:\n{done.stdout}{done.stderr}'

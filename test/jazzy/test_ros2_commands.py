@@ -4,9 +4,6 @@ import re
 
 import pytest
 
-# The programs are started once for all of them.
-pytestmark = pytest.mark.xdist_group('ros2_commands')
-
 NODES = {'/five_frame_publisher', '/five_frame_listener', '/tf_buffer', '/robot1/tf_relay',
          '/asking', '/mounted'}
 

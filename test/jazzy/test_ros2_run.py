@@ -47,22 +47,22 @@ def test_it_runs_until_ctrl_c(start, tell_at_last, name):
 
 
 @pytest.mark.parametrize('name', SHORT_LIVED)
-def test_it_runs_to_its_end(run, name):
+def test_it_runs_to_its_end(ros2, name):
     words, said = SHORT_LIVED[name]
-    done = run('ros2', 'run', 'tf_tree_py', name, *words)
+    done = ros2('run', 'tf_tree_py', name, *words)
     assert (done.returncode, done.stderr) == (0, '')
     assert said in done.stdout
 
 
 @pytest.mark.parametrize('name', [*LONG_LIVED, *SHORT_LIVED])
-def test_help_comes_through(run, name):
-    done = run('ros2', 'run', 'tf_tree_py', name, '--help')
+def test_help_comes_through(ros2, name):
+    done = ros2('run', 'tf_tree_py', name, '--help')
     assert done.returncode == 0
     assert done.stdout.startswith('usage: ')
 
 
-def test_mistake_is_one_sentence_and_a_status(run):
-    done = run('ros2', 'run', 'tf_tree_py', 'tf_relay')
+def test_mistake_is_one_sentence_and_a_status(ros2):
+    done = ros2('run', 'tf_tree_py', 'tf_relay')
     assert done.returncode == 1
     assert 'it would hear itself' in done.stderr
     assert 'Traceback' not in done.stderr

@@ -7,9 +7,6 @@ import subprocess
 from programs import PATIENCE_S
 import pytest
 
-# The programs are started once for all of them.
-pytestmark = pytest.mark.xdist_group('two_buffers')
-
 PROGRAM = Path(__file__).with_name('two_buffers.py')
 KINDS = {'LookupException', 'ConnectivityException', 'ExtrapolationException',
          'InvalidArgumentException'}

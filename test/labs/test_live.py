@@ -22,9 +22,6 @@ from tf_tree_py.labs.live import (
 )
 from tf_tree_py.labs.startup import measure
 
-# Two sessions at a time may choose the same domain.
-pytestmark = pytest.mark.xdist_group('live labs')
-
 
 @pytest.fixture(autouse=True)
 def nothing_is_left():

@@ -5,9 +5,8 @@ import threading
 from domains import isolate
 from programs import executable, Program
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.node import Node
+from ros.conftest import context  # noqa: F401
 from tf_tree_py import Buffer, TransformListener
 
 # Before rclpy.init, here and in the processes that tests start.
@@ -22,15 +21,7 @@ def no_thread_is_left():
 
 
 @pytest.fixture
-def context():
-    context = Context()
-    rclpy.init(context=context, args=[])
-    yield context
-    context.try_shutdown()
-
-
-@pytest.fixture
-def buffer(context):
+def buffer(context):  # noqa: F811
     """Return a buffer that hears what is published."""
     node = Node('asking', context=context)
     buffer = Buffer()

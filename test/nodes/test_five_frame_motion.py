@@ -2,6 +2,7 @@
 
 import math
 
+from inputs import for_each
 import pytest
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.nodes.five_frame_motion import FiveFrameMotion
@@ -12,7 +13,7 @@ STAMPS = [NOW + from_seconds(0.77) * i for i in range(30)]
 MOTION = FiveFrameMotion(radius=3.0, lap_time=from_seconds(10.0))
 
 
-@pytest.mark.parametrize('stamp', STAMPS)
+@for_each(stamp=STAMPS)
 def test_robot_drives_a_circle_and_looks_where_it_goes(stamp):
     here, there = MOTION.odom_T_base_link(stamp - STEP), MOTION.odom_T_base_link(stamp + STEP)
     at = MOTION.odom_T_base_link(stamp)
@@ -22,7 +23,7 @@ def test_robot_drives_a_circle_and_looks_where_it_goes(stamp):
     assert ahead == pytest.approx([step / math.hypot(*way) for step in way], abs=1e-6)
 
 
-@pytest.mark.parametrize('stamp', STAMPS)
+@for_each(stamp=STAMPS)
 def test_motion_repeats_exactly(stamp):
     assert MOTION.odom_T_base_link(stamp) == MOTION.odom_T_base_link(stamp + MOTION.lap_time)
 
@@ -48,7 +49,7 @@ def test_drift_is_slow_and_is_there():
         assert math.hypot(*(a.inverse() @ b).translation) < 0.03
 
 
-@pytest.mark.parametrize('stamp', STAMPS)
+@for_each(stamp=STAMPS)
 def test_gripper_in_the_world_is_the_product_of_matrices(stamp):
     product = (MOTION.world_T_odom(stamp).as_matrix() @ MOTION.odom_T_base_link(stamp).as_matrix()
                @ MOTION.base_link_T_gripper(stamp).as_matrix())

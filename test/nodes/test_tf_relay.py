@@ -2,12 +2,12 @@
 
 from contextlib import contextmanager
 import math
-import time
 
 from programs import PATIENCE_S
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from ros_helpers import transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from tf_tree_py.core import Pose
@@ -19,18 +19,6 @@ from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
 
 SECOND = 1_000_000_000
-
-
-def until(condition):
-    """Wait for what rclpy tells no event of: the graph, and what the log says."""
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end, 'it never came true'
-        time.sleep(0.002)
-
-
-def transform(parent, child, seconds=1, x=0.0):
-    return transform_stamped(parent, child, seconds * SECOND, Pose(x))
 
 
 class Robot:

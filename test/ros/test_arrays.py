@@ -16,7 +16,7 @@ from geometry_msgs.msg import (
     TransformStamped,
     Vector3Stamped,
 )
-from hypothesis import given, settings
+from hypothesis import given
 from message_tools import poses, stamped_transform
 from nav_msgs.msg import Odometry, Path
 import numpy as np
@@ -32,7 +32,6 @@ from tf_tree_py.ros.messages.point_cloud import packed_cloud
 CORNERS = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
 
 
-@settings(deadline=None)
 @given(poses)
 def test_everything_with_a_pose_becomes_its_matrix(values):
     message = pose_message(values)

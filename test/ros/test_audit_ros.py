@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 import time
 
+from inputs import for_each
 import pytest
 from rclpy.duration import Duration
 from rclpy.time import Time
@@ -83,7 +84,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize('kind', KINDS)
+@for_each(kind=KINDS)
 def test_every_kind_of_lookup_is_seen_once(kind):
     buffer = filled(audit=True)
     KINDS[kind](buffer)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+from hand_clock import HandClock
 import pytest
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf_tree_py import Incident
@@ -35,8 +36,8 @@ def graph():
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = SimpleNamespace(now=1000.0)
-    monkeypatch.setattr(authority, 'time', SimpleNamespace(monotonic=lambda: clock.now))
+    clock = HandClock(1000.0)
+    monkeypatch.setattr(authority, 'time', clock)
     return clock
 
 

@@ -9,6 +9,7 @@ import time
 
 from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PointStamped
+from inputs import for_each
 import pytest
 from rclpy.action import CancelResponse, GoalResponse
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -245,22 +246,24 @@ def test_namespace_and_remapping_are_those_of_the_node(buffer, make_node, make_c
 # --- errors
 
 
-@pytest.mark.parametrize(('code', 'kind'), [
-    (TF2Error.LOOKUP_ERROR, LookupException),
-    (TF2Error.CONNECTIVITY_ERROR, ConnectivityException),
-    (TF2Error.EXTRAPOLATION_ERROR, ExtrapolationException),
-    (TF2Error.INVALID_ARGUMENT_ERROR, InvalidArgumentException),
-    (TF2Error.TIMEOUT_ERROR, TimeoutException),
-    (TF2Error.TRANSFORM_ERROR, TransformException),
-    (99, TransformException),
-])
-@pytest.mark.parametrize('status', ['succeed', 'abort'])
-def test_code_of_an_error_becomes_its_exception(other, client, code, kind, status):
+KINDS = {
+    TF2Error.LOOKUP_ERROR: LookupException,
+    TF2Error.CONNECTIVITY_ERROR: ConnectivityException,
+    TF2Error.EXTRAPOLATION_ERROR: ExtrapolationException,
+    TF2Error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
+    TF2Error.TIMEOUT_ERROR: TimeoutException,
+    TF2Error.TRANSFORM_ERROR: TransformException,
+    99: TransformException,
+}
+
+
+@for_each(code=KINDS, status=['succeed', 'abort'])
+def test_code_of_an_error_becomes_its_exception(other, client, code, status):
     other.status = status
     other.result.error = TF2Error(error=code, error_string='so it is')
     with pytest.raises(TransformException, match='so it is') as raised:
         client.lookup_transform('map', 'base', LATEST)
-    assert type(raised.value) is kind
+    assert type(raised.value) is KINDS[code]
 
 
 def test_timeout_of_tf2s_server_is_a_timeout_and_no_identity(other, client):

@@ -1,6 +1,7 @@
 """In messages the answers are tf2's too, down to the signs of quaternions."""
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from inputs import for_each
 import pytest
 from rclpy.duration import Duration
 from rclpy.time import Time
@@ -87,10 +88,10 @@ def values_of(message, operation):
     return as_nanoseconds(message.header.stamp), as_pose(message)
 
 
-@pytest.mark.parametrize('recording', RECORDINGS, ids=lambda path: path.stem)
 @pytest.mark.parametrize('replay', [
     MessageReplay(Buffer), CoreMethodsReplay(Buffer), FutureReplay(Buffer),
     MessageReplay(DropinBuffer)], ids=['lookup', 'core methods', 'futures', 'drop-in'])
+@for_each(recording=RECORDINGS)
 def test_answers_in_messages_are_those_of_tf2(replay, recording):
     answers, problems = problems_of(replay, recording)
     assert answers > 0

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 from builtin_interfaces.msg import Duration as DurationMessage, Time as TimeMessage
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped
+from inputs import for_each
 import numpy as np
 import pytest
 from rclpy.clock_type import ClockType
@@ -95,11 +96,10 @@ def test_every_stamp_of_a_message_goes_into_one_again_and_no_other_does(make):
             make(stamp)
 
 
-@pytest.mark.parametrize('stamp', [0, 1, 17 * SECOND + 123_456_789, -1])
-@pytest.mark.parametrize('pose', [POSE, (0.0,) * 6 + (1.0,), (math.pi, 1e300, -0.0) + POSE[3:],
-                                  (1.0, 2.0, 3.0, 0.1, -0.9, 0.3, 0.3),
-                                  (1.0, 2.0, 3.0, 0.5, -0.1, 0.1, -0.85)])
-@pytest.mark.parametrize('names', [('map', 'base_link'), ('a', ''), ('Küche', '机器人/手')])
+@for_each(stamp=[0, 1, 17 * SECOND + 123_456_789, -1],
+          pose=[POSE, (0.0,) * 6 + (1.0,), (math.pi, 1e300, -0.0) + POSE[3:],
+                (1.0, 2.0, 3.0, 0.1, -0.9, 0.3, 0.3), (1.0, 2.0, 3.0, 0.5, -0.1, 0.1, -0.85)],
+          names=[('map', 'base_link'), ('a', ''), ('Küche', '机器人/手')])
 def test_slotted_message_equals_the_public_one(names, pose, stamp):
     slotted = slotted_transform_stamped(*names, stamp, pose)
     public = public_transform_stamped(*names, stamp, pose)
@@ -196,8 +196,8 @@ def test_message_of_floats_is_passed_on_itself():
     assert convert.with_float_fields(message) is message
 
 
-@pytest.mark.parametrize('number', [2, True, np.float64(2.0), np.int64(2), np.float32(2.0)])
-@pytest.mark.parametrize('field', ['translation.x', 'translation.z', 'rotation.x', 'rotation.w'])
+@for_each(number=[2, True, np.float64(2.0), np.int64(2), np.float32(2.0)],
+          field=['translation.x', 'translation.z', 'rotation.x', 'rotation.w'])
 def test_other_numbers_are_serialized_as_what_they_are(number, field):
     message = transform('a', 'b', seconds=4.0)
     part, axis = field.split('.')

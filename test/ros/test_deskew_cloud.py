@@ -6,6 +6,7 @@ import math
 import re
 
 from geometry_msgs.msg import TransformStamped
+from inputs import for_each
 import numpy as np
 import pytest
 from rclpy.time import Time
@@ -109,7 +110,7 @@ def nothing_told(monkeypatch):
 # --- the wall
 
 
-@pytest.mark.parametrize('kind', KINDS)
+@for_each(kind=KINDS)
 def test_wall_is_flat_only_after_deskewing(start, kind):
     points, stamps = scan(start)
     field, told = KINDS[kind]
@@ -122,7 +123,7 @@ def test_wall_is_flat_only_after_deskewing(start, kind):
     assert points_of(moved) == pytest.approx(exact, abs=2e-5)
 
 
-@pytest.mark.parametrize('kind', KINDS)
+@for_each(kind=KINDS)
 def test_stamps_are_read_to_the_resolution_of_their_field(start, kind):
     points, stamps = scan(start)
     field, told = KINDS[kind]

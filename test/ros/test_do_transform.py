@@ -3,6 +3,7 @@
 from copy import deepcopy
 import itertools
 
+from effort import examples
 from geometry_msgs.msg import (
     Accel,
     AccelStamped,
@@ -29,7 +30,8 @@ from geometry_msgs.msg import (
     Wrench,
     WrenchStamped,
 )
-from hypothesis import given, settings
+from hypothesis import given
+from inputs import for_each
 from message_tools import (
     filled,
     inverse_of,
@@ -62,10 +64,6 @@ POSE = (1.0, -2.0, 3.0, 0.5, -0.5, 0.5, -0.5)
 
 # Half a turn about x, and 10, 20, 30: small enough to check by hand.
 BY_HAND = stamped_transform((10.0, 20.0, 30.0, 1.0, 0.0, 0.0, 0.0))
-
-
-def named(kinds):
-    return pytest.mark.parametrize('kind', kinds, ids=lambda kind: kind.__name__)
 
 
 def xyz(message):
@@ -104,7 +102,7 @@ def assert_same(a, b, tolerance=1e-9):
 # --- what holds for every kind
 
 
-@named(GEOMETRY)
+@for_each(kind=GEOMETRY)
 def test_result_is_of_the_same_kind_in_the_target_frame(kind):
     transform = stamped_transform(POSE)
     result = do_transform(filled(kind, np.random.default_rng(1)), transform)
@@ -113,7 +111,7 @@ def test_result_is_of_the_same_kind_in_the_target_frame(kind):
         assert result.header == transform.header
 
 
-@named(GEOMETRY)
+@for_each(kind=GEOMETRY)
 def test_result_shares_nothing_and_changes_nothing(kind):
     message, transform = filled(kind, np.random.default_rng(2)), stamped_transform(POSE)
     message_before, transform_before = deepcopy(message), deepcopy(transform)
@@ -131,7 +129,7 @@ def test_result_shares_nothing_and_changes_nothing(kind):
     assert result == result_before
 
 
-@named(STAMPED_FORMS)
+@for_each(kind=STAMPED_FORMS)
 def test_messages_with_and_without_header_are_moved_alike(kind):
     message = filled(kind, np.random.default_rng(9))
     form, field = STAMPED_FORMS[kind]
@@ -139,8 +137,7 @@ def test_messages_with_and_without_header_are_moved_alike(kind):
     assert getattr(moved, field) == do_transform(message, stamped_transform(POSE))
 
 
-@named(GEOMETRY)
-@settings(deadline=None, max_examples=25)
+@for_each(kind=GEOMETRY)
 @given(poses, seeds)
 def test_there_and_back_again(kind, pose, seed):
     message = unit_quaternions(filled(kind, np.random.default_rng(seed)))
@@ -150,8 +147,8 @@ def test_there_and_back_again(kind, pose, seed):
     assert_same(back, message, 1e-9)
 
 
-@named(GEOMETRY)
-@settings(deadline=None, max_examples=10)
+@for_each(kind=GEOMETRY)
+@examples(0.5)
 @given(poses, poses, seeds)
 def test_one_after_the_other_is_the_product(kind, a_T_b, b_T_c, seed):
     message = unit_quaternions(filled(kind, np.random.default_rng(seed)))
@@ -160,12 +157,11 @@ def test_one_after_the_other_is_the_product(kind, a_T_b, b_T_c, seed):
     assert_same(steps, do_transform(message, stamped_transform(se3.compose(a_T_b, b_T_c))), 1e-8)
 
 
-@named(GEOMETRY)
-@pytest.mark.parametrize('number', [
+@for_each(kind=GEOMETRY, number=[
     lambda rng: int(rng.integers(-5, 5)), lambda rng: np.float64(rng.normal()),
     lambda rng: np.float32(rng.normal()), lambda rng: np.int64(rng.integers(1, 5)),
     lambda rng: bool(rng.integers(0, 2)),
-], ids=['int', 'float64', 'float32', 'int64', 'bool'])
+])
 def test_other_numbers_become_floats(kind, number):
     message = filled(kind, np.random.default_rng(3), number)
     transform = stamped_transform((1, 2, 3, 0, 0, 0, 1))
@@ -183,7 +179,7 @@ def test_other_numbers_become_floats(kind, number):
     assert numbers(arrived) == pytest.approx(numbers(result), rel=1e-6)
 
 
-@named(GEOMETRY)
+@for_each(kind=GEOMETRY)
 def test_nan_stays_and_raises_nothing(kind):
     message = filled(kind, np.random.default_rng(4), lambda rng: float('nan'))
     assert np.isnan(numbers(do_transform(message, stamped_transform(POSE)))).any()
@@ -192,7 +188,6 @@ def test_nan_stays_and_raises_nothing(kind):
 # --- points and directions
 
 
-@settings(deadline=None)
 @given(transforms, seeds)
 def test_points_and_vectors_go_by_the_matrix(transform, seed):
     rng = np.random.default_rng(seed)
@@ -232,7 +227,6 @@ def test_polygon_is_its_points(count):
 # --- poses
 
 
-@settings(deadline=None)
 @given(transforms, poses)
 def test_poses_go_by_the_product_of_matrices(transform, pose):
     message = geometry.pose_message(pose)
@@ -245,7 +239,6 @@ def test_poses_go_by_the_product_of_matrices(transform, pose):
     assert (same.pose, same.header) == (moved, transform.header)
 
 
-@settings(deadline=None)
 @given(transforms, transforms)
 def test_transform_has_the_sign_of_tf2(a_T_b, b_T_c):
     moved = functions.do_transform_transform(b_T_c, a_T_b).transform.rotation
@@ -259,7 +252,6 @@ def test_pose_by_hand():
     assert quaternion(moved.orientation) == (1.0, 0.0, 0.0, 0.0)
 
 
-@settings(deadline=None)
 @given(transforms, poses)
 def test_quaternion_is_the_product_as_it_comes(transform, pose):
     x, y, z, w = pose[3:]
@@ -341,7 +333,6 @@ def correlated(rng):
     return factor @ factor.T
 
 
-@settings(deadline=None)
 @given(transforms, seeds)
 def test_covariance_is_turned_block_by_block(transform, seed):
     covariance = correlated(np.random.default_rng(seed))
@@ -417,7 +408,6 @@ def test_twist_with_lever_arm_is_that_of_the_point_at_the_target():
     assert xyz(moved.angular).tolist() == [0.0, 0.0, 2.0]
 
 
-@settings(deadline=None)
 @given(transforms, seeds)
 def test_covariance_of_a_carried_twist_goes_by_the_adjoint(transform, seed):
     message = filled(TwistWithCovarianceStamped, np.random.default_rng(seed))

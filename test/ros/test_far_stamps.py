@@ -1,6 +1,7 @@
 """Stamps that no clock shows, before 1970 and after 2038: an answer, or an error that says so."""
 
 from builtin_interfaces.msg import Time as TimeMessage
+from inputs import for_each
 import pytest
 from rclpy.duration import Duration
 from ros_helpers import FAR_STAMPS, FIRST, LAST, Moment, PATIENCE
@@ -11,13 +12,7 @@ SECOND = 10**9
 INTERVAL = Duration(seconds=0.1)
 
 
-@pytest.fixture(params=FAR_STAMPS)
-def stamp(request):
-    return request.param
-
-
-@pytest.fixture
-def buffer(stamp):
+def buffer_around(stamp):
     buffer = Buffer(Duration(seconds=10**9))
     for moment in (stamp - SECOND // 2, stamp, stamp + SECOND // 2):
         assert not any(told.refused for told in buffer.insert('map', 'base', moment, Pose()))
@@ -40,10 +35,11 @@ QUESTIONS = {
 }
 
 
-@pytest.mark.parametrize('ask', QUESTIONS.values(), ids=QUESTIONS)
-def test_every_question_has_an_answer_or_an_error_of_ours(buffer, stamp, ask):
+@for_each(question=QUESTIONS, stamp=FAR_STAMPS)
+def test_every_question_has_an_answer_or_an_error_of_ours(question, stamp):
+    buffer = buffer_around(stamp)
     try:
-        answer = ask(buffer, Moment(stamp))
+        answer = QUESTIONS[question](buffer, Moment(stamp))
     except TransformException as error:
         assert 'no message can hold it' in str(error) or 'cannot be negative' in str(error) or (
             'extrapolation' in str(error))
@@ -61,8 +57,9 @@ def test_future_that_waited_ends_with_an_error_of_ours():
     assert buffer.statistics().accepted == 1
 
 
-@pytest.mark.parametrize('stamp', [FIRST, -1, 0, 1, LAST], indirect=True)
-def test_stamp_of_a_message_is_found_and_answered_with(buffer, stamp):
+@for_each(stamp=[FIRST, -1, 0, 1, LAST])
+def test_stamp_of_a_message_is_found_and_answered_with(stamp):
+    buffer = buffer_around(stamp)
     sec = min(stamp // SECOND, 2**31 - 1)
     time = TimeMessage(sec=sec, nanosec=stamp - sec * SECOND)
     if stamp:
@@ -70,8 +67,9 @@ def test_stamp_of_a_message_is_found_and_answered_with(buffer, stamp):
     assert read(write([('map', 'base', stamp, Pose())])).stamps == [stamp]
 
 
-@pytest.mark.parametrize('stamp', [-5 * SECOND], indirect=True)
-def test_latest_common_time_before_1970_says_whom_to_ask_instead(buffer, stamp):
+def test_latest_common_time_before_1970_says_whom_to_ask_instead():
+    stamp = -5 * SECOND
+    buffer = buffer_around(stamp)
     with pytest.raises(InvalidArgumentException, match=r"'map' and 'base' is -4\.5.*negative.*"
                                                        r'latest_common_time\(\) tells'):
         buffer.get_latest_common_time('map', 'base')

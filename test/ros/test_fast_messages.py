@@ -12,6 +12,7 @@ from geometry_msgs.msg import (
     Quaternion,
     TwistStamped,
 )
+from inputs import for_each
 from message_tools import fields, filled
 from nav_msgs.msg import Odometry, Path
 import numpy as np
@@ -40,7 +41,7 @@ from tf_tree_py.ros.messages.fast_messages import (
 KINDS = [*TRANSFORMERS, Header, Time, PointField]
 
 
-@pytest.mark.parametrize('kind', KINDS, ids=lambda kind: kind.__name__)
+@for_each(kind=KINDS)
 def test_slotted_message_equals_the_public_one(kind):
     assert slots_are_known(kind)
     values = [value for _, value in fields(filled(kind, np.random.default_rng(1)))]
@@ -61,7 +62,7 @@ def leaves(message):
     return [leaf for _, value in fields(message) for leaf in leaves(value)]
 
 
-@pytest.mark.parametrize('kind', KINDS, ids=lambda kind: kind.__name__)
+@for_each(kind=KINDS)
 def test_whole_message_is_made_of_all_its_values(kind):
     wanted = filled(kind, np.random.default_rng(1))
     values, sent = leaves(wanted), deserialize_message(serialize_message(wanted), kind)
@@ -77,8 +78,7 @@ def test_whole_message_is_made_of_all_its_values(kind):
             make_maker(kind)(*values[1:])
 
 
-@pytest.mark.parametrize('kind', [Point, Point32, Pose, Quaternion, PoseStamped])
-@pytest.mark.parametrize('count', [0, 1, 5])
+@for_each(kind=[Point, Point32, Pose, Quaternion, PoseStamped], count=[0, 1, 5])
 def test_many_are_made_and_read_as_one_by_one(kind, count):
     rng = np.random.default_rng(3)
     messages = [filled(kind, rng) for _ in range(count)]

@@ -7,7 +7,8 @@ who lose interest: after every step the goals' states are compared with what the
 
 from itertools import count
 
-from hypothesis import settings, strategies as st
+from effort import examples
+from hypothesis import strategies as st
 from hypothesis.stateful import invariant, precondition, rule, RuleBasedStateMachine
 import pytest
 from tf_tree_py.ros.remote.goal_state import Action, Event, Goals, State, UNACCEPTED, WANTED
@@ -204,8 +205,7 @@ class GoalsMachine(RuleBasedStateMachine):
         assert not self.server.accepted
 
 
-GoalsMachine.TestCase.settings = settings(
-    max_examples=200, stateful_step_count=40, deadline=None)
+GoalsMachine.TestCase.settings = examples(10, stateful_step_count=40)
 TestGoals = GoalsMachine.TestCase
 
 

@@ -3,6 +3,7 @@
 import itertools
 import threading
 
+from hand_clock import HandClock
 import pytest
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
@@ -17,18 +18,9 @@ class Lines(list):
         self.append(line)
 
 
-class Clock:
-    """Time that passes when told to."""
-
-    now = 1000.0
-
-    def monotonic(self):
-        return self.now
-
-
 @pytest.fixture
 def clock(monkeypatch):
-    clock = Clock()
+    clock = HandClock(1000.0)
     monkeypatch.setattr(incident_log, 'time', clock)
     return clock
 

@@ -1,7 +1,8 @@
 """The message filter beside one that asks everything again after every step."""
 
+from effort import examples
 from filter_helpers import check, Inbox, move, point
-from hypothesis import given, HealthCheck, settings, strategies as st
+from hypothesis import given, HealthCheck, strategies as st
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -140,7 +141,7 @@ def deliveries_of(model, inbox):
              for message, found in inbox.delivered])
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+@examples(4, suppress_health_check=list(HealthCheck))
 @given(steps=steps(30), queue_size=st.integers(1, 4), tolerance=st.sampled_from([0.0, 0.5]))
 def test_every_message_fares_as_in_the_naive_model(modelled, steps, queue_size, tolerance):
     """Delivered once, in this order, with this transform; or dropped once, for this reason."""
@@ -151,7 +152,7 @@ def test_every_message_fares_as_in_the_naive_model(modelled, steps, queue_size, 
     assert dropped == expected
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@examples(2, suppress_health_check=list(HealthCheck))
 @given(steps=steps(9), queue_size=st.integers(1, 4), tolerance=st.sampled_from([0.0, 0.5]))
 def test_so_it_does_with_several_targets(modelled, steps, queue_size, tolerance):
     """Between messages of two frames that are answered at once, the order is left open."""

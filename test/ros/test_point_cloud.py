@@ -6,7 +6,8 @@ import math
 import sys
 
 from geometry_msgs.msg import TransformStamped
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
+from inputs import for_each
 from message_tools import inverse_of, mutable_parts, poses, spoil, stamped_transform
 import numpy as np
 import pytest
@@ -87,9 +88,7 @@ LAYOUTS = {
 # --- moving
 
 
-@pytest.mark.parametrize('big', [False, True], ids=['little', 'big'])
-@pytest.mark.parametrize('kind', ['f4', 'f8', 'mixed'])
-@pytest.mark.parametrize('layout', LAYOUTS)
+@for_each(layout=LAYOUTS, kind=['f4', 'f8', 'mixed'], big=[False, True])
 def test_points_move_and_nothing_else_does(layout, kind, big):
     offsets, point_step, options = LAYOUTS[layout]
     rng = np.random.default_rng(1)
@@ -136,7 +135,6 @@ def test_single_precision_is_rounded_once():
     assert (moved == exact.astype(np.float32)).mean() > 0.999
 
 
-@settings(deadline=None, max_examples=30)
 @given(poses, st.integers(0, 2**32 - 1), st.booleans())
 def test_there_and_back_again(pose, seed, big):
     columns = random_columns(np.random.default_rng(seed), 20, 'f8')

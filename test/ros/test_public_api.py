@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 
+from inputs import for_each
 import pytest
 from rclpy.duration import Duration
 import tf_tree_py
@@ -50,7 +51,7 @@ def run_without_rclpy(code):
         capture_output=True, text=True, timeout=60, check=False)
 
 
-@pytest.mark.parametrize('name', tf_tree_py.__all__)
+@for_each(name=tf_tree_py.__all__)
 def test_every_public_name_is_there(name):
     assert getattr(tf_tree_py, name) is not None
     assert name in dir(tf_tree_py)

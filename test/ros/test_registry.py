@@ -14,6 +14,7 @@ from geometry_msgs.msg import (
     Twist,
     Wrench,
 )
+from inputs import for_each
 from message_tools import filled, stamped_transform
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def buffer():
 # --- registration
 
 
-@pytest.mark.parametrize('kind', TRANSFORMERS, ids=lambda kind: kind.__name__)
+@for_each(kind=TRANSFORMERS)
 def test_messages_need_no_registration(kind):
     assert TransformRegistration().get(kind) is TRANSFORMERS[kind]
 
@@ -155,7 +156,7 @@ def test_one_message_does_not_pass_for_another():
 # --- Stamped
 
 
-@pytest.mark.parametrize('kind', STAMPED_FORMS, ids=lambda kind: kind.__name__)
+@for_each(kind=STAMPED_FORMS)
 def test_stamped_gives_a_message_its_form_with_a_header(kind):
     message = filled(kind, np.random.default_rng(2))
     before = deepcopy(message)
@@ -200,7 +201,7 @@ def test_a_point_is_taken_to_another_frame_and_another_time(buffer):
     assert (moved.point.x, moved.point.y) == (-2.0, 1.0)
 
 
-@pytest.mark.parametrize('kind', TRANSFORMERS, ids=lambda kind: kind.__name__)
+@for_each(kind=TRANSFORMERS)
 def test_every_kind_goes_through_a_buffer(buffer, kind):
     message = filled(kind, np.random.default_rng(3))
     if kind in (LaserScan, PointCloud2):

@@ -1,0 +1,39 @@
+"""Tests that go through many inputs of one kind: one test, which names the input it fails with."""
+
+from collections.abc import Callable, Iterable
+import functools
+import inspect
+import itertools
+from typing import Any
+
+
+def for_each(**inputs: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """
+    Run a test with every input; with every combination, if several arguments have inputs.
+
+    All of them share the test's fixtures, which therefore must not remember anything. The
+    other decorators of the test stand above this one, except for those of hypothesis.
+
+    :param inputs: what each argument takes.
+    """
+    names = list(inputs)
+    combinations = list(itertools.product(*inputs.values()))
+    assert combinations, 'a test without inputs holds nothing'
+
+    def decorate(test: Callable[..., None]) -> Callable[..., None]:
+        # Without what hypothesis has noted down: it ends below here.
+        @functools.wraps(test, updated=())
+        def run(**fixtures: Any) -> None:
+            for values in combinations:
+                chosen = dict(zip(names, values, strict=True))
+                try:
+                    test(**fixtures, **chosen)
+                except Exception as error:
+                    raise AssertionError(f'with {chosen}: {error}') from error
+
+        signature = inspect.signature(test)
+        run.__signature__ = signature.replace(parameters=[
+            parameter for name, parameter in signature.parameters.items() if name not in names])
+        return run
+
+    return decorate
