@@ -3,7 +3,7 @@
 import math
 import pickle
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, waving_poses
@@ -53,7 +53,6 @@ def test_a_spline_that_is_sampled_comes_back(group):
 
 
 @on_both
-@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32), turn=st.sampled_from([0.0, 1e-9, 1e-4, 0.3, 1.0]))
 def test_one_stamp_is_answered_as_among_many(group, seed, turn):
     spline = random_spline(seed, group, turn)
@@ -67,7 +66,6 @@ def test_one_stamp_is_answered_as_among_many(group, seed, turn):
 
 
 @on_both
-@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32))
 def test_twist_and_acceleration_are_the_derivatives_of_the_poses(group, seed):
     spline = random_spline(seed, group)
