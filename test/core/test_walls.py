@@ -33,11 +33,12 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 screws pose poses se2',
-        'edges: track protocol packed static discrete',
+        'geometry: so3 se3 screws covariances pose poses se2',
+        'edges: track protocol packed static discrete uncertainty',
         'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
         'streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
+        'uncertain: propagation lookups queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',

@@ -20,13 +20,14 @@ from ..arrivals.jump_back import JumpBack
 from ..arrivals.observers import asked, Observers
 from ..arrivals.sample import admitted, Batch, Sample
 from ..arrivals.track import checked_track
+from ..geometry.covariances import checked_covariance
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time
-from ..tree.queries import Queries
 from ..tree.tree import Tree
+from ..uncertain.queries import UncertainQueries
 
 Answer = TypeVar('Answer')
 
@@ -36,9 +37,11 @@ DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class BufferCore(Queries):
+class BufferCore(UncertainQueries):
     """
-    Transforms between frames, over a window of time. ``Queries`` has the lookups.
+    Transforms between frames, over a window of time.
+
+    ``Queries`` has the lookups, and ``UncertainQueries`` those that say how sure they are.
 
     A lookup costs O(depth log n), an insertion O(1) amortised when it is the
     newest of its edge.
@@ -84,7 +87,8 @@ class BufferCore(Queries):
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple, *,
                authority: str = DEFAULT_AUTHORITY, static: bool = False,
-               strict: bool | None = None) -> list[Incident]:
+               strict: bool | None = None,
+               covariance: npt.ArrayLike | None = None) -> list[Incident]:
         """
         Take one transform.
 
@@ -94,13 +98,20 @@ class BufferCore(Queries):
         :param static: valid at all times.
         :param strict: True raises what is refused; None warns of it, once for each kind;
             False does neither, for programs that look at what is returned.
+        :param covariance: (6, 6) of x, y, z and rotation about x, y, z, metres^2 and
+            radians^2, as ``PoseWithCovariance`` has it: t' = t + dt in the parent's axes,
+            R' = Exp(dr) R about the parent's fixed axes through the child's origin. None:
+            nothing is said of it, and the one before it stands.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: what is no stamp, no pose, or a name that is no
-            string.
+        :raises InvalidArgumentException: what is no stamp, no pose, no covariance, or a name
+            that is no string.
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self._report(self.intake.take([sample], authority, static), strict)
+        if covariance is None:
+            return self._report(self.intake.take([sample], authority, static), strict)
+        return self._report(self.intake.take_uncertain(
+            sample, checked_covariance(covariance), authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False, *, strict: bool | None = None) -> list[Incident]:

@@ -6,7 +6,8 @@ would close one is refused when it arrives, so no lookup ever meets a loop. The 
 are kept by ``edges``, poses are composed by ``path``, and the lock is the buffer's.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from .climb import find_loop, Loop
 from .remarks import loop_closed, Remarks, silent_edge_ended, too_old
@@ -18,6 +19,7 @@ from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
 from ..edges.static import StaticHistory
+from ..edges.uncertainty import Uncertainty
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER
@@ -45,6 +47,10 @@ class Tree:
     :ivar ways: the way between two frames.
     :ivar spanning: all frames at once.
     """
+
+    # A dictionary from the first covariance on: a tree without any keeps nothing of the kind.
+    uncertainty: Mapping[str, Uncertainty] = MappingProxyType({})
+    """The covariances of each child frame's edge that has some."""
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
@@ -153,6 +159,14 @@ class Tree:
         if began is not None and stamps.min() < began:
             self._structure_changed()
 
+    def set_covariance(self, parent: str, child: str, stamp: int, covariance: Array) -> None:
+        """Take the covariance (6, 6) of an edge at a stamp, which its poses may not have yet."""
+        known = self.uncertainty.get(child)
+        if known is None or known.parent != parent:
+            known = Uncertainty(parent)
+            self.uncertainty = {**self.uncertainty, child: known}
+        known.insert(stamp, covariance, self.cache_time)
+
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
@@ -227,6 +241,8 @@ class Tree:
         twin.histories.update(
             (child, history.copy()) for child, history in self.histories.items())
         twin.frames.update(self.frames)
+        if self.uncertainty:
+            twin.uncertainty = {child: one.copy() for child, one in self.uncertainty.items()}
         return twin
 
     # --- forgetting
@@ -235,6 +251,9 @@ class Tree:
         """Forget what moves; frame names and static edges stay, as in tf2."""
         for history in self.histories.values():
             history.clear()
+        if self.uncertainty:
+            self.uncertainty = {child: one for child, one in self.uncertainty.items()
+                                if not moves(self.histories.get(child))}
         self._structure_changed()
 
     def remove(self, frame: str) -> bool:
@@ -246,6 +265,9 @@ class Tree:
         if frame not in self.frames:
             return False
         self.histories.pop(frame, None)
+        if frame in self.uncertainty:
+            self.uncertainty = {child: one for child, one in self.uncertainty.items()
+                                if child != frame}
         if not any(history.has_named(frame) for history in self.histories.values()):
             del self.frames[frame]
         self._structure_changed()
