@@ -34,7 +34,7 @@ ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws covariances pose poses se2',
-        'edges: track protocol packed static discrete uncertainty',
+        'edges: track protocol packed static discrete aided uncertainty',
         'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
         'streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',

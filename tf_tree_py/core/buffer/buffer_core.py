@@ -9,6 +9,7 @@ from collections.abc import Callable, Hashable, Iterable
 from typing import Any, NoReturn, TypeVar
 import warnings
 
+import numpy as np
 import numpy.typing as npt
 
 from .deadline import Deadline, WallDeadline
@@ -19,7 +20,8 @@ from ..arrivals.incidents import Incident, RefusedException, Statistics, Transfo
 from ..arrivals.jump_back import JumpBack
 from ..arrivals.observers import asked, Observers
 from ..arrivals.sample import admitted, Batch, Sample
-from ..arrivals.track import checked_track
+from ..arrivals.track import checked_rates, checked_track
+from ..errors import InvalidArgumentException
 from ..geometry.covariances import checked_covariance
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose
@@ -145,6 +147,30 @@ class BufferCore(UncertainQueries):
         if strict is not False and track.span > self.cache_time:
             self._warn('window', track.gone(self.cache_time), 2)
         return self._report(incidents, strict)
+
+    def aid(self, child: str, stamps: npt.ArrayLike, angular_velocities: npt.ArrayLike) -> int:
+        """
+        Take what a gyroscope says of an edge, for lookups between its poses.
+
+        From now on the rotation between two poses is the one that the gyroscope saw, and
+        closes exactly on both, where it has samples for all the time from one to the other;
+        elsewhere it is interpolated as before. Translations and the poses themselves stay.
+
+        :param child: the edge's child frame, whose poses may come later.
+        :param stamps: (N,) nanoseconds.
+        :param angular_velocities: (N, 3) radians a second, of the child as the parent sees
+            it, in the child's axes: what a gyroscope in the child measures where the parent
+            does not turn, such as odom.
+        :return: how many were taken: those that are newer than all before.
+        :raises InvalidArgumentException: shapes that do not fit, what is not finite or no
+            stamp, or an edge that does not move between its samples.
+        """
+        times = self._stamps_of(stamps)
+        if not isinstance(child, str) or not child.removeprefix('/'):
+            raise InvalidArgumentException(f'child is the name of a frame, not {child!r}')
+        rates = checked_rates(angular_velocities, len(times))
+        order = np.argsort(times, kind='stable')
+        return self.intake.take_rates(child.removeprefix('/'), times[order], rates[order])
 
     def _report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
         """Return what happened, having told a caller of it who may not look at that."""

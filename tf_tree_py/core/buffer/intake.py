@@ -19,6 +19,7 @@ from ..arrivals.track import Judged, Track
 from ..errors import ClockJumpException
 from ..geometry.so3 import Array
 from ..stamp import LATEST
+from ..times import Stamps
 from ..tree.tree import Tree
 
 
@@ -80,6 +81,11 @@ class Intake:
         """Take the covariance (6, 6) of an edge whose poses come another way."""
         with self._lock:
             self._tree.set_covariance(parent, child, stamp, covariance)
+
+    def take_rates(self, child: str, stamps: Stamps, rates: Array) -> int:
+        """Take angular velocities (N, 3) at stamps (N,), sorted; see ``BufferCore.aid``."""
+        with self._lock:
+            return self._tree.aid(child, stamps, rates)
 
     def take_batch(self, batch: Batch, authority: str, static: bool) -> list[Incident]:
         """Take a whole message under one lock."""

@@ -15,6 +15,7 @@ from .spanning import Spanning
 from .ways import Ways
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import bad_name, Batch, is_sound, Sample
+from ..edges.aided import aided
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
@@ -166,6 +167,20 @@ class Tree:
             known = Uncertainty(parent)
             self.uncertainty = {**self.uncertainty, child: known}
         known.insert(stamp, covariance, self.cache_time)
+
+    def aid(self, child: str, stamps: Stamps, rates: Array) -> int:
+        """
+        Take angular velocities of a child frame, which its poses may not have yet.
+
+        :return: how many were taken; see ``Gyro.extend``.
+        :raises InvalidArgumentException: the edge does not move between its samples.
+        """
+        known = self.histories.get(child)
+        history = aided(known, child, self.cache_time)
+        if history is not known:
+            self.histories[child] = history
+            self._structure_changed()
+        return history.gyro.extend(stamps, rates)
 
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
