@@ -38,7 +38,7 @@ ORDER = {
         'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
         'streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
-        'uncertain: propagation lookups queries',
+        'uncertain: propagation lookups prediction queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',

@@ -3,6 +3,7 @@
 import numpy.typing as npt
 
 from .lookups import lookup_budget, lookup_uncertain, lookup_uncertain_many, Share, Uncertain
+from .prediction import predict, Prediction
 from ..arrivals.observers import asked
 from ..geometry.pose import Pose
 from ..geometry.so3 import Array
@@ -76,6 +77,29 @@ class UncertainQueries(Queries):
             [asked(target_frame, source_frame, stamp)],
             lambda: lookup_budget(self, target_frame, source_frame, stamp,
                                   independent=independent))
+
+    def predict(self, target_frame: str, source_frame: str, stamp: int,
+                horizon: int) -> Prediction:
+        """
+        Return ``target_T_source`` at a stamp that may lie beyond the newest data.
+
+        Each edge that does not reach the stamp goes on at the mean twist of its last 0.1 s,
+        and turns as its gyroscope saw it where it is aided. The covariance says how wrong
+        the same prediction, made from earlier samples, would have been, beside what the
+        edges' own covariances say; nothing knows of a brake that was never used before.
+        A stamp that all data reaches is looked up.
+
+        :param stamp: nanoseconds; ``LATEST`` predicts nothing.
+        :param horizon: nanoseconds; no edge is taken further beyond its newest sample.
+        :return: the pose, the covariance (6, 6), and how far ``beyond`` the data it went.
+        :raises FutureExtrapolationException: an edge ends further away than the horizon.
+
+        The other errors are those of ``lookup``.
+        """
+        stamp = self._stamp_of(stamp)
+        return self.observers.watch(
+            [asked(target_frame, source_frame, stamp)],
+            lambda: predict(self, target_frame, source_frame, stamp, horizon))
 
     def snapshot(self) -> Snapshot:
         """Return everything as it is now, for several lookups that must agree."""
