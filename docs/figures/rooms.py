@@ -25,29 +25,28 @@ IMAGES = Path(__file__).parents[1] / 'images'
 # Each layer: where its lower edge is, how high it is, and its rooms: the middle of each, and
 # what lives there. Files that stand in no room go by the name of their box.
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
-    'core': (0.0, 8.2, {
-        'buffer': (2.2, 7.35, 'the lock, the way in, who waits'),
-        'telling': (5.5, 7.35, 'reports, diagnosis, audit'),
-        'deskew, twist': (8.8, 7.35, 'points over time, velocities'),
-        'uncertain': (2.2, 6.15, 'covariances along a path'),
+    'core': (0.0, 7.1, {
+        'buffer': (2.2, 6.25, 'the lock, the way in, who waits'),
+        'telling': (5.5, 6.25, 'reports, diagnosis, audit'),
+        'deskew, twist': (8.8, 6.25, 'points over time, velocities'),
         'tree': (5.5, 5.05, 'who hangs on whom, queries'),
         'arrivals': (5.5, 3.95, 'bytes, samples, refusals'),
         'edges': (5.5, 2.85, "one edge's samples over time"),
         'geometry': (5.5, 1.75, 'formulas of rotations, poses'),
         'errors, stamp': (5.5, 0.65, 'and times, text, suggestions'),
     }),
-    'ros': (8.8, 6.0, {
-        'filtering': (2.2, 13.95, 'messages held back'),
-        'remote': (5.5, 13.95, 'buffer server and client'),
-        'diagnostics': (8.8, 13.95, 'the health of every edge'),
-        'topics': (2.2, 12.85, '/tf and /tf_static, who sends'),
-        'buffer': (5.5, 11.75, "tf2's buffer, with messages"),
-        'waiting': (5.5, 10.65, 'clocks, timeouts, futures'),
-        'threads': (2.9, 9.55, 'our own threads and nodes'),
-        'messages': (8.1, 9.55, 'messages and plain numbers'),
+    'ros': (7.7, 6.0, {
+        'filtering': (2.2, 12.85, 'messages held back'),
+        'remote': (5.5, 12.85, 'buffer server and client'),
+        'diagnostics': (8.8, 12.85, 'the health of every edge'),
+        'topics': (2.2, 11.75, '/tf and /tf_static, who sends'),
+        'buffer': (5.5, 10.65, "tf2's buffer, with messages"),
+        'waiting': (5.5, 9.55, 'clocks, timeouts, futures'),
+        'threads': (2.9, 8.45, 'our own threads and nodes'),
+        'messages': (8.1, 8.45, 'messages and plain numbers'),
     }),
 }
-TOP, TOP_HEIGHT = 15.4, 0.9
+TOP, TOP_HEIGHT = 14.3, 0.9
 ABOVE = (('nodes', 2.2, 'executables'), ('labs', 5.5, 'the labs of the course'),
          ('dropin', 8.8, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
@@ -151,7 +150,7 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(9.0, 13.1))
+    figure = Figure(figsize=(9.0, 12.2))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0.0, 11.0)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)

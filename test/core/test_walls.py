@@ -37,19 +37,19 @@ ORDER = {
         'edges: track protocol packed static discrete aided uncertainty',
         'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
         'streams meters merging',
-        'tree: many climb path ways spanning remarks tree outline queries',
-        'uncertain: propagation lookups prediction queries',
+        'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
+        'outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
     ),
     'ros': rooms(
-        'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
-        'point_times deskew_cloud do_transform registry',
+        'messages: fast_messages convert times covariance geometry uncertain point_cloud '
+        'laser_scan arrays point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
-        'topics: qos authority rivals broadcaster listener',
+        'topics: qos authority rivals broadcaster listener side_topics covariances gyro',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',

@@ -28,8 +28,8 @@ from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time
+from ..tree.queries import Queries
 from ..tree.tree import Tree
-from ..uncertain.queries import UncertainQueries
 
 Answer = TypeVar('Answer')
 
@@ -39,11 +39,9 @@ DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class BufferCore(UncertainQueries):
+class BufferCore(Queries):
     """
-    Transforms between frames, over a window of time.
-
-    ``Queries`` has the lookups, and ``UncertainQueries`` those that say how sure they are.
+    Transforms between frames, over a window of time. ``Queries`` has the lookups.
 
     A lookup costs O(depth log n), an insertion O(1) amortised when it is the
     newest of its edge.

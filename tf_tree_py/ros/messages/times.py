@@ -4,14 +4,13 @@ from typing import Any
 
 from rclpy.time import Time
 from tf_tree_py.core.times import checked_stamp
-from tf_tree_py.core.tree.queries import Snapshot
+from tf_tree_py.core.tree.queries import Queries, Snapshot
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.core.uncertain.queries import UncertainQueries
 
 from .convert import as_stamp
 
 
-class RosTimes(UncertainQueries):
+class RosTimes(Queries):
     """Queries that take a ``Time`` of rclpy or of a message as a stamp too."""
 
     def _is_simulated(self) -> bool:

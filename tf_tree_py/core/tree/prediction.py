@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .lookups import covariances_of, lookup_uncertain
 from .propagation import placed, Step, steps_of, total
+from .tree import Tree
+from .uncertain import covariances_of
 from ..edges.aided import gyro_until, turn_of
 from ..edges.protocol import History, moves, MovingHistory
-from ..errors import ExtrapolationException, InvalidArgumentException, TransformException
+from ..errors import ExtrapolationException, InvalidArgumentException
 from ..geometry import se3, so3
 from ..geometry.covariances import carried
 from ..geometry.pose import Pose
@@ -24,7 +25,6 @@ from ..geometry.se3 import PoseTuple, Twist
 from ..geometry.so3 import Array
 from ..stamp import format_span, from_seconds, LATEST
 from ..times import checked_stamp
-from ..tree.queries import Queries
 
 # The twist is the mean one of this time before the newest sample.
 _TWIST_OVER = from_seconds(0.1)
@@ -49,37 +49,31 @@ class Prediction(NamedTuple):
     beyond: int
 
 
-def predict(tree: Queries, target_frame: str, source_frame: str, stamp: int,
-            horizon: int) -> Prediction:
-    """Return a pose at a stamp that the data may not reach; see ``UncertainQueries``."""
-    horizon = checked_stamp(horizon)
-    if horizon <= 0:
-        raise InvalidArgumentException(
-            f'Invalid argument horizon {horizon}: it is a positive number of nanoseconds')
-    try:
-        with tree._lock:
-            if _is_beyond(tree, target_frame, source_frame, stamp):
-                return _predicted(tree, target_frame, source_frame, stamp, horizon)
-            found = lookup_uncertain(tree, target_frame, source_frame, stamp)
-    except TransformException as error:
-        error.target_frame, error.source_frame = target_frame, source_frame
-        raise
-    return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
-
-
-def _is_beyond(tree: Queries, target: str, source: str, stamp: int) -> bool:
+def is_beyond(tree: Tree, target: str, source: str, stamp: int) -> bool:
     """Return whether an edge between two frames has no data as new as a stamp."""
     if stamp == LATEST or target == source:
         return False
-    newest = tree._tree.ways.newest_path(target, source).latest_common_time()
+    newest = tree.ways.newest_path(target, source).latest_common_time()
     return newest != LATEST and stamp > newest
 
 
-def _predicted(tree: Queries, target: str, source: str, stamp: int,
-               horizon: int) -> Prediction:
-    """Return a pose beyond the newest data of at least one edge; the lock is held."""
-    steps = steps_of(tree._tree.ways.branches(target, source, None))
-    own = covariances_of(tree._tree, steps, np.array([stamp]), False)
+def checked_horizon(horizon: int) -> int:
+    """
+    Return how far a caller lets predictions go, nanoseconds.
+
+    :raises InvalidArgumentException: no positive integer.
+    """
+    checked = checked_stamp(horizon)
+    if checked > 0:
+        return checked
+    raise InvalidArgumentException(
+        f'Invalid argument horizon {checked}: it is a positive number of nanoseconds')
+
+
+def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int) -> Prediction:
+    """Return a pose beyond the newest data of at least one edge; see ``Queries.predict``."""
+    steps = steps_of(tree.ways.branches(target, source, None))
+    own = covariances_of(tree, steps, np.array([stamp]), False)
     poses, covariances, beyond = [], [], 0
     for step, covariance in zip(steps, own, strict=True):
         ahead = _ahead(step.history, stamp, horizon)

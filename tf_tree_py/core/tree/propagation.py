@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .climb import Branches
 from ..edges.protocol import History
 from ..geometry import se3, so3
 from ..geometry.covariances import carried, sampled
+from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..tree.climb import Branches
 
 # Up to this variance of all angles together, radians^2, the first order is right to 0.1 %.
 _SMALL_ANGLES = np.radians(1.0) ** 2
@@ -98,6 +99,11 @@ def total(errors: Sequence[Error], points: Array) -> Array:
               _row(error.covariance, number), error.step.upwards) for error in errors],
             points[number])
     return covariances
+
+
+def total_at(errors: Sequence[Error], pose: PoseTuple) -> Array:
+    """Return the covariance (6, 6) of one pose behind independent errors."""
+    return np.asarray(total(errors, np.array([pose[:3]]))[0])
 
 
 def _row(array: Array, number: int) -> Array:
