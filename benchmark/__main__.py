@@ -15,7 +15,7 @@ from tf_tree_py.labs.progress import progress
 
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
-from .groups import inserting, listening, lookups, many, memory, waiting
+from .groups import inserting, listening, lookups, many, memory, uncertain, waiting
 from .peers.finding import Contestants
 from .rows import Row
 
@@ -29,6 +29,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'humanoid': lookups.humanoid,
     'tree': lookups.whole_tree,
     'many': many.many,
+    'uncertain': uncertain.uncertain,
     'listener': listening.listening,
     'wait': waiting.waiting,
     'insert': inserting.inserting,

@@ -25,10 +25,11 @@ def tf_lab(monkeypatch, tmp_path):
     return lambda *arguments: main(['tf_lab', *arguments])
 
 
-def test_there_are_ten_labs_with_a_line_each(tf_lab, capsys):
+def test_there_are_the_ten_of_the_course_and_more_with_a_line_each(tf_lab, capsys):
     assert tf_lab() == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[:10]] == TEN
+    assert [line.split()[0] for line in lines if line][:len(LABS)] == list(LABS)
+    assert list(LABS)[:10] == TEN
     assert all(len(line) < 100 for line in lines)
 
 

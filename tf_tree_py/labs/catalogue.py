@@ -8,19 +8,22 @@ from typing import NamedTuple
 from . import (
     cycle,
     direction,
+    gyro,
     interpolation,
     latency,
     order,
     planar,
+    prediction,
     remount,
     startup,
     static_spam,
+    uncertainty,
     warehouse,
 )
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount)
+           cycle, remount, uncertainty, gyro, prediction)
 _LIVE = (latency, remount, startup, static_spam, cycle)
 
 

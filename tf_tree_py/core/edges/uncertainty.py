@@ -7,17 +7,31 @@ odometry. What a covariance means, ``geometry.covariances`` says.
 
 from array import array
 from bisect import bisect_left, bisect_right
+from typing import NamedTuple
 
 import numpy as np
 
 from .protocol import History
 from ..geometry import se3, so3
-from ..geometry.covariances import between, pack, PACKED_FLOATS, unpack
+from ..geometry.covariances import pack, PACKED_FLOATS, unpack
 from ..geometry.so3 import Array
 from ..times import Stamps
 
 # Fewer expired ones than this stay.
 _MIN_BLOCK = 64
+
+
+class Around(NamedTuple):
+    """
+    The covariances of an edge around N stamps: what ``covariances.between`` takes.
+
+    Before the first covariance and after the last both are that one, at the ratio 0.
+    """
+
+    before: Array
+    after: Array
+    ratio: Array
+    turn: Array
 
 
 class Uncertainty:
@@ -65,27 +79,23 @@ class Uncertainty:
             del self._stamps[:expired]
             del self._packed[:expired * PACKED_FLOATS]
 
-    def at(self, stamps: Stamps, history: History, independent: bool) -> Array:
+    def around(self, stamps: Stamps, history: History) -> Around:
         """
-        Return the covariances (N, 6, 6) at stamps (N,).
+        Return the covariances around stamps (N,), to be interpolated between.
 
         :param history: the edge's poses.
-        :param independent: whether the errors at two stamps have nothing to do with each
-            other; else they may have anything; see ``covariances.between``.
         """
         if history.is_static or len(self) == 1:
-            last = np.array(self._packed[-PACKED_FLOATS:])
-            return np.tile(unpack(last), (len(stamps), 1, 1))
-        begins, ends, rows = self._around(stamps)
-        ratio = (stamps - begins) / np.maximum(ends - begins, 1)
+            last = np.tile(unpack(np.array(self._packed[-PACKED_FLOATS:])), (len(stamps), 1, 1))
+            return Around(last, last, np.zeros(len(stamps)), np.zeros((len(stamps), 3)))
+        begins, ends, rows = self._neighbours(stamps)
         pairs, place = np.unique(begins, return_index=True, return_inverse=True)[1:]
         turns = np.array([_turn(history, int(begins[pair]), int(ends[pair])) for pair in pairs])
         before, after = unpack(rows)
-        covariances = between(before, after, ratio, turns[place], independent)
-        # Before the first and after the last nothing lies between.
-        return np.where((begins == ends)[:, None, None], before, covariances)
+        ratio = np.where(begins < ends, (stamps - begins) / np.maximum(ends - begins, 1), 0.0)
+        return Around(before, after, ratio, turns[place])
 
-    def _around(self, stamps: Stamps) -> tuple[Stamps, Stamps, Array]:
+    def _neighbours(self, stamps: Stamps) -> tuple[Stamps, Stamps, Array]:
         """
         Return the stamps of the covariances before and after each, and these (2, N, 21).
 

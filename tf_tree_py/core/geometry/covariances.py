@@ -8,6 +8,7 @@ about the parent's fixed axes through the child's origin. The formulas take arra
 Uncertainty with Three-Dimensional Poses", IEEE T-RO 30(3), 2014, in these coordinates.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -137,11 +138,10 @@ def between(before: Array, after: Array, ratio: Array, turn: Array,
     """
     u = ratio[..., None, None]
     rest = 1.0 - u
-    jacobian = left_jacobian_many(ratio[..., None] * turn)
-    last = jacobian @ np.linalg.inv(left_jacobian_many(turn))
-    gone = so3.as_matrix_many(so3.exp_many(ratio[..., None] * turn))
-    first = gone - u * jacobian @ np.linalg.inv(left_jacobian_many(-turn))
-    first /= np.maximum(rest, _LEAST_REST)
+    turned = ratio[..., None] * turn
+    jacobian, forward, backward = left_jacobian_many(np.stack([turned, turn, -turn]))
+    last, left = jacobian @ np.linalg.inv(np.stack([forward, backward]))
+    first = (so3.as_matrix_many(so3.exp_many(turned)) - u * left) / np.maximum(rest, _LEAST_REST)
     weights = (rest * rest, u * u) if independent else (rest, u)
     return (weights[0] * _turned(first, before)) + (weights[1] * _turned(last, after))
 
@@ -156,29 +156,31 @@ def _turned(matrix: Array, covariance: Array) -> Array:
 
 # --- where angles are large
 
-def sampled(legs: list[tuple[Array, Array, Array, bool]], point: Array) -> Array:
+def sampled(axes: Array, places: Array, covariances: Array, upwards: Sequence[bool],
+            point: Array) -> Array:
     """
     Return the covariance (6, 6) of a pose behind several errors, by drawing them.
 
     The second moment of 4,096 fixed draws, in pairs of opposite ones, whose own moments
     are exact: so it is the formula of the first order where errors are small, and holds
-    at large angles too.
+    at large angles too. The errors come from the frame of the answer to the point.
 
-    :param legs: of each error, from the frame of the answer to the point: the rotation
-        (3, 3) from its axes to the answer's, the place (3,) of the child's origin in the
-        answer, the covariance (6, 6), and whether the edge is walked from child to parent.
+    :param axes: (E, 3, 3) from the axes of each error to the answer's.
+    :param places: (E, 3) the origin of each error's child in the answer.
+    :param covariances: (E, 6, 6)
+    :param upwards: of each, whether its edge is walked from the child to the parent.
     :param point: (3,) what the errors move.
     """
-    draws = _draws(6 * len(legs))
+    draws = _draws(6 * len(axes))
     moved = np.tile(point, (len(draws), 1))
     turned = np.tile(so3.IDENTITY, (len(draws), 1))
-    for number in reversed(range(len(legs))):
-        axes, place, covariance, upwards = legs[number]
-        errors = draws[:, 6 * number:6 * number + 6] @ _root(covariance)
-        shift, vector = errors[:, :3] @ axes.T, errors[:, 3:] @ axes.T
-        turn = so3.exp_many(-vector if upwards else vector)
-        moved = so3.rotate_many(turn, moved - place - upwards * shift)
-        moved += place + (not upwards) * shift
+    for number in reversed(range(len(axes))):
+        errors = draws[:, 6 * number:6 * number + 6] @ _root(covariances[number])
+        shift, vector = errors[:, :3] @ axes[number].T, errors[:, 3:] @ axes[number].T
+        back = upwards[number]
+        turn = so3.exp_many(-vector if back else vector)
+        moved = so3.rotate_many(turn, moved - places[number] - back * shift)
+        moved += places[number] + (not back) * shift
         turned = so3.multiply_many(turn, turned)
     errors = np.concatenate([moved - point, so3.log_many(turned)], axis=-1)
     return np.asarray(errors.T @ errors / len(errors))

@@ -34,23 +34,24 @@ class Step(NamedTuple):
     upwards: bool
 
 
-class Error(NamedTuple):
+class Errors(NamedTuple):
     """
-    What may be wrong about one edge at N stamps, as the target sees it.
+    What may be wrong about E edges at N stamps, as the target sees it.
 
-    :ivar axes: (N, 3, 3) from the parent's axes to the target's.
-    :ivar place: (N, 3) the child's origin in the target, metres.
-    :ivar covariance: (N, 6, 6) in the parent's axes, about the child's origin.
+    :ivar steps: the edges, from the target to the source.
+    :ivar axes: (E, N, 3, 3) from the parents' axes to the target's.
+    :ivar places: (E, N, 3) the children's origins in the target, metres.
+    :ivar covariances: (E, N, 6, 6) in the parents' axes, about the children's origins.
     """
 
-    step: Step
+    steps: list[Step]
     axes: Array
-    place: Array
-    covariance: Array
+    places: Array
+    covariances: Array
 
-    def share(self, point: Array) -> Array:
-        """Return what it makes of a point (N, 3) behind it, (N, 6, 6) in the target's axes."""
-        return carried(self.axes, point - self.place, self.covariance)
+    def shares(self, points: Array) -> Array:
+        """Return what each makes of points (N, 3) behind all, (E, N, 6, 6), as the target sees."""
+        return carried(self.axes, points - self.places, self.covariances)
 
 
 def steps_of(branches: Branches) -> list[Step]:
@@ -61,51 +62,52 @@ def steps_of(branches: Branches) -> list[Step]:
 
 
 def placed(steps: Sequence[Step], poses: Iterable[Array],
-           covariances: Sequence[Array | None]) -> tuple[Array, list[Error]]:
+           covariances: Sequence[Array | None]) -> tuple[Array, Errors | None]:
     """
     Return ``target_T_source`` (N, 7), and the errors of those edges that have one.
 
-    :param poses: ``parent_T_child`` of each edge, (N, 7) or (1, 7).
+    :param poses: ``parent_T_child`` of each edge, (N, 7), or (1, 7) for all stamps.
     :param covariances: of each edge, (N, 6, 6), or None.
     """
-    errors = []
+    ends: list[tuple[Array, Array]] = []
     here = np.array([se3.IDENTITY])
-    for step, pose, covariance in zip(steps, poses, covariances, strict=True):
+    for step, pose in zip(steps, poses, strict=True):
         before = here
         here = se3.compose_many(*np.broadcast_arrays(
             before, se3.inverse_many(pose) if step.upwards else pose))
-        parent, child = (here, before) if step.upwards else (before, here)
-        if covariance is not None:
-            errors.append(Error(step, so3.as_matrix_many(parent[:, 3:]), child[:, :3], covariance))
-    return here, errors
+        ends.append((here, before) if step.upwards else (before, here))
+    known = [(step, covariance, *both) for step, covariance, both in zip(
+        steps, covariances, ends, strict=True) if covariance is not None]
+    if not known:
+        return here, None
+    edges, each, parents, children = zip(*known, strict=True)
+    return here, Errors(
+        list(edges), so3.as_matrix_many(_stacked(parents, len(here))[..., 3:]),
+        _stacked(children, len(here))[..., :3], np.stack(each))
 
 
-def total(errors: Sequence[Error], points: Array) -> Array:
+def _stacked(poses: Sequence[Array], count: int) -> Array:
+    """Return poses, (N, 7) or (1, 7) each, as one array (E, N, 7)."""
+    return np.stack([np.broadcast_to(pose, (count, 7)) for pose in poses])
+
+
+def total(errors: Errors | None, points: Array) -> Array:
     """
     Return the covariances (N, 6, 6) of points (N, 3) behind independent errors.
 
     Each is the sum of the shares, or where angles are large, what draws say.
     """
-    if not errors:
+    if errors is None:
         return np.zeros((len(points), 6, 6))
-    covariances = np.zeros((len(points), 6, 6))
-    angles = np.zeros(len(points))
-    for error in errors:
-        covariances += error.share(points)
-        angles += np.einsum('...ii->...', error.covariance[:, 3:, 3:])
+    covariances = np.asarray(errors.shares(points).sum(axis=0))
+    angles = np.einsum('enii->n', errors.covariances[..., 3:, 3:])
     for number in np.flatnonzero(angles > _SMALL_ANGLES).tolist():
         covariances[number] = sampled(
-            [(_row(error.axes, number), _row(error.place, number),
-              _row(error.covariance, number), error.step.upwards) for error in errors],
-            points[number])
+            errors.axes[:, number], errors.places[:, number], errors.covariances[:, number],
+            [step.upwards for step in errors.steps], points[number])
     return covariances
 
 
-def total_at(errors: Sequence[Error], pose: PoseTuple) -> Array:
+def total_at(errors: Errors | None, pose: PoseTuple) -> Array:
     """Return the covariance (6, 6) of one pose behind independent errors."""
     return np.asarray(total(errors, np.array([pose[:3]]))[0])
-
-
-def _row(array: Array, number: int) -> Array:
-    """Return the row of a number; one row may stand for all."""
-    return np.asarray(array[number if len(array) > 1 else 0])

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .prediction import checked_horizon, is_beyond, predicted, Prediction
-from .propagation import Error, total_at
+from .propagation import Errors, total_at
 from .tree import Tree
 from .uncertain import covariances_at, errors_at, Share, shares, Uncertain
 from ..arrivals.observers import asked, halves, NOBODY, Observers
@@ -390,7 +390,7 @@ class Queries:
         return Uncertain(found, pose, total_at(errors, pose))
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: int,
-                   independent: bool) -> tuple[int, PoseTuple, list[Error]]:
+                   independent: bool) -> tuple[int, PoseTuple, Errors | None]:
         stamp = self._stamp_of(stamp)
         with self._lock:
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)

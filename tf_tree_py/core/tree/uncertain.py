@@ -10,15 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .propagation import Error, placed, Step, steps_of, total
+from .propagation import Errors, placed, Step, steps_of, total
 from .tree import Tree
+from ..geometry.covariances import between
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import LATEST
 from ..times import Stamps
 
 # Stamps that are handled at once: a covariance takes 288 bytes, and there are several of each.
-_BLOCK = 8192
+_BLOCK = 2048
 
 
 class Share(NamedTuple):
@@ -46,14 +47,16 @@ class Uncertain(NamedTuple):
     covariance: Array
 
 
-def shares(errors: Sequence[Error], pose: PoseTuple) -> list[Share]:
+def shares(errors: Errors | None, pose: PoseTuple) -> list[Share]:
     """Return what each edge adds, the largest part of the position first."""
-    covariances = [error.share(np.array([pose[:3]]))[0] for error in errors]
-    whole = sum(covariances, np.zeros((6, 6)))
-    each = [Share(error.step.parent, error.step.history.child, covariance,
+    if errors is None:
+        return []
+    covariances = errors.shares(np.array([pose[:3]]))[:, 0]
+    whole = covariances.sum(axis=0)
+    each = [Share(step.parent, step.history.child, covariance,
                   _part(covariance[:3, :3], whole[:3, :3]),
                   _part(covariance[3:, 3:], whole[3:, 3:]))
-            for error, covariance in zip(errors, covariances, strict=True)]
+            for step, covariance in zip(errors.steps, covariances, strict=True)]
     return sorted(each, key=lambda share: (-share.position, -share.rotation))
 
 
@@ -62,7 +65,7 @@ def _part(one: Array, whole: Array) -> float:
 
 
 def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
-              independent: bool) -> list[Error]:
+              independent: bool) -> Errors | None:
     """
     Return the errors of the edges between two frames, from the target to the source.
 
@@ -71,7 +74,7 @@ def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
         moves.
     """
     if target == source or not tree.uncertainty:
-        return []
+        return None
     steps = steps_of(tree.ways.branches(
         target, source, None if newest and stamp == LATEST else stamp))
     covariances = covariances_of(tree, steps, np.array([stamp]), independent)
@@ -82,11 +85,17 @@ def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
 def covariances_of(tree: Tree, steps: Sequence[Step], stamps: Stamps,
                    independent: bool) -> list[Array | None]:
     """Return each edge's own covariances (N, 6, 6) at stamps; None of those without."""
-    covariances: list[Array | None] = []
-    for parent, history, _ in steps:
-        known = tree.uncertainty.get(history.child)
-        covariances.append(known.at(stamps, history, independent)
-                           if known is not None and known.parent == parent else None)
+    covariances: list[Array | None] = [None] * len(steps)
+    found = [(number, known.around(stamps, history))
+             for number, (parent, history, _) in enumerate(steps)
+             if (known := tree.uncertainty.get(history.child)) and known.parent == parent]
+    if found:
+        # All edges at once: numpy takes as long for one.
+        before, after, ratio, turn = (
+            np.stack(part) for part in zip(*(around for _, around in found), strict=True))
+        each = between(before, after, ratio, turn, independent)
+        for (number, _), covariance in zip(found, each, strict=True):
+            covariances[number] = covariance
     return covariances
 
 
