@@ -43,6 +43,7 @@ def spoilt(row, column, value):
 @pytest.mark.parametrize(('given', 'sentence'), [
     (np.ones(6), r'not \(6,\); np.diag makes one'),
     (np.eye(5), r'not \(5, 5\)'),
+    (1j * np.eye(6), r'is \(6, 6\) numbers'),
     ('much', r'is \(6, 6\) numbers'),
     ([[1.0], [2.0, 3.0]], r'is \(6, 6\) numbers'),
     (spoilt(0, 0, np.nan), 'not finite'),

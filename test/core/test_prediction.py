@@ -170,11 +170,9 @@ def test_edge_that_was_hung_elsewhere_is_judged_by_its_present_parent():
 
 def test_errors_are_told():
     buffer = driven(steady)
-    for horizon in (0, -5):
+    for horizon in (0, -5, 0.1, 'long', None):
         with pytest.raises(InvalidArgumentException, match='positive number of nanoseconds'):
             buffer.predict('odom', 'base', NOW, horizon)
-    with pytest.raises(InvalidArgumentException, match='integer nanoseconds'):
-        buffer.predict('odom', 'base', NOW, 0.1)
     with pytest.raises(LookupException, match='does not exist'):
         buffer.predict('odom', 'nobody', NOW + 1, SECOND)
     buffer.insert('moon', 'rover', 1, Pose())

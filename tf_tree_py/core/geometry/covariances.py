@@ -47,6 +47,8 @@ def checked_covariance(given: Any) -> Array:
         positive semidefinite.
     """
     try:
+        if np.iscomplexobj(given):
+            raise TypeError
         matrix = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         raise InvalidArgumentException(

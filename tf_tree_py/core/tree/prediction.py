@@ -8,15 +8,17 @@ against what came. So there is nothing to tune, and the covariance grows with th
 in time because those errors do.
 """
 
+import operator
 from typing import NamedTuple
 
 import numpy as np
 
 from .propagation import placed, Step, steps_of, total
 from .tree import Tree
-from .uncertain import covariances_of
+from .uncertain import around_of, covariances_of
 from ..edges.aided import gyro_until, turn_of
 from ..edges.protocol import History, moves, MovingHistory
+from ..edges.uncertainty import Around
 from ..errors import ExtrapolationException, InvalidArgumentException
 from ..geometry import se3, so3
 from ..geometry.covariances import carried
@@ -24,7 +26,6 @@ from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple, Twist
 from ..geometry.so3 import Array
 from ..stamp import format_span, from_seconds, LATEST
-from ..times import checked_stamp
 
 # The twist is the mean one of this time before the newest sample.
 _TWIST_OVER = from_seconds(0.1)
@@ -49,12 +50,28 @@ class Prediction(NamedTuple):
     beyond: int
 
 
-def is_beyond(tree: Tree, target: str, source: str, stamp: int) -> bool:
-    """Return whether an edge between two frames has no data as new as a stamp."""
+class Known(NamedTuple):
+    """
+    The edges between two frames, one of which has no data as new as a stamp.
+
+    :ivar steps: with histories of their own, so that no lock is needed.
+    :ivar around: of each edge, its covariances; None of those that are certain.
+    """
+
+    steps: list[Step]
+    around: list[Around | None]
+
+
+def known_beyond(tree: Tree, target: str, source: str, stamp: int) -> Known | None:
+    """Return what a prediction takes; None where the data reaches the stamp."""
     if stamp == LATEST or target == source:
-        return False
+        return None
     newest = tree.ways.newest_path(target, source).latest_common_time()
-    return newest != LATEST and stamp > newest
+    if newest == LATEST or stamp <= newest:
+        return None
+    steps = steps_of(tree.ways.branches(target, source, None))
+    return Known([step._replace(history=step.history.copy()) for step in steps],
+                 around_of(tree, steps, np.array([stamp])))
 
 
 def checked_horizon(horizon: int) -> int:
@@ -63,19 +80,21 @@ def checked_horizon(horizon: int) -> int:
 
     :raises InvalidArgumentException: no positive integer.
     """
-    checked = checked_stamp(horizon)
+    try:
+        checked = operator.index(horizon)
+    except TypeError:
+        checked = 0
     if checked > 0:
         return checked
     raise InvalidArgumentException(
-        f'Invalid argument horizon {checked}: it is a positive number of nanoseconds')
+        f'Invalid argument horizon {horizon!r}: it is a positive number of nanoseconds')
 
 
-def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int) -> Prediction:
+def predicted(known: Known, stamp: int, horizon: int) -> Prediction:
     """Return a pose beyond the newest data of at least one edge; see ``Queries.predict``."""
-    steps = steps_of(tree.ways.branches(target, source, None))
-    own = covariances_of(tree, steps, np.array([stamp]), False)
+    own = covariances_of(known.around, False)
     poses, covariances, beyond = [], [], 0
-    for step, covariance in zip(steps, own, strict=True):
+    for step, covariance in zip(known.steps, own, strict=True):
         ahead = _ahead(step.history, stamp, horizon)
         if ahead:
             beyond = max(beyond, ahead)
@@ -84,7 +103,7 @@ def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int) ->
             pose = step.history.sample(stamp)
         poses.append(np.array([pose]))
         covariances.append(covariance)
-    there, errors = placed(steps, poses, covariances)
+    there, errors = placed(known.steps, poses, covariances)
     x, y, z, qx, qy, qz, qw = there[0].tolist()
     return Prediction(Pose(x, y, z, qx, qy, qz, qw), total(errors, there[:, :3])[0],
                       stamp, beyond)

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
-from .prediction import checked_horizon, is_beyond, predicted, Prediction
+from .prediction import checked_horizon, known_beyond, predicted, Prediction
 from .propagation import Errors, total_at
 from .tree import Tree
-from .uncertain import covariances_at, errors_at, Share, shares, Uncertain
+from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
 from ..arrivals.observers import asked, halves, NOBODY, Observers
 from ..edges.protocol import History
 from ..errors import (
@@ -394,8 +394,9 @@ class Queries:
         stamp = self._stamp_of(stamp)
         with self._lock:
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
-            return found, pose, errors_at(
-                self._tree, target_frame, source_frame, found, stamp == LATEST, independent)
+            gathered = gathered_at(
+                self._tree, target_frame, source_frame, found, stamp == LATEST)
+        return found, pose, gathered.errors(independent)
 
     def lookup_budget(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
                       independent: bool = False) -> list[Share]:
@@ -455,9 +456,11 @@ class Queries:
             return self.observers.watch(
                 [asked(target_frame, source_frame, stamp)],
                 self.predict, target_frame, source_frame, stamp, horizon)
-        with self._lock, _Naming(target_frame, source_frame):
-            if is_beyond(self._tree, target_frame, source_frame, stamp):
-                return predicted(self._tree, target_frame, source_frame, stamp, horizon)
+        with _Naming(target_frame, source_frame):
+            with self._lock:
+                known = known_beyond(self._tree, target_frame, source_frame, stamp)
+            if known is not None:
+                return predicted(known, stamp, horizon)
             found = self._lookup_uncertain(target_frame, source_frame, stamp, False)
         return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
 

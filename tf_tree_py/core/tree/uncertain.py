@@ -12,6 +12,7 @@ import numpy as np
 
 from .propagation import Errors, placed, Step, steps_of, total
 from .tree import Tree
+from ..edges.uncertainty import Around
 from ..geometry.covariances import between
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
@@ -64,35 +65,55 @@ def _part(one: Array, whole: Array) -> float:
     return float(np.trace(one) / np.trace(whole)) if np.trace(whole) > 0.0 else 0.0
 
 
-def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
-              independent: bool) -> Errors | None:
+class Gathered(NamedTuple):
     """
-    Return the errors of the edges between two frames, from the target to the source.
+    What a tree knows of the edges between two frames, for some stamps.
 
-    :param stamp: there is an answer for it.
+    Copied under the lock; what follows from it is computed without.
+
+    :ivar poses: of each edge, ``parent_T_child`` (N, 7), or (1, 7) for all stamps.
+    :ivar around: of each edge, its covariances; None of those that are certain.
+    """
+
+    steps: list[Step]
+    poses: list[Array]
+    around: list[Around | None]
+
+    def errors(self, independent: bool) -> Errors | None:
+        """Return what may be wrong about these edges; None if they are all certain."""
+        return placed(self.steps, self.poses, covariances_of(self.around, independent))[1]
+
+
+def gathered_at(tree: Tree, target: str, source: str, stamp: int, newest: bool) -> Gathered:
+    """
+    Return what is known of the edges between two frames at a stamp that has an answer.
+
     :param newest: whether it is what ``LATEST`` came to, which is no time where nothing
         moves.
     """
     if target == source or not tree.uncertainty:
-        return None
+        return Gathered([], [], [])
     steps = steps_of(tree.ways.branches(
         target, source, None if newest and stamp == LATEST else stamp))
-    covariances = covariances_of(tree, steps, np.array([stamp]), independent)
-    poses = (np.array([step.history.sample(stamp)]) for step in steps)
-    return placed(steps, poses, covariances)[1]
+    poses = [np.array([step.history.sample(stamp)]) for step in steps]
+    return Gathered(steps, poses, around_of(tree, steps, np.array([stamp])))
 
 
-def covariances_of(tree: Tree, steps: Sequence[Step], stamps: Stamps,
-                   independent: bool) -> list[Array | None]:
-    """Return each edge's own covariances (N, 6, 6) at stamps; None of those without."""
-    covariances: list[Array | None] = [None] * len(steps)
-    found = [(number, known.around(stamps, history))
-             for number, (parent, history, _) in enumerate(steps)
-             if (known := tree.uncertainty.get(history.child)) and known.parent == parent]
+def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:
+    """Return each edge's own covariances around stamps; None of those without."""
+    return [known.around(stamps, history)
+            if (known := tree.uncertainty.get(history.child)) and known.parent == parent else None
+            for parent, history, _ in steps]
+
+
+def covariances_of(around: Sequence[Around | None], independent: bool) -> list[Array | None]:
+    """Return the covariances (N, 6, 6) of edges, interpolated; None of those without."""
+    covariances: list[Array | None] = [None] * len(around)
+    found = [(number, one) for number, one in enumerate(around) if one is not None]
     if found:
         # All edges at once: numpy takes as long for one.
         before, after, ratio, turn = (
-            np.stack(part) for part in zip(*(around for _, around in found), strict=True))
+            np.stack(part) for part in zip(*(one for _, one in found), strict=True))
         each = between(before, after, ratio, turn, independent)
         for (number, _), covariance in zip(found, each, strict=True):
             covariances[number] = covariance
@@ -113,7 +134,7 @@ def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: 
     points = poses[:, :3]
     if tree.ways.was_rehung:
         return _stacked([
-            total(errors_at(tree, target, source, stamp, False, independent), point[None])
+            total(gathered_at(tree, target, source, stamp, False).errors(independent), point[None])
             for stamp, point in zip(stamps.tolist(), points, strict=True)])
     steps = steps_of(tree.ways.branches(target, source, None))
     blocks = [slice(begin, begin + _BLOCK) for begin in range(0, len(stamps), _BLOCK)]
@@ -124,9 +145,9 @@ def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: 
 def _total_at(tree: Tree, steps: Sequence[Step], stamps: Stamps, points: Array,
               independent: bool) -> Array:
     ends = int(stamps.min()), int(stamps.max())
-    covariances = covariances_of(tree, steps, stamps, independent)
-    poses = (step.history.track(*ends).at(stamps).T for step in steps)
-    return total(placed(steps, poses, covariances)[1], points)
+    poses = [step.history.track(*ends).at(stamps).T for step in steps]
+    around = around_of(tree, steps, stamps)
+    return total(Gathered(list(steps), poses, around).errors(independent), points)
 
 
 def _stacked(covariances: Sequence[Array]) -> Array:
