@@ -1,12 +1,23 @@
 """Covariances and gyroscopes over real DDS, and what the buffer makes of them in messages."""
 
+import gc
 import re
+import threading
 
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-from ros_helpers import at, lasting, LATEST, PATIENCE, transform, until, until_waiting
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    transform,
+    until,
+    until_waiting,
+)
 from sensor_msgs.msg import Imu
 from tf_tree_py import (
     Buffer,
@@ -223,6 +234,32 @@ def test_gyroscope_of_which_nobody_knows_where_it_is_mounted_is_told(buffer, nod
     with GyroListener(buffer, node, 'base'):
         send(talker, Imu(header=transform('loose', '', 1.0).header), '/imu')
         until(lambda: 'A message of the gyroscope is lost: "loose" passed to' in log())
+
+
+@pytest.mark.parametrize('make', [CovarianceListener, lambda *both: GyroListener(*both, 'base')])
+def test_listener_ends_when_it_is_let_go_or_closed(make, buffer, node):
+    def threads():
+        return [thread for thread in threading.enumerate() if thread.name.endswith(' receiver')]
+
+    listener = make(buffer, node)
+    (thread,) = threads()
+    del listener
+    gc.collect()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+    listener = make(buffer, node)
+    listener.close()
+    listener.close()
+    assert not threads()
+
+
+def test_topics_are_those_of_the_node(buffer, make_node, talker):
+    node = make_node('robot', namespace='/robot1', use_global_arguments=False,
+                     cli_args=['--ros-args', '-r', 'odometry:=wheels'])
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(Odometry, 'odometry')
+        send(talker, odometry(), '/robot1/wheels')
+        until(lambda: covariance_of(buffer, 'odom', 'base').any())
 
 
 def test_times_of_ros_are_stamps_everywhere(buffer):
