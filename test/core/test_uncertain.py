@@ -10,7 +10,13 @@ from tf_tree_py.core.errors import InvalidArgumentException, LookupException
 from tf_tree_py.core.geometry.covariances import carried, composed
 from tf_tree_py.core.geometry.so3 import as_matrix
 from tf_tree_py.core.tree.tree import Tree
-from uncertain_trees import assert_explained, random_covariance, RandomTree
+from uncertain_trees import (
+    assert_explained,
+    drawn_poses,
+    errors_of,
+    random_covariance,
+    RandomTree,
+)
 
 SECOND = 1_000_000_000
 
@@ -155,6 +161,27 @@ def test_between_two_samples_it_is_blended_or_averaged():
     np.testing.assert_allclose(apart, np.eye(6) * 0.5e-6, rtol=1e-12)
     at_its_end = buffer.lookup_uncertain('odom', 'base', 100, independent=True)[1]
     np.testing.assert_allclose(at_its_end, np.eye(6) * 1e-6, rtol=1e-12)
+
+
+@pytest.mark.parametrize('pose_between', [False, True])
+def test_turn_between_two_samples_counts_if_it_is_one_turn(pose_between):
+    """With a pose between them, the two covariances no longer say where their errors went."""
+    rng = np.random.default_rng(7)
+    ends = [Pose(), Pose.from_rotation_vector((0.8, -0.6, 0.9), (1.0, 0.0, 0.0))]
+    covariances = [random_covariance(rng, 0.01, 0.005) for _ in ends]
+    buffer = BufferCore()
+    for stamp, pose, covariance in zip((0, 100), ends, covariances, strict=True):
+        buffer.insert('odom', 'base', stamp, pose, covariance=covariance)
+    if pose_between:
+        buffer.insert('odom', 'base', 50, Pose(y=3.0))
+        expected = 0.6 * covariances[0] + 0.4 * covariances[1]
+        np.testing.assert_allclose(buffer.lookup_uncertain('odom', 'base', 40)[1], expected)
+        return
+    drawn = [drawn_poses(rng, pose, covariance)
+             for pose, covariance in zip(ends, covariances, strict=True)]
+    found, covariance = buffer.lookup_uncertain('odom', 'base', 40, independent=True)
+    assert_explained(covariance, errors_of(
+        se3.interpolate_many(*drawn, np.full(len(drawn[0]), 0.4)), found))
 
 
 def test_covariance_holds_before_the_first_and_until_another_comes():
