@@ -23,6 +23,7 @@ from .groups import (
     lookups,
     many,
     memory,
+    uncertain,
     waiting,
 )
 from .peers.finding import Contestants
@@ -39,6 +40,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'tree': lookups.whole_tree,
     'many': many.many,
     'continuous': continuous.continuous,
+    'uncertain': uncertain.uncertain,
     'listener': listening.listening,
     'joints': joints.joints,
     'wait': waiting.waiting,

@@ -60,6 +60,8 @@ if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
     from tf_tree_py.ros.remote.buffer_client import BufferClient
     from tf_tree_py.ros.remote.buffer_server import BufferServer
     from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+    from tf_tree_py.ros.topics.covariances import CovarianceListener
+    from tf_tree_py.ros.topics.gyro import GyroListener
     from tf_tree_py.ros.topics.listener import TransformListener
 
 # Which module of the ROS layer has the name.
@@ -73,8 +75,10 @@ _ROS_NAMES = {
     'BufferServer': 'remote.buffer_server',
     'convert': 'messages.registry',
     'ConvertRegistration': 'messages.registry',
+    'CovarianceListener': 'topics.covariances',
     'deskew_cloud': 'messages.deskew_cloud',
     'Drop': 'filtering.message_filter',
+    'GyroListener': 'topics.gyro',
     'MessageFilter': 'filtering.message_filter',
     'NotImplementedException': 'messages.registry',
     'Stamped': 'messages.registry',
@@ -100,6 +104,7 @@ __all__ = [
     'ConnectivityException',
     'convert',
     'ConvertRegistration',
+    'CovarianceListener',
     'deskew',
     'deskew_cloud',
     'Drop',
@@ -107,6 +112,7 @@ __all__ = [
     'ExtrapolationException',
     'from_seconds',
     'FutureExtrapolationException',
+    'GyroListener',
     'Incident',
     'InvalidArgumentException',
     'LATEST',

@@ -9,6 +9,7 @@ import pytest
 from strategies import assert_same_pose
 from tf_tree_py import core
 from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline
+from tf_tree_py.core.edges.aided import AidedHistory
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.edges.spline_history import SplineHistory
@@ -62,17 +63,25 @@ class EasedHistory(DynamicHistory):
         return EasedTrack(*self.copy_between(first, last))
 
 
+def aided_by_a_gyroscope():
+    """Return a history whose child turned to and fro between its poses."""
+    history = AidedHistory('child', WINDOW)
+    stamps = np.arange(10, 50)
+    history.gyro.extend(stamps, 1e8 * np.stack([np.sin(stamps), 0 * stamps, 0.1 + 0 * stamps], 1))
+    return history
+
+
 def static():
     return StaticHistory('child', 'parent', pose_number(0))
 
 
 MOVING = (DynamicHistory, HeldHistory, EasedHistory)
 BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING),
-              lambda: SplineHistory('child', None, None))
+              aided_by_a_gyroscope, lambda: SplineHistory('child', None, None))
 
 
 every_kind = pytest.mark.parametrize(
-    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'spline'])
+    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'spline'])
 
 
 def history_of(begin, stamps, parents=('parent',)):
@@ -282,7 +291,7 @@ def test_snapshot_keeps_the_kinds():
 
 def test_tree_asks_for_no_kind():
     """What the tree knows of an edge it asks the edge: so a new kind needs no change there."""
-    kinds = {'StaticHistory', 'SplineHistory', *(kind.__name__ for kind in MOVING)}
+    kinds = {'StaticHistory', 'AidedHistory', 'SplineHistory', *(kind.__name__ for kind in MOVING)}
     asked = [(path.name, ast.unparse(node))
              for path in (Path(core.__file__).parent / 'tree').glob('*.py')
              for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)

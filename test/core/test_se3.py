@@ -278,6 +278,7 @@ ARGUMENTS = {
     (so3, 'multiply'): 'qq',
     (so3, 'conjugate'): 'q',
     (so3, 'rotate'): 'qv',
+    (so3, 'with_tf2_sign'): 'q',
     (so3, 'slerp_weights'): 'cr',
     (so3, 'slerp'): 'qqr',
     (so3, 'exp'): 'w',

@@ -34,23 +34,24 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 screws pose poses se2 spline spline_fit',
-        'edges: track protocol packed static discrete spline_samples spline spline_track '
-        'spline_history spline_fitter',
+        'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
+        'edges: track protocol packed static discrete aided uncertainty spline_samples spline '
+        'spline_track spline_history spline_fitter',
         'arrivals: incidents observers sample track frame_names wire stencil future_guard '
         'jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree outline queries',
+        'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
+        'outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
     ),
     'ros': rooms(
-        'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
-        'point_times deskew_cloud do_transform registry',
+        'messages: fast_messages convert times covariance geometry uncertain point_cloud '
+        'laser_scan arrays point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
-        'topics: qos authority rivals broadcaster listener',
+        'topics: qos authority rivals broadcaster listener side_topics covariances gyro',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',

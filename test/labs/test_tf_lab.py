@@ -13,7 +13,8 @@ from tf_tree_py.labs.report import Column, Report, Table
 from tf_tree_py.labs.tf_lab import main
 
 ALL = ['order', 'direction', 'planar', 'latency', 'interpolation', 'warehouse', 'startup',
-       'static-spam', 'cycle', 'remount', 'one-edge', 'continuous']
+       'static-spam', 'cycle', 'remount', 'one-edge', 'uncertainty', 'continuous', 'gyro',
+       'prediction']
 
 
 @pytest.fixture

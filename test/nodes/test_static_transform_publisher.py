@@ -2,9 +2,13 @@
 
 import math
 from pathlib import Path
+import time
 
+import numpy as np
 from programs import PATIENCE_S
 import pytest
+from rclpy.node import Node
+from tf_tree_py import CovarianceListener
 from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.nodes import static_transform_publisher
 from tf_tree_py.nodes.running import spun_in_background
@@ -54,7 +58,7 @@ def test_ros_arguments_may_stand_among_them(published):
 ])
 def test_old_forms_still_work(published, arguments, pose):
     transforms, old_form = published(*arguments, '/map', 'odom')
-    assert transforms == [('map', 'odom', pytest.approx(pose))]
+    assert transforms == [('map', 'odom', pytest.approx(pose), None)]
     assert old_form
 
 
@@ -90,9 +94,27 @@ def test_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentence):
 def test_all_of_a_file_arrives_also_late(context, buffer):
     transforms = from_yaml(str(EXAMPLE))
     with spun_in_background(StaticTransformPublisher(transforms, context=context)):
-        for parent, child, pose in transforms:
+        for parent, child, pose, _ in transforms:
             assert buffer.lookup_within(PATIENCE_S, parent, child) == pytest.approx(pose)
     assert all(edge.static for edge in buffer.edges())
+
+
+def test_covariances_of_a_file_arrive_also_late(context, buffer):
+    transforms = from_yaml(str(EXAMPLE))
+    known = [one for one in transforms if one.covariance is not None]
+    assert known
+    node = Node('asking', context=context)
+    with (spun_in_background(StaticTransformPublisher(transforms, context=context)),
+            CovarianceListener(buffer, node)):
+        for parent, child, _, covariance in known:
+            buffer.lookup_within(PATIENCE_S, parent, child)
+            end = time.monotonic() + PATIENCE_S
+            while not any(buffer.lookup_uncertain(parent, child).pose.covariance):
+                assert time.monotonic() < end
+                time.sleep(0.002)
+            found = np.array(buffer.lookup_uncertain(parent, child).pose.covariance)
+            assert found == pytest.approx(covariance.ravel())
+    node.destroy_node()
 
 
 def test_process_publishes_until_ctrl_c(start, buffer):

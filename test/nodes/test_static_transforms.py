@@ -32,6 +32,15 @@ def test_angles_are_about_the_fixed_axes_roll_first():
     assert pose.as_rpy() == pytest.approx((0.1, 0.2, 0.3))
 
 
+def test_covariance_is_six_variances_or_a_matrix():
+    assert from_words(FRAMES).covariance is None
+    six = [1e-4, 2e-4, 3e-4, 0, '1e-6', 0.0]
+    covariance = from_words({**FRAMES, 'covariance': six}).covariance
+    assert covariance.diagonal().tolist() == [1e-4, 2e-4, 3e-4, 0.0, 1e-6, 0.0]
+    whole = covariance.ravel().tolist()
+    assert from_words({**FRAMES, 'covariance': whole}).covariance.ravel().tolist() == whole
+
+
 def test_leading_slash_is_stripped_as_listeners_do():
     assert from_words({'frame_id': '/map', 'child_frame_id': '/odom'})[:2] == ('map', 'odom')
 
@@ -49,6 +58,11 @@ def test_leading_slash_is_stripped_as_listeners_do():
     ({'qw': 0.0}, 'all zero'),
     ({'qx': 0.0, 'roll': 0.0}, 'not both'),
     ({'roll_deg': 5.0}, "'roll_deg' is not known: there are frame_id,"),
+    ({'covariance': 0.01}, 'the covariance is 0.01: it is a list of six variances'),
+    ({'covariance': [0.01] * 5}, 'list of six variances'),
+    ({'covariance': ['wide'] * 6}, "a number of the covariance is 'wide'"),
+    ({'covariance': [-1.0] * 6}, 'variance of x is -1'),
+    ({'covariance': [0.0] + [1.0] * 35}, 'not positive semidefinite'),
 ])
 def test_words_that_cannot_be_are_refused(words, message):
     with pytest.raises(BadInput, match=message):
@@ -56,8 +70,8 @@ def test_words_that_cannot_be_are_refused(words, message):
 
 
 def test_example_file_is_read():
-    transforms = {child: (parent, pose) for parent, child, pose in from_yaml(str(EXAMPLE))}
-    assert transforms.keys() == {'camera', 'camera_optical', 'lidar'}
+    transforms = {child: (parent, pose) for parent, child, pose, _ in from_yaml(str(EXAMPLE))}
+    assert transforms.keys() == {'camera', 'camera_optical', 'lidar', 'thermal_camera'}
     parent, pose = transforms['camera_optical']
     assert parent == 'camera'
     # The optical axis is the camera's x axis, and the right of the image its right.

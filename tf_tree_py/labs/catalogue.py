@@ -9,20 +9,23 @@ from . import (
     continuous,
     cycle,
     direction,
+    gyro,
     interpolation,
     latency,
     one_edge,
     order,
     planar,
+    prediction,
     remount,
     startup,
     static_spam,
+    uncertainty,
     warehouse,
 )
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount, one_edge, continuous)
+           cycle, remount, one_edge, uncertainty, continuous, gyro, prediction)
 _LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
 
 

@@ -7,11 +7,14 @@ import sys
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Header
 from tf_tree_py.ros.messages.convert import transform_message
+from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
+from tf_tree_py.ros.topics.qos import static_covariance_qos, STATIC_COVARIANCE_TOPIC
 
 from .bad_input import BadInput, number
 from .parameters import declare
@@ -45,7 +48,11 @@ Such a file has a line for each transform, with the same words:
 
   transforms:
     - {frame_id: base_link, child_frame_id: camera, x: 0.25, z: 0.5, pitch: 0.26}
-    - {frame_id: base_link, child_frame_id: lidar, z: 0.7, qz: 0.6, qw: 0.8}
+    - {frame_id: base_link, child_frame_id: lidar, z: 0.7, qz: 0.6, qw: 0.8,
+       covariance: [1e-6, 1e-6, 1e-6, 3e-4, 3e-4, 3e-4]}
+
+A covariance is six variances, of x, y, z and rotation about x, y, z, in metres^2 and
+radians^2 (or all 36 numbers); a CovarianceListener takes them from /tf_static_covariance.
 
 The old forms of tf2 still work, and warn: X Y Z YAW PITCH ROLL PARENT CHILD (mind the
 order of the angles), and X Y Z QX QY QZ QW PARENT CHILD."""
@@ -76,9 +83,23 @@ class StaticTransformPublisher(Node):
         self._broadcaster.sendTransform([
             TransformStamped(header=Header(stamp=now, frame_id=parent), child_frame_id=child,
                              transform=transform_message(pose))
-            for parent, child, pose in transforms])
+            for parent, child, pose, _ in transforms])
+        self._publish_covariances(now, [one for one in transforms if one.covariance is not None])
         self.get_logger().info('Spinning until stopped - publishing\n'
                                + '\n'.join(map(str, transforms)))
+
+    def _publish_covariances(self, now: Any, transforms: Sequence[StaticTransform]) -> None:
+        """Tell how far transforms may be off, to whoever listens; a TFMessage has no place."""
+        if not transforms:
+            return
+        self._covariances = self.create_publisher(
+            Odometry, STATIC_COVARIANCE_TOPIC, static_covariance_qos(len(transforms)))
+        for parent, child, pose, covariance in transforms:
+            assert covariance is not None
+            stamped = pose_with_covariance_stamped(parent, 0, pose, covariance)
+            self._covariances.publish(Odometry(
+                header=Header(stamp=now, frame_id=parent), child_frame_id=child,
+                pose=stamped.pose))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

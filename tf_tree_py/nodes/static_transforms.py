@@ -8,7 +8,10 @@ from collections.abc import Iterable, Mapping
 import math
 from typing import Any, NamedTuple
 
-from tf_tree_py.core import BufferCore, LATEST, Pose
+import numpy as np
+from tf_tree_py.core import BufferCore, InvalidArgumentException, LATEST, Pose
+from tf_tree_py.core.geometry.covariances import checked_covariance
+from tf_tree_py.core.geometry.so3 import Array
 
 from .bad_input import BadInput
 
@@ -16,17 +19,23 @@ FRAMES = ('frame_id', 'child_frame_id')
 TRANSLATION = ('x', 'y', 'z')
 QUATERNION = ('qx', 'qy', 'qz', 'qw')
 ANGLES = ('roll', 'pitch', 'yaw')
-WORDS = (*FRAMES, *TRANSLATION, *QUATERNION, *ANGLES)
+COVARIANCE = 'covariance'
+WORDS = (*FRAMES, *TRANSLATION, *QUATERNION, *ANGLES, COVARIANCE)
 
 _IN_FILE = 'transforms'
 
 
 class StaticTransform(NamedTuple):
-    """``parent_T_child``, valid at all times."""
+    """
+    ``parent_T_child``, valid at all times.
+
+    :ivar covariance: (6, 6), how far it may be off; None where nobody says.
+    """
 
     parent: str
     child: str
     pose: Pose
+    covariance: Array | None = None
 
     def __str__(self) -> str:
         return f'{self.parent} -> {self.child}: {self.pose}'
@@ -48,16 +57,18 @@ def from_words(words: Mapping[str, Any]) -> StaticTransform:
     parent, child = (_frame(word, words.get(word)) for word in FRAMES)
     if parent == child:
         raise BadInput(f'the frame id and the child frame id are both {parent!r}')
+    covariance = _covariance(words.get(COVARIANCE))
     translation = [_number(word, words.get(word, 0.0)) for word in TRANSLATION]
     angles = [_number(word, words.get(word, 0.0)) for word in ANGLES]
     quaternion = [_number(word, words.get(word, float(word == 'qw'))) for word in QUATERNION]
     if not words.keys() & set(ANGLES):
         if not any(quaternion):
             raise BadInput('the quaternion is all zero; for no rotation give 0 0 0 1')
-        return StaticTransform(parent, child, Pose.from_parts(translation, quaternion))
+        return StaticTransform(parent, child, Pose.from_parts(translation, quaternion),
+                               covariance)
     if words.keys() & set(QUATERNION):
         raise BadInput('a rotation is either qx qy qz qw or roll pitch yaw, not both')
-    return StaticTransform(parent, child, Pose.from_xyz_rpy(*translation, *angles))
+    return StaticTransform(parent, child, Pose.from_xyz_rpy(*translation, *angles), covariance)
 
 
 def _frame(word: str, value: object) -> str:
@@ -82,6 +93,19 @@ def _number(word: str, value: object) -> float:
     if not math.isfinite(number):
         raise BadInput(f'{word} is {value!r}, which is no finite number')
     return number
+
+
+def _covariance(value: object) -> Array | None:
+    if value is None:
+        return None
+    if not isinstance(value, list) or len(value) not in (6, 36):
+        raise BadInput(f'the covariance is {value!r:.60}: it is a list of six variances, or of 36 '
+                       'numbers')
+    numbers = np.array([_number('a number of the covariance', number) for number in value])
+    try:
+        return checked_covariance(np.diag(numbers) if len(numbers) == 6 else numbers)
+    except InvalidArgumentException as error:
+        raise BadInput(str(error)) from error
 
 
 def from_yaml(path: str) -> list[StaticTransform]:
@@ -127,7 +151,7 @@ def _consistent(transforms: Iterable[StaticTransform], path: str) -> list[Static
     tree = BufferCore()
     taken: dict[str, StaticTransform] = {}
     for transform in transforms:
-        parent, child, pose = transform
+        parent, child, pose, _ = transform
         if child in taken:
             raise BadInput(f'{path}: {child!r} is there twice, under {taken[child].parent!r} and '
                            f'under {parent!r}; a frame has one parent')

@@ -27,6 +27,7 @@ class Kind(Enum):
     OLD_DATA = 'older than the buffer keeps'
     FAR_FUTURE = 'too far in the future'
     LOOP = 'would close a loop'
+    BAD_COVARIANCE = 'unusable covariance'
     TOO_MANY_FRAMES = 'too many frames'
     SECOND_PARENT = 'two publishers, two parents'
     TWO_PUBLISHERS = 'two publishers of one edge'

@@ -122,3 +122,21 @@ def checked_track(parent: str, child: str, stamps: Stamps, poses: Any) -> Track:
         raise InvalidArgumentException(
             f'stamps (N,) and poses (N, 7) are one for each, not {len(stamps)} and {len(array)}')
     return Track(parent.removeprefix('/'), child.removeprefix('/'), stamps, array)
+
+
+def checked_rates(given: Any, count: int) -> Array:
+    """
+    Return a caller's angular velocities as an array (N, 3).
+
+    :raises InvalidArgumentException: they are not that, or not finite.
+    """
+    try:
+        rates = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidArgumentException('angular velocities are (N, 3) numbers') from None
+    if rates.shape != (count, 3) and (count or rates.size):
+        raise InvalidArgumentException(
+            f'angular velocities are (N, 3), one for each of {count} stamps, not {rates.shape}')
+    if not np.isfinite(rates).all():
+        raise InvalidArgumentException('some angular velocities are not finite')
+    return rates.reshape(count, 3)

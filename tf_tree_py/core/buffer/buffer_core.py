@@ -9,6 +9,7 @@ from collections.abc import Callable, Hashable, Iterable
 from typing import Any, NoReturn, TypeVar
 import warnings
 
+import numpy as np
 import numpy.typing as npt
 
 from .deadline import Deadline, WallDeadline
@@ -19,9 +20,10 @@ from ..arrivals.incidents import Incident, RefusedException, Statistics, Transfo
 from ..arrivals.jump_back import JumpBack
 from ..arrivals.observers import asked, Observers
 from ..arrivals.sample import admitted, Batch, Sample
-from ..arrivals.track import checked_track
+from ..arrivals.track import checked_rates, checked_track
 from ..edges.spline import Spline
 from ..errors import InvalidArgumentException
+from ..geometry.covariances import checked_covariance
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
@@ -86,7 +88,8 @@ class BufferCore(Queries):
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple, *,
                authority: str = DEFAULT_AUTHORITY, static: bool = False,
-               strict: bool | None = None) -> list[Incident]:
+               strict: bool | None = None,
+               covariance: npt.ArrayLike | None = None) -> list[Incident]:
         """
         Take one transform.
 
@@ -96,13 +99,20 @@ class BufferCore(Queries):
         :param static: valid at all times.
         :param strict: True raises what is refused; None warns of it, once for each kind;
             False does neither, for programs that look at what is returned.
+        :param covariance: (6, 6) of x, y, z and rotation about x, y, z, metres^2 and
+            radians^2, as ``PoseWithCovariance`` has it: t' = t + dt in the parent's axes,
+            R' = Exp(dr) R about the parent's fixed axes through the child's origin. None:
+            nothing is said of it, and the one before it stands.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: what is no stamp, no pose, or a name that is no
-            string.
+        :raises InvalidArgumentException: what is no stamp, no pose, no covariance, or a name
+            that is no string.
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self._report(self.intake.take([sample], authority, static), strict)
+        if covariance is None:
+            return self._report(self.intake.take([sample], authority, static), strict)
+        return self._report(self.intake.take_uncertain(
+            sample, checked_covariance(covariance), authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False, *, strict: bool | None = None) -> list[Incident]:
@@ -162,6 +172,30 @@ class BufferCore(Queries):
                 raise InvalidArgumentException(f'{name} is the name of a frame, not {frame!r}')
         return self._report(self.intake.take_spline(
             parent.removeprefix('/'), child.removeprefix('/'), spline, authority), strict)
+
+    def aid(self, child: str, stamps: npt.ArrayLike, angular_velocities: npt.ArrayLike) -> int:
+        """
+        Take what a gyroscope says of an edge, for lookups between its poses.
+
+        From now on the rotation between two poses is the one that the gyroscope saw, and
+        closes exactly on both, where it has samples for all the time from one to the other;
+        elsewhere it is interpolated as before. Translations and the poses themselves stay.
+
+        :param child: the edge's child frame, whose poses may come later.
+        :param stamps: (N,) nanoseconds.
+        :param angular_velocities: (N, 3) radians a second, of the child as the parent sees
+            it, in the child's axes: what a gyroscope in the child measures where the parent
+            does not turn, such as odom.
+        :return: how many were taken: those that are newer than all before.
+        :raises InvalidArgumentException: shapes that do not fit, what is not finite or no
+            stamp, or an edge that does not move between its samples.
+        """
+        times = self._stamps_of(stamps)
+        if not isinstance(child, str) or not child.removeprefix('/'):
+            raise InvalidArgumentException(f'child is the name of a frame, not {child!r}')
+        rates = checked_rates(angular_velocities, len(times))
+        order = np.argsort(times, kind='stable')
+        return self.intake.take_rates(child.removeprefix('/'), times[order], rates[order])
 
     def _report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
         """Return what happened, having told a caller of it who may not look at that."""

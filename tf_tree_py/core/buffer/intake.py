@@ -18,7 +18,9 @@ from ..arrivals.sample import Batch, checked, Sample, sound_poses
 from ..arrivals.track import Judged, Track
 from ..edges.spline import Spline
 from ..errors import ClockJumpException
+from ..geometry.so3 import Array
 from ..stamp import LATEST
+from ..times import Stamps
 from ..tree.tree import Tree
 
 
@@ -49,8 +51,13 @@ class Intake:
 
     # --- taking
 
-    def take(self, samples: list[Sample], authority: str, static: bool) -> list[Incident]:
-        """Take samples under one lock."""
+    def take(self, samples: list[Sample], authority: str, static: bool,
+             insert: Callable[..., list[Incident]] | None = None) -> list[Incident]:
+        """
+        Take samples under one lock.
+
+        :param insert: what to do with those whose stamps are good; ``_each`` unless given.
+        """
         remarks: list[Incident] = []
         if samples and not static:
             stamps = [sample.stamp for sample in samples]
@@ -58,7 +65,28 @@ class Intake:
                     or max(stamps) > self._guard.limit):
                 samples, remarks = self._screen(samples, stamps, authority)
         return self._insert(remarks, lambda: [sample.child for sample in samples],
-                            self._each, samples, authority, static)
+                            insert or self._each, samples, authority, static)
+
+    def take_uncertain(self, sample: Sample, covariance: Array, authority: str,
+                       static: bool) -> list[Incident]:
+        """Take a sample and its covariance (6, 6) under one lock; neither if one is refused."""
+        def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
+            incidents = self._each(samples, authority, static)
+            if samples and not any(incident.refused for incident in incidents):
+                self._tree.set_covariance(*sample[:3], covariance)
+            return incidents
+
+        return self.take([sample], authority, static, insert)
+
+    def take_covariance(self, parent: str, child: str, stamp: int, covariance: Array) -> None:
+        """Take the covariance (6, 6) of an edge whose poses come another way."""
+        with self._lock:
+            self._tree.set_covariance(parent, child, stamp, covariance)
+
+    def take_rates(self, child: str, stamps: Stamps, rates: Array) -> int:
+        """Take angular velocities (N, 3) at stamps (N,), sorted; see ``BufferCore.aid``."""
+        with self._lock:
+            return self._tree.aid(child, stamps, rates)
 
     def take_batch(self, batch: Batch, authority: str, static: bool) -> list[Incident]:
         """Take a whole message under one lock."""

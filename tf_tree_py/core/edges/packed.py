@@ -23,6 +23,7 @@ unpack_pose = struct.Struct('=7d').unpack_from
 unpack_pair = struct.Struct('=14d').unpack_from
 
 _Kind = TypeVar('_Kind', bound='PackedSamples')
+_Twin = TypeVar('_Twin', bound='PackedSamples')
 
 # Expired samples are removed in blocks: for fewer than this, moving the rest costs too much.
 _MIN_BLOCK = 64
@@ -171,7 +172,10 @@ class PackedSamples:
 
     def copy(self: _Kind) -> _Kind:
         """Return a history of its own with the same samples."""
-        twin = type(self)(self.child, self.cache_time, self.authority)
+        return self.copied_into(type(self)(self.child, self.cache_time, self.authority))
+
+    def copied_into(self, twin: _Twin) -> _Twin:
+        """Give copies of the samples to another kind of history, and return it."""
         twin.parent, twin.latest_stamp = self.parent, self.latest_stamp
         twin._latest_pose, twin._start = self._latest_pose, self._start
         twin._stamps, twin._poses = self._stamps[:], self._poses[:]

@@ -208,6 +208,18 @@ def log_many(poses: Array) -> Array:
     return np.concatenate([_jacobian_product_many(poses[..., :3], w, half, third), w], axis=-1)
 
 
+def left_jacobian_many(rotation_vectors: Array) -> Array:
+    """
+    Return the left Jacobians (..., 3, 3) of SO(3) at rotation vectors (..., 3).
+
+    V of ``exp``: Exp(w + d) = Exp(V d) Exp(w) to the first order. The right one is V of -w.
+    """
+    w = rotation_vectors[..., None, :]
+    first, second = _left_jacobian_many(np.einsum('...i,...i->...', w, w))
+    columns = _jacobian_product_many(np.eye(3), w, first, second)
+    return np.swapaxes(columns, -1, -2)
+
+
 def as_matrix(pose: PoseTuple) -> Array:
     """Return the (4, 4) homogeneous matrix."""
     return as_matrix_many(np.array(pose))

@@ -13,7 +13,10 @@ import numpy.typing as npt
 
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
+from .prediction import checked_horizon, known_beyond, predicted, Prediction
+from .propagation import Errors, total_at
 from .tree import Tree
+from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
 from ..arrivals.observers import asked, halves, NOBODY, Observers
 from ..edges.protocol import History
 from ..errors import (
@@ -378,6 +381,110 @@ class Queries:
             # The inverse moves by -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
             track = history.track(*_ends(stamps))
         return -carry_many(track.at(stamps).T, twists)
+
+    # --- how sure
+
+    def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
+                         independent: bool = False) -> tuple[Pose, Array]:
+        """
+        Return ``target_T_source`` and its covariance.
+
+        That is (6, 6) of x, y, z and rotation about x, y, z, in metres^2 and radians^2, as
+        ``PoseWithCovariance`` has it, with the target for the parent: t' = t + dt in the
+        target's axes, R' = Exp(dr) R about the target's fixed axes through the source's
+        origin. The edges' errors are independent of each other; edges without a covariance
+        are certain.
+
+        :param stamp: nanoseconds, or ``LATEST``.
+        :param independent: whether one edge's errors at two of its stamps have nothing to
+            do with each other. Unless told, they may have anything: the answer between two
+            stamps is then an upper bound, as it should be for odometry.
+        :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
+
+        Raises as ``lookup`` does.
+        """
+        found = self._lookup_uncertain(target_frame, source_frame, stamp, independent)
+        return Pose._make(found.pose), found.covariance
+
+    def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int,
+                          independent: bool) -> Uncertain:
+        found, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
+        return Uncertain(found, pose, total_at(errors, pose))
+
+    def _errors_at(self, target_frame: str, source_frame: str, stamp: int,
+                   independent: bool) -> tuple[int, PoseTuple, Errors | None]:
+        stamp = self._stamp_of(stamp)
+        with self._lock:
+            found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
+            gathered = gathered_at(
+                self._tree, target_frame, source_frame, found, stamp == LATEST)
+        return found, pose, gathered.errors(independent)
+
+    def lookup_budget(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
+                      independent: bool = False) -> list[Share]:
+        """
+        Return what each edge adds to the covariance, the largest part of the position first.
+
+        It answers which calibration is to be improved. To the first order, where the shares
+        add up to the covariance of ``lookup_uncertain``. Parameters and errors as there.
+
+        :return: a ``Share`` of each edge that has a covariance.
+        """
+        _, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
+        return shares(errors, pose)
+
+    def lookup_uncertain_many(self, target_frame: str, source_frame: str,
+                              stamps: npt.ArrayLike, *,
+                              independent: bool = False) -> tuple[Array, Array]:
+        """
+        Return poses and covariances at many stamps, as ``lookup_uncertain`` one by one.
+
+        :param stamps: (N,) integer nanoseconds, in any order. 0 is a time here.
+        :return: (N, 7) and (N, 6, 6).
+
+        Raises as ``lookup_many`` does.
+        """
+        times = self._stamps_of(stamps)
+        if len(times) and self.observers.hear_lookups():
+            return self.observers.watch(
+                [(target_frame, source_frame, int(times.max()))], lambda: (
+                    self.lookup_uncertain_many(target_frame, source_frame, times,
+                                               independent=independent)))
+        frozen = self.snapshot()
+        poses = frozen.lookup_many(target_frame, source_frame, times)
+        return poses, covariances_at(
+            frozen._tree, target_frame, source_frame, times, poses, independent)
+
+    def predict(self, target_frame: str, source_frame: str, stamp: int,
+                horizon: int) -> Prediction:
+        """
+        Return ``target_T_source`` at a stamp that may lie beyond the newest data.
+
+        Each edge that does not reach the stamp goes on at the mean twist of its last 0.1 s,
+        and turns as its gyroscope saw it where it is aided. The covariance says how wrong
+        the same prediction, made from earlier samples, would have been, beside what the
+        edges' own covariances say; nothing knows of a brake that was never used before.
+        A stamp that all data reaches is looked up.
+
+        :param stamp: nanoseconds; ``LATEST`` predicts nothing.
+        :param horizon: nanoseconds; no edge is taken further beyond its newest sample.
+        :return: the pose, the covariance (6, 6), and how far ``beyond`` the data it went.
+        :raises FutureExtrapolationException: an edge ends further away than the horizon.
+
+        The other errors are those of ``lookup``.
+        """
+        stamp, horizon = self._stamp_of(stamp), checked_horizon(horizon)
+        if self.observers.hear_lookups():
+            return self.observers.watch(
+                [asked(target_frame, source_frame, stamp)],
+                self.predict, target_frame, source_frame, stamp, horizon)
+        with _Naming(target_frame, source_frame):
+            with self._lock:
+                known = known_beyond(self._tree, target_frame, source_frame, stamp)
+            if known is not None:
+                return predicted(known, stamp, horizon)
+            found = self._lookup_uncertain(target_frame, source_frame, stamp, False)
+        return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
 
     # --- looking around
 

@@ -6,7 +6,8 @@ would close one is refused when it arrives, so no lookup ever meets a loop. The 
 are kept by ``edges``, poses are composed by ``path``, and the lock is the buffer's.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from .climb import find_loop, Loop
 from .remarks import loop_closed, Remarks, silent_edge_ended, too_old
@@ -14,12 +15,14 @@ from .spanning import Spanning
 from .ways import Ways
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import bad_name, Batch, is_sound, Sample
+from ..edges.aided import aided
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
 from ..edges.spline import Spline
 from ..edges.spline_history import is_spline, SplineHistory
 from ..edges.static import StaticHistory
+from ..edges.uncertainty import Uncertainty
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER
@@ -47,6 +50,10 @@ class Tree:
     :ivar ways: the way between two frames.
     :ivar spanning: all frames at once.
     """
+
+    # A dictionary from the first covariance on: a tree without any keeps nothing of the kind.
+    uncertainty: Mapping[str, Uncertainty] = MappingProxyType({})
+    """The covariances of each child frame's edge that has some."""
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
@@ -155,6 +162,28 @@ class Tree:
         history.authority = authority
         if began is not None and stamps.min() < began:
             self._structure_changed()
+
+    def set_covariance(self, parent: str, child: str, stamp: int, covariance: Array) -> None:
+        """Take the covariance (6, 6) of an edge at a stamp, which its poses may not have yet."""
+        known = self.uncertainty.get(child)
+        if known is None or known.parent != parent:
+            known = Uncertainty(parent)
+            self.uncertainty = {**self.uncertainty, child: known}
+        known.insert(stamp, covariance, self.cache_time)
+
+    def aid(self, child: str, stamps: Stamps, rates: Array) -> int:
+        """
+        Take angular velocities of a child frame, which its poses may not have yet.
+
+        :return: how many were taken; see ``Gyro.extend``.
+        :raises InvalidArgumentException: the edge does not move between its samples.
+        """
+        known = self.histories.get(child)
+        history = aided(known, child, self.cache_time)
+        if history is not known:
+            self.histories[child] = history
+            self._structure_changed()
+        return history.gyro.extend(stamps, rates)
 
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
@@ -270,6 +299,8 @@ class Tree:
         twin.histories.update(
             (child, history.copy()) for child, history in self.histories.items())
         twin.frames.update(self.frames)
+        if self.uncertainty:
+            twin.uncertainty = {child: one.copy() for child, one in self.uncertainty.items()}
         return twin
 
     # --- forgetting
@@ -278,6 +309,9 @@ class Tree:
         """Forget what moves; frame names and static edges stay, as in tf2."""
         for history in self.histories.values():
             history.clear()
+        if self.uncertainty:
+            self.uncertainty = {child: one for child, one in self.uncertainty.items()
+                                if not moves(self.histories.get(child))}
         self._structure_changed()
 
     def remove(self, frame: str) -> bool:
@@ -289,6 +323,9 @@ class Tree:
         if frame not in self.frames:
             return False
         self.histories.pop(frame, None)
+        if frame in self.uncertainty:
+            self.uncertainty = {child: one for child, one in self.uncertainty.items()
+                                if child != frame}
         if not any(history.has_named(frame) for history in self.histories.values()):
             del self.frames[frame]
         self._structure_changed()

@@ -10,11 +10,12 @@ import threading
 import time
 from typing import Any, TypeVar
 
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from rclpy.clock import Clock, TimeJump
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
+from std_msgs.msg import Header
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.arrivals.observers import Asked, asked, halves
@@ -32,6 +33,12 @@ from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
 from .wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
+from ..messages.uncertain import (
+    composed_with,
+    pose_with_covariance_stamped,
+    predicted_pose,
+    PredictedPose,
+)
 from ..waiting.clock import ClockWatch
 from ..waiting.futures import outcome, TransformFuture
 from ..waiting.timeouts import Timeouts
@@ -222,6 +229,55 @@ class Buffer(CoreApi, BufferInterface):
         except TransformException as error:
             error.hint = deadline.why_early or error.hint
             raise
+
+    def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return
+            self, target_frame: str, source_frame: str, time: Any = LATEST,
+            timeout: Any = NO_TIME, *, independent: bool = False) -> PoseWithCovarianceStamped:
+        """
+        Return the pose of the source in the target, with its covariance.
+
+        See ``Queries``. Times, timeout and errors are those of ``lookup_transform``.
+        """
+        stamp = self._stamp_of(time)
+        found = self._within(
+            timeout, [asked(target_frame, source_frame, stamp)],
+            lambda: self._lookup_uncertain(target_frame, source_frame, stamp, independent))
+        return pose_with_covariance_stamped(
+            target_frame, found.stamp, found.pose, found.covariance)
+
+    def predict(  # type: ignore[override]  # likewise
+            self, target_frame: str, source_frame: str, time: Any,
+            horizon: Any) -> PredictedPose:
+        """
+        Return the pose of the source in the target at a time that may lie beyond the data.
+
+        See ``Queries``.
+
+        :param time: an rclpy ``Time``, or a message's.
+        :param horizon: an rclpy ``Duration``; no edge is taken further.
+        """
+        return predicted_pose(target_frame, CoreApi.predict(
+            self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon)))
+
+    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = NO_TIME,
+                  new_type: type | None = None, *, header: Header | None = None,
+                  uncertain: bool = False) -> Any:
+        """
+        Return an object in another frame, at its own stamp; see ``BufferInterface``.
+
+        :param uncertain: add what the edges on the way may be off to the covariance of a
+            ``PoseWithCovarianceStamped``, which else is only turned.
+        :raises TypeError: ``uncertain``, and an object of another type or for another one.
+        """
+        if not uncertain:
+            return super().transform(
+                object_stamped, target_frame, timeout, new_type, header=header)
+        if not isinstance(object_stamped, PoseWithCovarianceStamped) or new_type or header:
+            raise TypeError('uncertain=True takes a PoseWithCovarianceStamped, and returns one; '
+                            f'not {type(object_stamped).__name__}, new_type or header')
+        return composed_with(self.lookup_uncertain(
+            target_frame, object_stamped.header.frame_id, object_stamped.header.stamp, timeout),
+            object_stamped)
 
     # --- asking for later
 

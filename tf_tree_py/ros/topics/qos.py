@@ -4,6 +4,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 TF_TOPIC = '/tf'
 TF_STATIC_TOPIC = '/tf_static'
+STATIC_COVARIANCE_TOPIC = '/tf_static_covariance'
 
 
 def dynamic_qos() -> QoSProfile:
@@ -23,9 +24,14 @@ def static_broadcaster_qos() -> QoSProfile:
     return _static_qos(1)
 
 
-def sensor_qos() -> QoSProfile:
+def static_covariance_qos(count: int) -> QoSProfile:
+    """Return the publisher's profile of covariances of static edges: a message for each."""
+    return _static_qos(count)
+
+
+def sensor_qos(depth: int = 10) -> QoSProfile:
     """Return a subscriber's profile that matches every publisher, best-effort sensors too."""
-    return QoSProfile(depth=10, history=HistoryPolicy.KEEP_LAST,
+    return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
                       reliability=ReliabilityPolicy.BEST_EFFORT,
                       durability=DurabilityPolicy.VOLATILE)
 

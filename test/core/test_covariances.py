@@ -1,0 +1,135 @@
+"""The formulas of covariances, against draws and against what they must not depend on."""
+
+import numpy as np
+import pytest
+from strategies import random_pose
+from tf_tree_py.core import InvalidArgumentException, se3
+from tf_tree_py.core.geometry import covariances, so3
+from uncertain_trees import (
+    assert_explained,
+    drawn_poses,
+    DRAWS,
+    errors_of,
+    moved,
+    random_covariance,
+)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(1)
+
+
+def test_packed_covariance_comes_back(rng):
+    matrices = np.array([random_covariance(rng, 1.0, 0.1) for _ in range(3)])
+    assert covariances.pack(matrices).shape == (3, 21)
+    np.testing.assert_array_equal(covariances.unpack(covariances.pack(matrices)), matrices)
+
+
+def test_both_shapes_of_a_covariance_are_taken(rng):
+    matrix = random_covariance(rng, 1.0, 0.1)
+    np.testing.assert_allclose(covariances.checked_covariance(matrix.ravel().tolist()), matrix)
+    np.testing.assert_allclose(covariances.checked_covariance(matrix.astype(np.float32)), matrix,
+                               rtol=1e-6)
+    assert not covariances.checked_covariance(np.zeros(36)).any()
+
+
+def spoilt(row, column, value):
+    matrix = np.diag([1e4, 1.0, 1.0, 1e-8, 1e-8, 1e-8])
+    matrix[row, column] = value
+    return matrix
+
+
+@pytest.mark.parametrize(('given', 'sentence'), [
+    (np.ones(6), r'not \(6,\); np.diag makes one'),
+    (np.eye(5), r'not \(5, 5\)'),
+    (1j * np.eye(6), r'is \(6, 6\) numbers'),
+    ('much', r'is \(6, 6\) numbers'),
+    ([[1.0], [2.0, 3.0]], r'is \(6, 6\) numbers'),
+    (spoilt(0, 0, np.nan), 'not finite'),
+    (spoilt(4, 4, -1e-9), 'variance of rotation about y is -1e-09'),
+    (spoilt(0, 0, -1.0), 'in messages -1 means that it is unknown'),
+    (spoilt(3, 4, 1e-9), r'not symmetric, \[3, 4\] is 1e-09 and \[4, 3\] is 0'),
+    (spoilt(3, 4, 3e-8) + spoilt(4, 3, 3e-8), 'not positive semidefinite'),
+    (spoilt(0, 3, 0.1) + spoilt(3, 0, 0.1), 'not positive semidefinite'),
+])
+def test_what_is_no_covariance_is_told(given, sentence):
+    with pytest.raises(InvalidArgumentException, match=sentence):
+        covariances.checked_covariance(given)
+
+
+def test_composition_is_what_draws_say(rng):
+    first, second = random_pose(rng, 3.0), random_pose(rng, 3.0)
+    of_first, of_second = (random_covariance(rng, 0.02, 0.01) for _ in range(2))
+    drawn = se3.compose_many(drawn_poses(rng, first, of_first),
+                             drawn_poses(rng, second, of_second))
+    assert_explained(covariances.composed(first, of_first, second, of_second),
+                     errors_of(drawn, se3.compose(first, second)))
+
+
+def ends(rng):
+    """Return two poses that are a radian apart, and their covariances."""
+    first = random_pose(rng)
+    second = se3.compose(first, se3.exp((0.3, -0.2, 0.1, 0.5, 0.6, -0.6)))
+    return first, second, random_covariance(rng, 0.02, 0.02), random_covariance(rng, 0.04, 0.01)
+
+
+def between(first, second, before, after, ratio, independent):
+    turn = so3.log(se3.compose(second, se3.inverse(first))[3:])
+    return covariances.between(before, after, np.array(ratio), np.array(turn), independent)
+
+
+def interpolated(first, second, ratio):
+    return se3.interpolate_many(first, second, np.full(len(first), ratio))
+
+
+@pytest.mark.parametrize('ratio', [0.0, 0.3, 0.9])
+def test_between_two_independent_poses_is_what_draws_say(ratio, rng):
+    first, second, before, after = ends(rng)
+    drawn = interpolated(drawn_poses(rng, first, before), drawn_poses(rng, second, after), ratio)
+    assert_explained(between(first, second, before, after, ratio, True),
+                     errors_of(drawn, se3.interpolate(first, second, ratio)))
+
+
+@pytest.mark.parametrize('ratio', [0.0, 0.3, 0.9])
+def test_between_two_poses_bounds_whatever_their_errors_have_in_common(ratio, rng):
+    first, second, before, after = ends(rng)
+    bound = between(first, second, before, after, ratio, False)
+    roots = [np.linalg.cholesky(matrix) for matrix in (before, after)]
+    for mixing in (np.eye(6), -np.eye(6), np.zeros((6, 6)),
+                   np.linalg.qr(rng.normal(size=(6, 6)))[0]):
+        draws = rng.normal(size=(DRAWS, 6))
+        others = draws @ mixing + rng.normal(size=draws.shape) * (not mixing.any())
+        poses = [moved(np.tile(pose, (DRAWS, 1)), white @ root.T) for pose, white, root in zip(
+            (first, second), (draws, others), roots, strict=True)]
+        errors = errors_of(interpolated(*poses, ratio), se3.interpolate(first, second, ratio))
+        slack = np.linalg.inv(np.linalg.cholesky(bound))
+        assert np.linalg.eigvalsh(slack @ (errors.T @ errors / DRAWS) @ slack.T)[-1] < 1.06
+
+
+def test_between_two_poses_with_the_same_error_is_its_covariance(rng):
+    pose, _, covariance, _ = ends(rng)
+    for ratio in (0.0, 0.25, 1.0):
+        np.testing.assert_allclose(
+            between(pose, pose, covariance, covariance, ratio, False), covariance, rtol=1e-12)
+
+
+def test_between_independent_poses_is_surer_than_either(rng):
+    pose, _, covariance, _ = ends(rng)
+    np.testing.assert_allclose(
+        between(pose, pose, covariance, covariance, 0.5, True), 0.5 * covariance, rtol=1e-12)
+
+
+def test_left_jacobian_is_the_derivative_of_exp(rng):
+    for size in (0.0, 1e-4, 0.09, 0.11, 2.0):
+        vector = np.array([0.6, 0.0, -0.8]) * size
+        step = 1e-7 * rng.normal(size=3)
+        moved = so3.multiply(so3.exp(tuple(vector + step)), so3.conjugate(so3.exp(tuple(vector))))
+        np.testing.assert_allclose(se3.left_jacobian_many(vector) @ step, so3.log(moved),
+                                   atol=2e-14)
+
+
+def test_draws_have_exact_moments():
+    draws = covariances._draws(18)
+    np.testing.assert_allclose(draws.mean(axis=0), 0.0, atol=1e-15)
+    np.testing.assert_allclose(draws.T @ draws / len(draws), np.eye(18), atol=1e-12)

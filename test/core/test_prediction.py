@@ -1,0 +1,188 @@
+"""Beyond the newest data: where to, how far, how sure; and never in a plain lookup."""
+
+import numpy as np
+import pytest
+from strategies import assert_same_pose
+from tf_tree_py.core import (
+    BufferCore,
+    ConnectivityException,
+    ExtrapolationException,
+    FutureExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    Pose,
+    se3,
+)
+from tf_tree_py.core.geometry import so3
+
+SECOND = 1_000_000_000
+MS = 1_000_000
+NOW = 4 * SECOND
+
+
+def steady(stamp):
+    """Return a pose on a helix: a constant twist."""
+    return Pose._make(se3.exp(tuple(value * stamp / SECOND for value in (
+        0.8, 0.1, 0.05, 0.02, -0.1, 0.6))))
+
+
+def wandering(stamp):
+    """Return a pose on the floor whose speed and turn rate change all the time."""
+    t = stamp / SECOND
+    return Pose.from_xyz_rpy(x=t + 0.3 * np.sin(2.0 * t), y=0.2 * np.sin(3.0 * t),
+                             yaw=0.7 * np.sin(1.7 * t))
+
+
+def driven(motion, upto=NOW, **extra):
+    buffer = BufferCore(cache_time=100 * SECOND)
+    buffer.insert('base', 'camera', 0, Pose.from_xyz_rpy(x=0.3, z=1.0, pitch=0.3), static=True)
+    for stamp in range(20 * MS, upto + 1, 20 * MS):
+        buffer.insert('odom', 'base', stamp, motion(stamp), **extra)
+    return buffer
+
+
+def test_constant_twist_goes_on_and_is_sure():
+    buffer = driven(steady)
+    found = buffer.predict('odom', 'camera', NOW + 150 * MS, 200 * MS)
+    truth = steady(NOW + 150 * MS) @ buffer.lookup('base', 'camera')
+    assert_same_pose(found.pose, truth, tolerance=1e-9)
+    assert (found.stamp, found.beyond) == (NOW + 150 * MS, 150 * MS)
+    assert np.abs(found.covariance).max() < 1e-8
+    back = buffer.predict('camera', 'odom', NOW + 150 * MS, 200 * MS)
+    assert_same_pose(back.pose, truth.inverse(), tolerance=1e-9)
+
+
+def test_lookups_never_go_beyond_the_data():
+    buffer = driven(steady)
+    buffer.predict('odom', 'base', NOW + MS, SECOND)
+    for ask in (buffer.lookup, buffer.lookup_at, buffer.lookup_uncertain, buffer.lookup_budget):
+        with pytest.raises(FutureExtrapolationException):
+            ask('odom', 'base', NOW + 1)
+    with pytest.raises(FutureExtrapolationException):
+        buffer.lookup_uncertain_many('odom', 'base', [NOW + 1])
+
+
+def test_where_there_is_data_it_is_looked_up():
+    buffer = driven(wandering, covariance=np.eye(6) * 1e-8)
+    for stamp in (0, NOW, NOW - 7 * MS):
+        found = buffer.predict('odom', 'camera', stamp, SECOND)
+        pose, covariance = buffer.lookup_uncertain('odom', 'camera', stamp)
+        assert found.pose == pose and found.beyond == 0
+        np.testing.assert_array_equal(found.covariance, covariance)
+    assert buffer.predict('base', 'camera', 9 * SECOND, SECOND).beyond == 0
+    assert buffer.predict('odom', 'odom', 9 * SECOND, SECOND).pose == Pose()
+
+
+def test_no_edge_is_taken_beyond_the_horizon():
+    buffer = driven(steady)
+    assert buffer.predict('odom', 'base', NOW + 100 * MS, 100 * MS).beyond == 100 * MS
+    with pytest.raises(FutureExtrapolationException, match=(
+            r'100 ms older.*odom -> base.*from frame \[base\] to frame \[odom\].*'
+            'no further than its horizon, 90 ms')):
+        buffer.predict('odom', 'base', NOW + 100 * MS, 90 * MS)
+
+
+def test_only_edges_without_data_are_predicted():
+    buffer = driven(wandering)
+    buffer.insert('map', 'odom', NOW + SECOND, Pose(y=2.0))
+    buffer.insert('map', 'odom', NOW - SECOND, Pose(y=1.0))
+    found = buffer.predict('map', 'base', NOW + 100 * MS, SECOND)
+    alone = buffer.predict('odom', 'base', NOW + 100 * MS, SECOND)
+    assert found.beyond == 100 * MS
+    assert_same_pose(found.pose, Pose(y=1.55) @ alone.pose, tolerance=1e-9)
+    np.testing.assert_allclose(found.covariance, alone.covariance)
+
+
+@pytest.mark.parametrize('ahead', [50 * MS, 200 * MS, 400 * MS])
+def test_covariance_is_that_of_the_errors(ahead):
+    """Their squares, in units of it, are about six in the mean: three numbers on the floor."""
+    squares, variances = [], []
+    buffer = driven(wandering, upto=SECOND)
+    for stamp in range(SECOND + 20 * MS, 16 * SECOND, 20 * MS):
+        buffer.insert('odom', 'base', stamp, wandering(stamp))
+        if stamp < 3 * SECOND or stamp % (300 * MS):
+            continue
+        found = buffer.predict('odom', 'base', stamp + ahead, SECOND)
+        truth = wandering(stamp + ahead)
+        off = np.array([*np.subtract(truth[:3], found.pose[:3]), *so3.log(
+            so3.multiply(truth[3:], so3.conjugate(found.pose[3:])))])[[0, 1, 5]]
+        covariance = found.covariance[np.ix_([0, 1, 5], [0, 1, 5])]
+        squares.append(off @ np.linalg.inv(covariance) @ off)
+        variances.append(np.trace(covariance))
+    assert 2.0 < np.mean(squares) < 5.0
+
+
+def test_covariance_grows():
+    buffer = driven(wandering)
+    sizes = [np.trace(buffer.predict('odom', 'base', NOW + ahead * MS, SECOND).covariance)
+             for ahead in (0, 1, 10, 50, 100, 200, 400)]
+    assert sizes[0] == 0.0 and (np.diff(sizes) > 0.0).all()
+
+
+def test_covariance_of_the_newest_pose_is_carried_on():
+    covariance = np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4])
+    buffer = driven(steady, covariance=covariance)
+    found = buffer.predict('odom', 'base', NOW + 500 * MS, SECOND)
+    way = np.linalg.norm(np.subtract(found.pose[:2], buffer.lookup('odom', 'base')[:2]))
+    assert np.trace(found.covariance[:2, :2]) == pytest.approx(2e-4 + 1e-4 * way ** 2, rel=1e-6)
+
+
+def test_too_little_history_is_as_unsure_as_the_motion_is_long():
+    buffer = BufferCore()
+    buffer.insert('odom', 'base', SECOND, Pose())
+    with pytest.raises(ExtrapolationException, match='takes two samples, and the edge odom -> b'):
+        buffer.predict('odom', 'base', SECOND + 1, SECOND)
+    buffer.insert('odom', 'base', SECOND + 100 * MS, Pose(x=0.1))
+    found = buffer.predict('odom', 'base', SECOND + 300 * MS, SECOND)
+    assert found.pose.x == pytest.approx(0.3)
+    assert found.covariance[0, 0] == pytest.approx(0.2 ** 2)
+    assert not found.covariance[1:, 1:].any()
+
+
+def test_gyroscope_leads_on():
+    """The turn rate changes after the last pose, and the gyroscope has seen it."""
+    rate = 0.0, 0.0, 1.5
+    buffer = BufferCore(cache_time=100 * SECOND)
+    for stamp in range(0, NOW + 1, 50 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=stamp / SECOND))
+    stamps = np.arange(0, NOW + 300 * MS, 5 * MS)
+    rates = np.where((stamps > NOW)[:, None], rate, (0.0, 0.0, 0.0))
+    blind = buffer.predict('odom', 'base', NOW + 200 * MS, SECOND)
+    buffer.aid('base', stamps, rates)
+    found = buffer.predict('odom', 'base', NOW + 200 * MS, SECOND)
+    truth = Pose(x=4.0) @ Pose._make(se3.exp((0.2, 0.0, 0.0, 0.0, 0.0, 0.3)))
+    assert se3.distance(blind.pose, truth)[1] > 0.29
+    off = se3.distance(found.pose, truth)
+    assert off[0] < 2e-3 and off[1] < 5e-3
+    # Beyond the gyroscope it goes on as the poses did.
+    assert buffer.predict('odom', 'base', NOW + 500 * MS, SECOND).beyond == 500 * MS
+
+
+def test_edge_that_was_hung_elsewhere_is_judged_by_its_present_parent():
+    buffer = driven(steady)
+    for stamp in range(NOW + 20 * MS, NOW + SECOND, 20 * MS):
+        buffer.insert('map', 'base', stamp, Pose(x=stamp / SECOND), strict=False)
+    newest = NOW + 980 * MS
+    found = buffer.predict('map', 'base', newest + 100 * MS, SECOND)
+    assert found.pose.x == pytest.approx((newest + 100 * MS) / SECOND)
+    assert np.abs(found.covariance).max() < 1e-12
+
+
+def test_errors_are_told():
+    buffer = driven(steady)
+    for horizon in (0, -5, 0.1, 'long', None):
+        with pytest.raises(InvalidArgumentException, match='positive number of nanoseconds'):
+            buffer.predict('odom', 'base', NOW, horizon)
+    with pytest.raises(LookupException, match='does not exist'):
+        buffer.predict('odom', 'nobody', NOW + 1, SECOND)
+    buffer.insert('moon', 'rover', 1, Pose())
+    with pytest.raises(ConnectivityException):
+        buffer.predict('odom', 'rover', NOW + 1, SECOND)
+    with pytest.raises(ExtrapolationException, match='into the past'):
+        buffer.predict('odom', 'base', 1, SECOND)
+
+
+def test_snapshot_predicts_too():
+    buffer = driven(wandering)
+    found = buffer.predict('odom', 'base', NOW + 100 * MS, SECOND)
+    assert buffer.snapshot().predict('odom', 'base', NOW + 100 * MS, SECOND).pose == found.pose

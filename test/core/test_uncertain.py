@@ -1,0 +1,294 @@
+"""Covariance through the tree: lookups, budgets, what drops out, and what it costs."""
+
+import pickle
+
+import numpy as np
+import pytest
+from strategies import random_pose
+from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, se3
+from tf_tree_py.core.errors import InvalidArgumentException, LookupException
+from tf_tree_py.core.geometry.covariances import carried, composed
+from tf_tree_py.core.geometry.so3 import as_matrix
+from tf_tree_py.core.tree.tree import Tree
+from uncertain_trees import (
+    assert_explained,
+    drawn_poses,
+    errors_of,
+    random_covariance,
+    RandomTree,
+)
+
+SECOND = 1_000_000_000
+
+
+@pytest.mark.parametrize('degrees', [0.2, 1.0, 5.0, 20.0])
+@pytest.mark.parametrize('seed', range(3))
+def test_every_entry_is_what_draws_say(degrees, seed):
+    rng = np.random.default_rng([seed, int(10 * degrees)])
+    tree = RandomTree(rng, int(rng.integers(4, 8)), degrees)
+    target, source = rng.permutation(['f0', *tree.edges])[:2].tolist()
+    pose, covariance = tree.buffer.lookup_uncertain(target, source)
+    assert pose == tree.buffer.lookup(target, source)
+    assert_explained(covariance, tree.drawn(target, source))
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_covariance_is_that_of_gtsam(seed):
+    gtsam = pytest.importorskip(
+        'gtsam', reason='the second oracle is GTSAM: pip install gtsam')
+    rng = np.random.default_rng(seed)
+    tree = RandomTree(rng, 7, 0.1)
+    target, source = rng.permutation(['f0', *tree.edges])[:2].tolist()
+
+    def pose3(pose):
+        return gtsam.Pose3(np.array(se3.as_matrix(pose)))
+
+    def in_tangent_space(pose, covariance):
+        # GTSAM's errors are E Exp(xi), rotation first.
+        turn = np.kron(np.eye(2), np.array(as_matrix(pose[3:])).T)
+        order = [3, 4, 5, 0, 1, 2]
+        return (turn @ covariance @ turn.T)[np.ix_(order, order)]
+
+    graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    names = ['f0', *tree.edges]
+    for number, name in enumerate(names):
+        values.insert(number, pose3(tree.buffer.lookup(target, name)))
+    for child, (parent, pose, covariance) in tree.edges.items():
+        known = 1e-14 * np.eye(6) if covariance is None else in_tangent_space(pose, covariance)
+        graph.add(gtsam.BetweenFactorPose3(names.index(parent), names.index(child), pose3(pose),
+                                           gtsam.noiseModel.Gaussian.Covariance(known)))
+    graph.add(gtsam.PriorFactorPose3(names.index(target), gtsam.Pose3(),
+                                     gtsam.noiseModel.Isotropic.Sigma(6, 1e-7)))
+    theirs = gtsam.Marginals(graph, values).marginalCovariance(names.index(source))
+    pose, ours = tree.buffer.lookup_uncertain(target, source)
+    np.testing.assert_allclose(in_tangent_space(pose, ours), theirs, atol=1e-4 * theirs.max())
+
+
+# --- the convention
+
+def test_one_edge_is_its_own_covariance_and_backwards_it_is_turned_round():
+    rng = np.random.default_rng(3)
+    pose, covariance = random_pose(rng, 2.0), random_covariance(rng, 0.01, 0.001)
+    buffer = BufferCore()
+    buffer.insert('map', 'base', 0, pose, static=True, covariance=covariance)
+    np.testing.assert_allclose(buffer.lookup_uncertain('map', 'base')[1], covariance, rtol=1e-12)
+    turn = np.array(as_matrix(pose[3:])).T
+    zero = np.zeros((3, 3))
+    cross = np.cross(np.eye(3), pose[:3]).T
+    inverse = -np.block([[turn, turn @ cross.T], [zero, turn]])
+    np.testing.assert_allclose(buffer.lookup_uncertain('base', 'map')[1],
+                               inverse @ covariance @ inverse.T, rtol=1e-9)
+
+
+def test_rotation_about_the_childs_origin_leaves_the_child_and_moves_what_it_carries():
+    buffer = BufferCore()
+    buffer.insert('map', 'base', 0, Pose(x=10.0), static=True,
+                  covariance=np.diag([0.0, 0.0, 0.0, 0.0, 0.0, 1e-6]))
+    buffer.insert('base', 'tool', 0, Pose(x=3.0), static=True)
+    assert not buffer.lookup_uncertain('map', 'base')[1][:3].any()
+    covariance = buffer.lookup_uncertain('map', 'tool')[1]
+    assert covariance[1, 1] == pytest.approx(9e-6) and covariance[1, 5] == pytest.approx(3e-6)
+    # Backwards the parent goes round: map as base sees it, 10 m away.
+    assert buffer.lookup_uncertain('base', 'map')[1][1, 1] == pytest.approx(1e-4)
+
+
+def test_error_above_the_meeting_point_drops_out():
+    rng = np.random.default_rng(4)
+    buffer = BufferCore()
+    hand, eye = random_covariance(rng, 0.001, 0.001), random_covariance(rng, 0.002, 0.002)
+    buffer.insert('map', 'base', 1, Pose(x=50.0), covariance=random_covariance(rng, 1.0, 0.01))
+    buffer.insert('base', 'hand', 0, Pose(y=0.3), static=True, covariance=hand)
+    buffer.insert('base', 'eye', 0, Pose(z=0.5), static=True, covariance=eye)
+    pose, covariance = buffer.lookup_uncertain('eye', 'hand')
+    expected = carried(np.eye(3), np.array([0.0, 0.3, -0.5]), eye) + hand
+    np.testing.assert_allclose(covariance, expected, rtol=1e-12)
+    assert [share.child for share in buffer.lookup_budget('eye', 'hand')] == ['eye', 'hand']
+
+
+def test_shares_add_up_and_the_largest_is_first():
+    buffer = BufferCore()
+    buffer.insert('map', 'base', 0, Pose(), static=True, covariance=np.diag([1e-4] * 3 + [0] * 3))
+    buffer.insert('base', 'arm', 0, Pose(z=1.0), static=True)
+    buffer.insert('arm', 'camera', 0, Pose.from_xyz_rpy(x=0.2, yaw=1.0), static=True,
+                  covariance=np.diag([0.0] * 3 + [1e-5] * 3))
+    buffer.insert('camera', 'object', 0, Pose(x=5.0), static=True)
+    _, covariance = buffer.lookup_uncertain('map', 'object')
+    first, second = buffer.lookup_budget('map', 'object')
+    assert (first.parent, first.child, first.rotation) == ('arm', 'camera', 1.0)
+    assert (second.child, second.rotation) == ('base', 0.0)
+    assert first.position == pytest.approx(5e-4 / 8e-4)
+    np.testing.assert_allclose(first.covariance + second.covariance, covariance, atol=1e-15)
+    assert buffer.lookup_budget('base', 'arm') == buffer.lookup_budget('map', 'map') == []
+
+
+# --- over time
+
+def moving(step=20_000_000, covariance=True):
+    buffer = BufferCore(cache_time=100 * SECOND)
+    rng = np.random.default_rng(5)
+    for number, stamp in enumerate(range(0, 2 * SECOND + 1, step)):
+        buffer.insert('odom', 'base', stamp, Pose.from_xyz_rpy(x=0.1 * number, yaw=0.1 * number),
+                      covariance=(1 + number) * np.diag([1e-4] * 3 + [1e-8] * 3)
+                      if covariance else None)
+    buffer.insert('base', 'camera', 0, random_pose(rng), static=True,
+                  covariance=random_covariance(rng, 0.01, 0.001))
+    return buffer
+
+
+@pytest.mark.parametrize('independent', [False, True])
+def test_many_stamps_are_one_by_one(independent):
+    buffer = moving()
+    buffer.insert('map', 'odom', 5, Pose(y=3.0), covariance=np.eye(6) * 1e-8)
+    buffer.insert('map', 'odom', 2 * SECOND, Pose(y=3.1))
+    stamps = np.random.default_rng(6).integers(5, 2 * SECOND, 40)
+    for ends in (('map', 'camera'), ('camera', 'map'), ('base', 'odom'), ('camera', 'camera')):
+        poses, covariances = buffer.lookup_uncertain_many(*ends, stamps, independent=independent)
+        for stamp, pose, covariance in zip(stamps.tolist(), poses, covariances, strict=True):
+            found, alone = buffer.lookup_uncertain(*ends, stamp, independent=independent)
+            np.testing.assert_allclose(pose, found, atol=1e-12)
+            np.testing.assert_allclose(covariance, alone, rtol=1e-9, atol=1e-18)
+    poses, covariances = buffer.lookup_uncertain_many('map', 'camera', [])
+    assert poses.shape == (0, 7) and covariances.shape == (0, 6, 6)
+
+
+def test_between_two_samples_it_is_blended_or_averaged():
+    buffer = BufferCore()
+    for stamp in (0, 100):
+        buffer.insert('odom', 'base', stamp, Pose(x=0.01 * stamp), covariance=np.eye(6) * 1e-6)
+    alike = buffer.lookup_uncertain('odom', 'base', 50)[1]
+    apart = buffer.lookup_uncertain('odom', 'base', 50, independent=True)[1]
+    np.testing.assert_allclose(alike, np.eye(6) * 1e-6, rtol=1e-12)
+    np.testing.assert_allclose(apart, np.eye(6) * 0.5e-6, rtol=1e-12)
+    at_its_end = buffer.lookup_uncertain('odom', 'base', 100, independent=True)[1]
+    np.testing.assert_allclose(at_its_end, np.eye(6) * 1e-6, rtol=1e-12)
+
+
+@pytest.mark.parametrize('pose_between', [False, True])
+def test_turn_between_two_samples_counts_if_it_is_one_turn(pose_between):
+    """With a pose between them, the two covariances no longer say where their errors went."""
+    rng = np.random.default_rng(7)
+    ends = [Pose(), Pose.from_rotation_vector((0.8, -0.6, 0.9), (1.0, 0.0, 0.0))]
+    covariances = [random_covariance(rng, 0.01, 0.005) for _ in ends]
+    buffer = BufferCore()
+    for stamp, pose, covariance in zip((0, 100), ends, covariances, strict=True):
+        buffer.insert('odom', 'base', stamp, pose, covariance=covariance)
+    if pose_between:
+        buffer.insert('odom', 'base', 50, Pose(y=3.0))
+        expected = 0.6 * covariances[0] + 0.4 * covariances[1]
+        np.testing.assert_allclose(buffer.lookup_uncertain('odom', 'base', 40)[1], expected)
+        return
+    drawn = [drawn_poses(rng, pose, covariance)
+             for pose, covariance in zip(ends, covariances, strict=True)]
+    found, covariance = buffer.lookup_uncertain('odom', 'base', 40, independent=True)
+    assert_explained(covariance, errors_of(
+        se3.interpolate_many(*drawn, np.full(len(drawn[0]), 0.4)), found))
+
+
+def test_covariance_holds_before_the_first_and_until_another_comes():
+    buffer = moving(covariance=False)
+    for stamp, variance in ((SECOND, 1.0), (3 * SECOND // 2, 3.0)):
+        buffer.intake.take_covariance('odom', 'base', stamp, np.eye(6) * variance * 1e-9)
+    stamps = np.array([1, SECOND, 5 * SECOND // 4, 3 * SECOND // 2, 2 * SECOND])
+    variances = buffer.lookup_uncertain_many('odom', 'base', stamps)[1][:, 0, 0]
+    np.testing.assert_allclose(variances, np.array([1.0, 1.0, 2.0, 3.0, 3.0]) * 1e-9)
+
+
+def test_latest_is_the_newest_that_all_edges_have():
+    buffer = moving()
+    found, covariance = buffer.lookup_uncertain('odom', 'camera')
+    np.testing.assert_array_equal(
+        covariance, buffer.lookup_uncertain('odom', 'camera', 2 * SECOND)[1])
+
+
+def test_covariance_of_one_parent_is_not_that_of_another():
+    buffer = BufferCore()
+    buffer.insert('table', 'cup', 10, Pose(), covariance=np.eye(6) * 1e-6)
+    buffer.insert('table', 'cup', 20, Pose())
+    buffer.insert('gripper', 'cup', 30, Pose(), strict=False)
+    buffer.insert('gripper', 'cup', 40, Pose())
+    assert buffer.lookup_uncertain('table', 'cup', 15)[1].any()
+    assert not buffer.lookup_uncertain('gripper', 'cup', 35)[1].any()
+    many = buffer.lookup_uncertain_many('table', 'cup', [12, 15])[1]
+    np.testing.assert_allclose(many, np.tile(np.eye(6) * 1e-6, (2, 1, 1)))
+    buffer.insert('gripper', 'cup', 50, Pose(), covariance=np.eye(6) * 1e-4)
+    assert not buffer.lookup_uncertain('table', 'cup', 15)[1].any()
+
+
+def test_old_covariances_go_with_the_window_and_the_last_of_them_holds():
+    buffer = BufferCore(cache_time=SECOND)
+    for number in range(5_000):
+        buffer.insert('odom', 'base', number * 10_000_000, Pose(), covariance=np.eye(6) * 1e-9)
+    assert 100 <= len(buffer._tree.uncertainty['base']) <= 180
+    assert buffer.lookup_uncertain('odom', 'base', 49 * SECOND)[1].any()
+
+
+# --- what happens to the tree happens to it
+
+def test_snapshot_keeps_them_and_can_be_pickled():
+    buffer = moving()
+    frozen = buffer.snapshot()
+    expected = buffer.lookup_uncertain('odom', 'camera')
+    buffer.clear()
+    buffer.insert('base', 'camera', 0, Pose(), static=True, covariance=np.zeros((6, 6)))
+    for one in (frozen, frozen.snapshot(), pickle.loads(pickle.dumps(frozen))):
+        assert one.lookup_uncertain('odom', 'camera')[0] == expected[0]
+        np.testing.assert_array_equal(one.lookup_uncertain('odom', 'camera')[1], expected[1])
+
+
+def test_clearing_forgets_those_of_moving_edges_and_removing_those_of_a_frame():
+    buffer = moving()
+    buffer.clear()
+    assert list(buffer._tree.uncertainty) == ['camera']
+    assert buffer.lookup_uncertain('base', 'camera')[1].any()
+    buffer.remove_frame('camera')
+    assert not buffer._tree.uncertainty
+
+
+def test_of_a_refused_sample_nothing_stays():
+    buffer = moving()
+    old = buffer.lookup_uncertain('odom', 'base')[1]
+    refused = buffer.insert('camera', 'odom', SECOND, Pose(), strict=False,
+                            covariance=np.eye(6))
+    assert refused[0].refused and 'odom' not in buffer._tree.uncertainty
+    with pytest.raises(InvalidArgumentException, match='not positive semidefinite'):
+        buffer.insert('odom', 'base', 3 * SECOND, Pose(), covariance=np.ones((6, 6)) - np.eye(6))
+    np.testing.assert_array_equal(buffer.lookup_uncertain('odom', 'base')[1], old)
+
+
+def test_errors_are_those_of_lookup():
+    buffer = moving()
+    for ask in (buffer.lookup_uncertain, buffer.lookup_budget):
+        with pytest.raises(ExtrapolationException, match='looking up transform from frame'):
+            ask('odom', 'camera', 3 * SECOND)
+        with pytest.raises(LookupException, match='does not exist'):
+            ask('odom', 'nobody')
+    with pytest.raises(ExtrapolationException, match='1 of 2 stamps have no answer'):
+        buffer.lookup_uncertain_many('odom', 'camera', [SECOND, 3 * SECOND])
+    with pytest.raises(InvalidArgumentException, match='integer nanoseconds'):
+        buffer.lookup_uncertain_many('odom', 'camera', [0.5])
+    pose, covariance = buffer.lookup_uncertain('odom', 'odom')
+    assert pose == Pose() and not covariance.any()
+
+
+def test_detection_with_a_covariance_of_its_own_is_composed():
+    buffer = moving()
+    camera, of_camera = buffer.lookup_uncertain('odom', 'camera')
+    seen, of_seen = Pose(z=4.0), np.eye(6) * 1e-9
+    buffer.insert('camera', 'seen', 0, seen, static=True, covariance=of_seen)
+    np.testing.assert_allclose(composed(camera, of_camera, seen, of_seen),
+                               buffer.lookup_uncertain('odom', 'seen')[1], rtol=1e-9)
+
+
+def test_tree_without_them_keeps_nothing_of_the_kind():
+    """
+    Neither a tree nor a history has a place for what nearly none of them needs.
+
+    With the first covariance a tree gets one, and a copy of a tree without has none either.
+    """
+    buffer = moving(covariance=False)
+    buffer.remove_frame('camera')
+    for tree in (Tree(SECOND, 9, 9), Tree(SECOND, 9, 9).copy()):
+        assert 'uncertainty' not in vars(tree)
+    assert not hasattr(buffer._tree.histories['base'], '__dict__')
+    buffer.intake.take_covariance('odom', 'base', 1, np.eye(6))
+    assert Tree.uncertainty == {}

@@ -1,0 +1,268 @@
+"""Covariances and gyroscopes over real DDS, and what the buffer makes of them in messages."""
+
+import gc
+import re
+import threading
+
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+import pytest
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    transform,
+    until,
+    until_waiting,
+)
+from sensor_msgs.msg import Imu
+from tf_tree_py import (
+    Buffer,
+    CovarianceListener,
+    FutureExtrapolationException,
+    GyroListener,
+    Pose,
+)
+from tf_tree_py.core import Kind
+from tf_tree_py.core.geometry.covariances import composed
+from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped, uncertain_values
+
+SECOND = 10**9
+COVARIANCE = np.diag([1e-4, 4e-4, 0.0, 0.0, 0.0, 1e-4])
+TURNED = Pose.from_xyz_rpy(x=5.0, y=1.0, yaw=0.5)
+
+
+@pytest.fixture
+def buffer():
+    """Return a robot at 1 s and 2 s with a camera, and no uncertainty."""
+    buffer = Buffer()
+    for seconds in (1, 2):
+        buffer.insert('map', 'odom', seconds * SECOND, Pose(y=2.0))
+        buffer.insert('odom', 'base', seconds * SECOND, Pose.from_xyz_rpy(x=seconds, yaw=0.3))
+    buffer.insert('base', 'camera', 0, Pose(x=0.2, z=1.0), static=True)
+    return buffer
+
+
+def stamped(seconds=1.5, covariance=COVARIANCE, pose=TURNED, frame='map'):
+    return pose_with_covariance_stamped(frame, round(seconds * SECOND), pose, np.array(covariance))
+
+
+def odometry(seconds=1.5, covariance=COVARIANCE, parent='odom', child='base', pose=TURNED):
+    message = stamped(seconds, covariance, pose, parent)
+    return Odometry(header=message.header, child_frame_id=child, pose=message.pose)
+
+
+def send(talker, message, topic):
+    publisher = talker.node.create_publisher(type(message), topic, 10)
+    talker.until_heard(publisher)
+    publisher.publish(message)
+    return publisher
+
+
+def covariance_of(buffer, target, source, seconds=1.5):
+    return uncertain_values(buffer.lookup_uncertain(target, source, at(seconds)).pose)[1]
+
+
+# --- in messages
+
+def test_lookup_is_a_pose_with_covariance(buffer):
+    buffer.insert('odom', 'base', 2 * SECOND, Pose(x=2.0), covariance=COVARIANCE)
+    message = buffer.lookup_uncertain('odom', 'camera', LATEST)
+    assert message.header.frame_id == 'odom' and message.header.stamp == at(2.0).to_msg()
+    pose, covariance = uncertain_values(message.pose)
+    assert pose == pytest.approx(buffer.lookup('odom', 'camera'))
+    assert covariance[1, 1] == pytest.approx(4e-4 + 0.2 ** 2 * 1e-4)
+    poses, covariances = buffer.lookup_uncertain_many('odom', 'camera', [at(2.0)])
+    np.testing.assert_allclose(covariances[0], covariance)
+    (share,) = buffer.lookup_budget('odom', 'camera', at(2.0))
+    assert (share.parent, share.child, share.position) == ('odom', 'base', 1.0)
+
+
+def test_lookup_waits_for_its_data(buffer, pool):
+    found = pool.submit(buffer.lookup_uncertain, 'odom', 'camera', at(3.0), PATIENCE)
+    until_waiting(buffer)
+    buffer.insert('odom', 'base', 3 * SECOND, Pose(x=3.0), covariance=COVARIANCE)
+    assert uncertain_values(found.result().pose)[1].any()
+    with pytest.raises(FutureExtrapolationException):
+        buffer.lookup_uncertain('odom', 'camera', at(4.0), lasting(0.001))
+
+
+def test_prediction_is_marked(buffer):
+    found = buffer.predict('odom', 'camera', at(2.25), lasting(0.5))
+    assert found.beyond == lasting(0.25)
+    assert found.pose.header.stamp == at(2.25).to_msg()
+    assert found.pose.pose.pose.position.x == pytest.approx(
+        buffer.lookup('odom', 'camera').x + 0.25)
+    assert found.pose.pose.covariance[0] > 0.0
+    assert buffer.predict('odom', 'camera', at(1.5), lasting(0.5)).beyond == lasting(0)
+    with pytest.raises(FutureExtrapolationException, match='horizon, 500 ms'):
+        buffer.predict('odom', 'camera', at(2.75), lasting(0.5))
+
+
+def test_uncertainty_of_the_way_is_added_on_demand(buffer):
+    way = 1e-4 * np.eye(6)
+    buffer.intake.take_covariance('odom', 'base', SECOND, way)
+    detection = stamped(pose=Pose(z=3.0), frame='camera')
+    plain = buffer.transform(detection, 'odom')
+    added = buffer.transform(detection, 'odom', uncertain=True)
+    assert added.header == plain.header
+    np.testing.assert_allclose(uncertain_values(added.pose)[0], uncertain_values(plain.pose)[0])
+    camera, of_camera = uncertain_values(
+        buffer.lookup_uncertain('odom', 'camera', at(1.5)).pose)
+    np.testing.assert_allclose(uncertain_values(added.pose)[1],
+                               composed(camera, of_camera, Pose(z=3.0), COVARIANCE))
+    assert added.pose.covariance[0] > plain.pose.covariance[0] + 1e-4
+    with pytest.raises(TypeError, match='takes a PoseWithCovarianceStamped.* not PointStamped'):
+        buffer.transform(PointStamped(), 'odom', uncertain=True)
+
+
+# --- topics
+
+def test_odometry_tells_of_the_edge_between_its_frames(buffer, node, talker):
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(Odometry, 'odometry')
+        before = buffer.lookup('odom', 'base', at(1.5))
+        send(talker, odometry(), '/odometry')
+        until(lambda: covariance_of(buffer, 'odom', 'base').any())
+    np.testing.assert_allclose(covariance_of(buffer, 'odom', 'base'), COVARIANCE)
+    # Its pose is another matter: that comes on /tf.
+    assert buffer.lookup('odom', 'base', at(1.5)) == before
+
+
+def test_localisation_is_as_unsure_of_the_robot_as_it_says(buffer, node, talker):
+    """What it is unsure of is map -> odom; the robot in map must come out as it said."""
+    robot = buffer.lookup('map', 'base', at(1.5))
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(PoseWithCovarianceStamped, 'amcl_pose', child='base',
+                           edge=('map', 'odom'))
+        send(talker, stamped(pose=robot), '/amcl_pose')
+        until(lambda: covariance_of(buffer, 'map', 'odom').any())
+    np.testing.assert_allclose(covariance_of(buffer, 'map', 'base'), COVARIANCE, atol=1e-12)
+    assert not covariance_of(buffer, 'odom', 'base').any()
+    assert covariance_of(buffer, 'map', 'odom')[1, 1] > 6e-4
+
+
+def test_localisation_that_is_ahead_of_the_transforms_is_kept(buffer, node, talker):
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(PoseWithCovarianceStamped, 'amcl_pose', child='base',
+                           edge=('map', 'odom'))
+        send(talker, stamped(3.0), '/amcl_pose')
+        until_waiting(buffer)
+        for parent, child in (('map', 'odom'), ('odom', 'base')):
+            buffer.insert(parent, child, 3 * SECOND, Pose(x=1.0))
+        until(lambda: covariance_of(buffer, 'map', 'base', 3.0).any())
+
+
+def test_edge_without_transforms_gets_its_poses_too(buffer, node, talker):
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(Odometry, 'visual', with_poses=True)
+        send(talker, odometry(child='eye'), '/visual')
+        until(lambda: 'eye' in buffer.frames())
+    assert buffer.lookup('odom', 'eye', at(1.5)) == pytest.approx(TURNED)
+    np.testing.assert_allclose(covariance_of(buffer, 'odom', 'eye'), COVARIANCE)
+
+
+UNKNOWN = np.diag([1e-4, 1e-4, 1e6, 1e6, 1e6, 1e-4])
+
+
+def test_robot_on_a_floor_is_taken_without_what_its_driver_does_not_know(buffer, node, talker):
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(Odometry, 'odometry', planar=True)
+        send(talker, odometry(covariance=UNKNOWN), '/odometry')
+        until(lambda: covariance_of(buffer, 'odom', 'base').any())
+    np.testing.assert_allclose(covariance_of(buffer, 'odom', 'base'),
+                               np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4]))
+
+
+@pytest.mark.parametrize(('covariance', 'edge', 'sentence'), [
+    (UNKNOWN, None, r'variance of a rotation is 1e\+06 rad\^2.*planar=True'),
+    (np.zeros((6, 6)), None, 'all zero: nobody filled it'),
+    (-np.eye(6), None, 'in messages -1 means that it is unknown'),
+    (COVARIANCE, ('map', 'odom'), "a pose in 'odom', and the edge .* begins elsewhere"),
+])
+def test_what_cannot_be_used_is_counted_and_told(
+        covariance, edge, sentence, buffer, node, talker, log):
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(Odometry, 'odometry', edge=edge)
+        send(talker, odometry(covariance=covariance), '/odometry')
+        until(lambda: buffer.statistics().incidents[Kind.BAD_COVARIANCE])
+    assert not covariance_of(buffer, 'odom', 'base').any()
+    assert_told(log, sentence)
+
+
+def assert_told(log, sentence):
+    until(lambda: "'odom' -> 'base' from '/odometry' (unusable covariance)" in log())
+    assert re.search(sentence, log())
+
+
+@pytest.mark.parametrize(('kind', 'options', 'sentence'), [
+    (Imu, {}, 'neither Odometry nor PoseWithCovarianceStamped'),
+    (PoseWithCovarianceStamped, {}, 'pass child='),
+    (Odometry, {'edge': ('a', 'b'), 'with_poses': True}, 'is another'),
+])
+def test_what_does_not_fit_together_is_told(kind, options, sentence, buffer, node):
+    with CovarianceListener(buffer, node) as listener, pytest.raises(ValueError, match=sentence):
+        listener.subscribe(kind, 'topic', **options)
+
+
+def test_gyroscope_aids_the_edge_in_the_axes_of_its_child(buffer, node, talker):
+    # On its back: what it measures about its z turns the robot the other way.
+    buffer.insert('base', 'imu', 0, Pose.from_xyz_rpy(roll=np.pi), static=True)
+    plain = buffer.lookup('odom', 'base', at(1.5))
+    with GyroListener(buffer, node, 'base', 'imu'):
+        publisher = talker.node.create_publisher(Imu, '/imu', 100)
+        talker.until_heard(publisher)
+        for seconds in np.arange(0.9, 2.15, 0.05).tolist():
+            message = Imu(header=transform('imu', '', seconds).header)
+            message.angular_velocity.z = -1.0 if seconds < 1.5 else 1.0
+            publisher.publish(message)
+        until(lambda: buffer.lookup('odom', 'base', at(1.5)) != plain)
+        until(lambda: gyro_end(buffer) >= 2 * SECOND)
+    found = buffer.lookup('odom', 'base', at(1.5))
+    assert found.as_rpy()[2] == pytest.approx(0.3 + 0.5, abs=0.05)
+    assert buffer.lookup('odom', 'base', at(2.0)).as_rpy()[2] == pytest.approx(0.3)
+
+
+def gyro_end(buffer):
+    return buffer._tree.histories['base'].gyro.orientations.latest_stamp
+
+
+def test_gyroscope_of_which_nobody_knows_where_it_is_mounted_is_told(buffer, node, talker, log):
+    with GyroListener(buffer, node, 'base'):
+        send(talker, Imu(header=transform('loose', '', 1.0).header), '/imu')
+        until(lambda: 'A message of the gyroscope is lost: "loose" passed to' in log())
+
+
+@pytest.mark.parametrize('make', [CovarianceListener, lambda *both: GyroListener(*both, 'base')])
+def test_listener_ends_when_it_is_let_go_or_closed(make, buffer, node):
+    def threads():
+        return [thread for thread in threading.enumerate() if thread.name.endswith(' receiver')]
+
+    listener = make(buffer, node)
+    (thread,) = threads()
+    del listener
+    gc.collect()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+    listener = make(buffer, node)
+    listener.close()
+    listener.close()
+    assert not threads()
+
+
+def test_topics_are_those_of_the_node(buffer, make_node, talker):
+    node = make_node('robot', namespace='/robot1', use_global_arguments=False,
+                     cli_args=['--ros-args', '-r', 'odometry:=wheels'])
+    with CovarianceListener(buffer, node) as listener:
+        listener.subscribe(Odometry, 'odometry')
+        send(talker, odometry(), '/robot1/wheels')
+        until(lambda: covariance_of(buffer, 'odom', 'base').any())
+
+
+def test_times_of_ros_are_stamps_everywhere(buffer):
+    assert buffer.aid('base', [at(1.0), at(1.1)], np.zeros((2, 3))) == 2
+    assert buffer.lookup_budget('odom', 'base', at(1.5)) == []
+    assert buffer.predict('odom', 'base', LATEST, lasting(1.0)).pose.header.stamp.sec == 2

@@ -1,0 +1,221 @@
+"""
+Poses beyond the newest data: bounded, marked, and with a covariance that grows.
+
+An edge goes on at the twist that it had last; its rotation as its gyroscope saw it, as far
+as that reaches. How wrong that may be nobody knows in advance, but how wrong it would have
+been lately can be computed: the same prediction is made from earlier samples and held
+against what came. So there is nothing to tune, and the covariance grows with the distance
+in time because those errors do.
+"""
+
+import operator
+from typing import NamedTuple
+
+import numpy as np
+
+from .propagation import placed, Step, steps_of, total
+from .tree import Tree
+from .uncertain import around_of, covariances_of
+from ..edges.aided import gyro_until, turn_of
+from ..edges.protocol import History, moves, MovingHistory
+from ..edges.uncertainty import Around
+from ..errors import ExtrapolationException, InvalidArgumentException
+from ..geometry import se3, so3
+from ..geometry.covariances import carried
+from ..geometry.pose import Pose
+from ..geometry.se3 import PoseTuple, Twist
+from ..geometry.so3 import Array
+from ..stamp import format_span, from_seconds, LATEST
+
+# The twist is the mean one of this time before the newest sample.
+_TWIST_OVER = from_seconds(0.1)
+# So many earlier predictions are held against what came; fewer than the least tell nothing.
+_MOST_TRIALS, _LEAST_TRIALS = 32, 3
+
+
+class Prediction(NamedTuple):
+    """
+    A pose that may lie beyond the data.
+
+    :ivar pose: ``target_T_source``.
+    :ivar covariance: (6, 6), with what the edges' own covariances say.
+    :ivar stamp: the time that it is for, nanoseconds.
+    :ivar beyond: how far beyond the newest data of an edge that is, nanoseconds; 0 where
+        nothing was predicted.
+    """
+
+    pose: Pose
+    covariance: Array
+    stamp: int
+    beyond: int
+
+
+class Known(NamedTuple):
+    """
+    The edges between two frames, one of which has no data as new as a stamp.
+
+    :ivar steps: with histories of their own, so that no lock is needed.
+    :ivar around: of each edge, its covariances; None of those that are certain.
+    """
+
+    steps: list[Step]
+    around: list[Around | None]
+
+
+def known_beyond(tree: Tree, target: str, source: str, stamp: int) -> Known | None:
+    """Return what a prediction takes; None where the data reaches the stamp."""
+    if stamp == LATEST or target == source:
+        return None
+    newest = tree.ways.newest_path(target, source).latest_common_time()
+    if newest == LATEST or stamp <= newest:
+        return None
+    steps = steps_of(tree.ways.branches(target, source, None))
+    return Known([step._replace(history=step.history.copy()) for step in steps],
+                 around_of(tree, steps, np.array([stamp])))
+
+
+def checked_horizon(horizon: int) -> int:
+    """
+    Return how far a caller lets predictions go, nanoseconds.
+
+    :raises InvalidArgumentException: no positive integer.
+    """
+    try:
+        checked = operator.index(horizon)
+    except TypeError:
+        checked = 0
+    if checked > 0:
+        return checked
+    raise InvalidArgumentException(
+        f'Invalid argument horizon {horizon!r}: it is a positive number of nanoseconds')
+
+
+def predicted(known: Known, stamp: int, horizon: int) -> Prediction:
+    """Return a pose beyond the newest data of at least one edge; see ``Queries.predict``."""
+    own = covariances_of(known.around, False)
+    poses, covariances, beyond = [], [], 0
+    for step, covariance in zip(known.steps, own, strict=True):
+        ahead = _ahead(step.history, stamp, horizon)
+        if ahead:
+            beyond = max(beyond, ahead)
+            pose, covariance = _gone_on(step, stamp, covariance)
+        else:
+            pose = step.history.sample(stamp)
+        poses.append(np.array([pose]))
+        covariances.append(covariance)
+    there, errors = placed(known.steps, poses, covariances)
+    x, y, z, qx, qy, qz, qw = there[0].tolist()
+    return Prediction(Pose(x, y, z, qx, qy, qz, qw), total(errors, there[:, :3])[0],
+                      stamp, beyond)
+
+
+def _ahead(history: History, stamp: int, horizon: int) -> int:
+    """
+    Return how far a stamp is beyond an edge's newest sample, nanoseconds; 0 if it is not.
+
+    :raises ExtrapolationException: further than the horizon, or there is no sample at all.
+    """
+    if not moves(history):
+        return 0
+    latest = history.latest_stamp
+    if latest is not None and stamp <= latest:
+        return 0
+    if latest is None or stamp - latest > horizon:
+        error = history.extrapolation(stamp)
+        error.hint = (f'A prediction goes no further than its horizon, {format_span(horizon)}: '
+                      'ask for less, or find out why the edge fell silent')
+        raise error
+    return stamp - latest
+
+
+def _gone_on(step: Step, stamp: int, covariance: Array | None) -> tuple[PoseTuple, Array]:
+    """Return where an edge goes until a stamp, and how far that may be off."""
+    history = step.history
+    assert moves(history) and history.latest_stamp is not None
+    latest = history.latest_stamp
+    pose = _forecast(history, latest, stamp)
+    turn = np.array(so3.as_matrix(pose[3:]))
+    grown = carried(turn, np.zeros(3), _trial_errors(history, stamp - latest))
+    if covariance is not None:
+        # The error of the newest pose is carried on with it.
+        lever = np.subtract(pose[:3], history.sample(latest)[:3])
+        grown += carried(np.eye(3), lever, covariance[0])
+    return pose, grown[None]
+
+
+def _forecast(history: MovingHistory, begin: int, end: int) -> PoseTuple:
+    """Return the pose at a stamp, out of what was known at an earlier one."""
+    return se3.compose(history.sample(begin), _motion(history, begin, end))
+
+
+def _motion(history: MovingHistory, begin: int, end: int) -> PoseTuple:
+    """Return how an edge moves from one stamp to another if it goes on as before the first."""
+    twist = _twist(history, begin)
+    known = gyro_until(history)
+    until = begin if known is None else max(begin, min(end, known))
+    turn, half = (turn_of(history, begin, stamp) for stamp in (until, (begin + until) // 2))
+    if turn is None or half is None:
+        return se3.exp(_times(twist, end - begin))
+    # The velocity stays what it is in the child's axes: Simpson's rule.
+    way = _times(twist, until - begin)[:3]
+    first, middle, last = way, so3.rotate(half, way), so3.rotate(turn, way)
+    x, y, z = ((a + 4.0 * b + c) / 6.0 for a, b, c in zip(first, middle, last, strict=True))
+    return se3.compose((x, y, z, *turn), se3.exp(_times(twist, end - until)))
+
+
+def _twist(history: MovingHistory, stamp: int) -> Twist:
+    """
+    Return the mean twist just before a stamp, a nanosecond of it, in the child's axes.
+
+    :raises ExtrapolationException: there is only one sample.
+    """
+    assert history.oldest_stamp is not None
+    length = min(_TWIST_OVER, stamp - history.oldest_stamp)
+    if length <= 0 or history.parent_at(stamp - length) != history.parent:
+        raise ExtrapolationException(
+            f'A prediction takes two samples, and the edge {history.parent} -> {history.child} '
+            'has one under this parent')
+    before, now = history.sample(stamp - length), history.sample(stamp)
+    return _times(se3.log(se3.compose(se3.inverse(before), now)), 1.0 / length)
+
+
+def _times(twist: Twist, factor: float) -> Twist:
+    vx, vy, vz, wx, wy, wz = (factor * value for value in twist)
+    return (vx, vy, vz, wx, wy, wz)
+
+
+# --- how wrong it would have been
+
+def _trial_errors(history: MovingHistory, ahead: int) -> Array:
+    """
+    Return the second moment (6, 6) of what earlier predictions were off, in the child's axes.
+
+    Where there are too few to tell: of an error as large as the motion that is added, for
+    the edge may as well have stopped.
+    """
+    assert history.latest_stamp is not None
+    errors = [_trial(history, begin, begin + ahead) for begin in _trial_stamps(history, ahead)]
+    if len(errors) < _LEAST_TRIALS:
+        latest = history.latest_stamp
+        errors = [se3.log(_motion(history, latest, latest + ahead))]
+    rows = np.array(errors)
+    return np.asarray(rows.T @ rows / len(rows))
+
+
+def _trial_stamps(history: MovingHistory, ahead: int) -> list[int]:
+    """Return from when to predict, to know by now: samples, evenly over all that is stored."""
+    oldest, latest = history.oldest_stamp, history.latest_stamp
+    assert oldest is not None and latest is not None
+    knots = np.unique(history.track(oldest, latest).knots)
+    knots = knots[(knots - oldest >= _TWIST_OVER) & (latest - knots >= ahead)]
+    places = np.linspace(0, len(knots) - 1, min(len(knots), _MOST_TRIALS)).astype(int)
+    return [stamp for stamp in knots[places].tolist()
+            if all(history.parent_at(when) == history.parent
+                   for when in (stamp - _TWIST_OVER, stamp, stamp + ahead))]
+
+
+def _trial(history: MovingHistory, begin: int, end: int) -> tuple[float, ...]:
+    """Return what a prediction was off: metres and radians, in the axes of the predicted."""
+    predicted = _forecast(history, begin, end)
+    x, y, z, qx, qy, qz, qw = se3.compose(se3.inverse(predicted), history.sample(end))
+    return (x, y, z, *so3.log((qx, qy, qz, qw)))

@@ -1,0 +1,154 @@
+"""
+Lookups that say how sure they are, and which edge they owe it to.
+
+Edges without a covariance are certain. An edge above the meeting point of the two frames
+is not walked, so what it may be off by drops out.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .propagation import Errors, placed, Step, steps_of, total
+from .tree import Tree
+from ..edges.uncertainty import Around
+from ..geometry.covariances import between
+from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Array
+from ..stamp import LATEST
+from ..times import Stamps
+
+# Stamps that are handled at once: a covariance takes 288 bytes, and there are several of each.
+_BLOCK = 2048
+
+
+class Share(NamedTuple):
+    """
+    What one edge adds to the uncertainty of a lookup.
+
+    :ivar covariance: (6, 6), of the source's pose in the target; those of all edges add
+        up to the lookup's.
+    :ivar position: its part of the variance of the position, 0 to 1.
+    :ivar rotation: its part of the variance of the rotation, 0 to 1.
+    """
+
+    parent: str
+    child: str
+    covariance: Array
+    position: float
+    rotation: float
+
+
+class Uncertain(NamedTuple):
+    """``target_T_source``, and how far it may be off; see ``geometry.covariances``."""
+
+    stamp: int
+    pose: PoseTuple
+    covariance: Array
+
+
+def shares(errors: Errors | None, pose: PoseTuple) -> list[Share]:
+    """Return what each edge adds, the largest part of the position first."""
+    if errors is None:
+        return []
+    covariances = errors.shares(np.array([pose[:3]]))[:, 0]
+    whole = covariances.sum(axis=0)
+    each = [Share(step.parent, step.history.child, covariance,
+                  _part(covariance[:3, :3], whole[:3, :3]),
+                  _part(covariance[3:, 3:], whole[3:, 3:]))
+            for step, covariance in zip(errors.steps, covariances, strict=True)]
+    return sorted(each, key=lambda share: (-share.position, -share.rotation))
+
+
+def _part(one: Array, whole: Array) -> float:
+    return float(np.trace(one) / np.trace(whole)) if np.trace(whole) > 0.0 else 0.0
+
+
+class Gathered(NamedTuple):
+    """
+    What a tree knows of the edges between two frames, for some stamps.
+
+    Copied under the lock; what follows from it is computed without.
+
+    :ivar poses: of each edge, ``parent_T_child`` (N, 7), or (1, 7) for all stamps.
+    :ivar around: of each edge, its covariances; None of those that are certain.
+    """
+
+    steps: list[Step]
+    poses: list[Array]
+    around: list[Around | None]
+
+    def errors(self, independent: bool) -> Errors | None:
+        """Return what may be wrong about these edges; None if they are all certain."""
+        return placed(self.steps, self.poses, covariances_of(self.around, independent))[1]
+
+
+def gathered_at(tree: Tree, target: str, source: str, stamp: int, newest: bool) -> Gathered:
+    """
+    Return what is known of the edges between two frames at a stamp that has an answer.
+
+    :param newest: whether it is what ``LATEST`` came to, which is no time where nothing
+        moves.
+    """
+    if target == source or not tree.uncertainty:
+        return Gathered([], [], [])
+    steps = steps_of(tree.ways.branches(
+        target, source, None if newest and stamp == LATEST else stamp))
+    poses = [np.array([step.history.sample(stamp)]) for step in steps]
+    return Gathered(steps, poses, around_of(tree, steps, np.array([stamp])))
+
+
+def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:
+    """Return each edge's own covariances around stamps; None of those without."""
+    return [known.around(stamps, history)
+            if (known := tree.uncertainty.get(history.child)) and known.parent == parent else None
+            for parent, history, _ in steps]
+
+
+def covariances_of(around: Sequence[Around | None], independent: bool) -> list[Array | None]:
+    """Return the covariances (N, 6, 6) of edges, interpolated; None of those without."""
+    covariances: list[Array | None] = [None] * len(around)
+    found = [(number, one) for number, one in enumerate(around) if one is not None]
+    if found:
+        # All edges at once: numpy takes as long for one.
+        before, after, ratio, turn = (
+            np.stack(part) for part in zip(*(one for _, one in found), strict=True))
+        each = between(before, after, ratio, turn, independent)
+        for (number, _), covariance in zip(found, each, strict=True):
+            covariances[number] = covariance
+    return covariances
+
+
+# --- many
+
+def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: Array,
+                   independent: bool) -> Array:
+    """
+    Return the covariances (N, 6, 6) of poses ``target_T_source`` (N, 7) at stamps (N,).
+
+    :param tree: one that nobody changes meanwhile.
+    """
+    if target == source or not tree.uncertainty:
+        return np.zeros((len(stamps), 6, 6))
+    points = poses[:, :3]
+    if tree.ways.was_rehung:
+        return _stacked([
+            total(gathered_at(tree, target, source, stamp, False).errors(independent), point[None])
+            for stamp, point in zip(stamps.tolist(), points, strict=True)])
+    steps = steps_of(tree.ways.branches(target, source, None))
+    blocks = [slice(begin, begin + _BLOCK) for begin in range(0, len(stamps), _BLOCK)]
+    return _stacked([_total_at(tree, steps, stamps[block], points[block], independent)
+                     for block in blocks])
+
+
+def _total_at(tree: Tree, steps: Sequence[Step], stamps: Stamps, points: Array,
+              independent: bool) -> Array:
+    ends = int(stamps.min()), int(stamps.max())
+    poses = [step.history.track(*ends).at(stamps).T for step in steps]
+    around = around_of(tree, steps, stamps)
+    return total(Gathered(list(steps), poses, around).errors(independent), points)
+
+
+def _stacked(covariances: Sequence[Array]) -> Array:
+    return np.concatenate(covariances) if covariances else np.empty((0, 6, 6))

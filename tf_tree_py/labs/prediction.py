@@ -1,0 +1,184 @@
+"""Prediction: how far beyond the newest data a controller may look, and how sure it can be."""
+
+from functools import partial
+from math import dist, sin, sqrt, tau
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core import BufferCore, FutureExtrapolationException, Pose
+from tf_tree_py.core.stamp import as_seconds, from_seconds
+
+from .pictures import GREY, STYLES
+from .report import Column, Report, Table
+
+SUMMARY = 'beyond the newest data: how far off, and whether the covariance knows it'
+
+AHEADS = tuple(map(from_seconds, (0.020, 0.050, 0.100, 0.200, 0.400)))
+HORIZON = from_seconds(0.5)
+PERIOD = from_seconds(0.020)
+SPEED, BRAKE_AT, BRAKE = 1.0, from_seconds(20.0), 2.0
+# A square of that many deviations leaves out a twentieth: two numbers, chi-square.
+_CHI_SQUARE = 5.991
+
+_BEGIN, _END = from_seconds(8.0), from_seconds(18.0)
+
+
+class Ahead(NamedTuple):
+    """
+    Predictions by one time, over many moments.
+
+    :ivar ahead: nanoseconds.
+    :ivar latest: the mean error of taking the newest pose, metres.
+    :ivar predicted: the mean error of the prediction, metres.
+    :ivar claimed: the deviation that its covariance tells, metres, in the mean.
+    :ivar inside: how many errors lay in its ellipse of 95 %.
+    """
+
+    ahead: int
+    latest: float
+    predicted: float
+    claimed: float
+    inside: float
+
+
+def slalom(stamp: int) -> Pose:
+    """Return a robot that swerves at changing speeds, and brakes hard at BRAKE_AT."""
+    # Before the brake its course is a smooth function of time.
+    seconds = as_seconds(min(stamp, BRAKE_AT))
+    x = SPEED * seconds + 0.25 * sin(tau * 0.31 * seconds)
+    y, yaw = 0.4 * sin(tau * 0.23 * seconds), 0.5 * sin(tau * 0.23 * seconds + 1.4)
+    braking = min(as_seconds(max(stamp - BRAKE_AT, 0)), SPEED / BRAKE)
+    return Pose.from_xyz_rpy(x=x + SPEED * braking - 0.5 * BRAKE * braking ** 2, y=y, yaw=yaw)
+
+
+def driven_until(end: int) -> BufferCore:
+    """Return a buffer that a drive has filled at 50 Hz up to a time."""
+    buffer = BufferCore()
+    for stamp in range(PERIOD, end + 1, PERIOD):
+        buffer.insert('odom', 'base', stamp, slalom(stamp))
+    return buffer
+
+
+def how_far_off(ahead: int) -> Ahead:
+    """Predict by a time from many moments, and hold that against what came."""
+    buffer = driven_until(_BEGIN)
+    rows = []
+    for now in range(_BEGIN + PERIOD, _END, PERIOD):
+        buffer.insert('odom', 'base', now, slalom(now))
+        if now % from_seconds(0.3):
+            continue
+        found = buffer.predict('odom', 'base', now + ahead, HORIZON)
+        truth = slalom(now + ahead)
+        off = np.subtract(truth[:2], found.pose[:2])
+        floor = found.covariance[:2, :2]
+        rows.append((dist(truth[:2], slalom(now)[:2]), float(np.linalg.norm(off)),
+                     sqrt(np.trace(floor)), off @ np.linalg.solve(floor, off) < _CHI_SQUARE))
+    return Ahead(ahead, *np.mean(rows, axis=0).tolist())
+
+
+class Braking(NamedTuple):
+    """One prediction while it brakes harder than ever before; metres."""
+
+    since: int
+    off: float
+    claimed: float
+
+
+def braking(since: int, ahead: int = from_seconds(0.2)) -> Braking:
+    """Predict 0.2 s ahead, some time (nanoseconds) after the brake."""
+    now = BRAKE_AT + since
+    found = driven_until(now).predict('odom', 'base', now + ahead, HORIZON)
+    return Braking(since, dist(found.pose[:2], slalom(now + ahead)[:2]),
+                   sqrt(np.trace(found.covariance[:2, :2])))
+
+
+def beyond_the_horizon() -> str:
+    """Return the error of a prediction that goes too far."""
+    try:
+        driven_until(_BEGIN).predict('odom', 'base', _BEGIN + 2 * HORIZON, HORIZON)
+    except FutureExtrapolationException as error:
+        return str(error)
+    return ''
+
+
+def fit(aheads: list[Ahead]) -> float:
+    """Return a of the error a dt (dt + 0.1 s)/2, m/s^2."""
+    times = np.array([as_seconds(one.ahead) for one in aheads])
+    offs = np.array([one.predicted for one in aheads])
+    return float(np.exp(np.mean(np.log(2.0 * offs / (times * (times + 0.1))))))
+
+
+def run() -> Report:
+    """Predict a robot that swerves, and one that brakes."""
+    aheads = [how_far_off(ahead) for ahead in AHEADS]
+    brakes = [braking(from_seconds(since)) for since in (-0.2, -0.1, 0.0, 0.1, 0.3)]
+    acceleration = fit(aheads)
+    tenth = aheads[AHEADS.index(from_seconds(0.1))]
+    inside = float(np.mean([one.inside for one in aheads]))
+    return Report(
+        tables=[_ahead_table(aheads), _brake_table(brakes)],
+        law='the newest pose is off by v dt, a prediction by a dt (dt + 0.1 s)/2, for its twist '
+            f'is the mean of the last 0.1 s (fitted: a = {acceleration:.2f} m/s^2): at 0.1 s '
+            f'{tenth.latest * 100.0:.1f} cm against {tenth.predicted * 100.0:.2f} cm. The '
+            'covariance learns from how wrong earlier predictions were, and held '
+            f'{inside * 100.0:.0f} % of the errors in its 95 %; of a first hard brake it knows '
+            'nothing.',
+        remarks=[f'Further than the horizon there is no answer: {beyond_the_horizon()}'],
+        numbers={'acceleration': acceleration, 'inside': inside, 'latest_m': tenth.latest,
+                 'predicted_m': tenth.predicted},
+        draw=partial(_draw, aheads))
+
+
+def _ahead_table(aheads: list[Ahead]) -> Table:
+    return Table(
+        f'A robot that swerves at about {SPEED:g} m/s, known at 50 Hz: mean errors',
+        (Column('ahead_s', 'ahead [ms]', '.0f', 1e3),
+         Column('latest_m', 'the newest pose [cm]', '.2f', 100.0),
+         Column('predicted_m', 'predicted [cm]', '.3f', 100.0),
+         Column('claimed_m', 'its sigma [cm]', '.3f', 100.0),
+         Column('inside', 'in the 95 % [%]', '.0f', 100.0)),
+        [(as_seconds(one.ahead), one.latest, one.predicted, one.claimed, one.inside)
+         for one in aheads])
+
+
+def _brake_table(brakes: list[Braking]) -> Table:
+    return Table(
+        f'It brakes at {BRAKE:g} m/s^2, harder than ever: 200 ms ahead',
+        (Column('since_s', 'after the brake [ms]', '.0f', 1e3),
+         Column('off_m', 'off by [cm]', '.2f', 100.0),
+         Column('claimed_m', 'its sigma [cm]', '.2f', 100.0)),
+        [(as_seconds(one.since), one.off, one.claimed) for one in brakes])
+
+
+def _draw(aheads: list[Ahead], figure: Any) -> None:
+    left, right = figure.subplots(1, 2)
+    times = [as_seconds(one.ahead) * 1e3 for one in aheads]
+    for style, name, label in zip(STYLES, ('latest', 'predicted', 'claimed'), (
+            'the newest pose', 'predicted', 'σ of the prediction'), strict=False):
+        left.loglog(times, [getattr(one, name) * 100.0 for one in aheads], **style, label=label)
+    left.set(xlabel='ahead [ms]', ylabel='off by, in the mean [cm]', title='A robot that swerves')
+    left.set_xticks(times, [f'{time:g}' for time in times])
+    left.minorticks_off()
+    left.legend(loc='upper left')
+    _draw_course(right)
+
+
+def _draw_course(axes: Any) -> None:
+    """Draw where predictions lead from a few moments, with their ellipses."""
+    way = np.array([slalom(stamp)[:2] for stamp in range(_BEGIN, _END, PERIOD)])
+    axes.plot(*way.T, color=GREY, linewidth=4.0, alpha=0.4, label='as it drove')
+    circle = np.linspace(0.0, tau, 49)
+    for now in range(_BEGIN + from_seconds(0.6), _END - HORIZON, from_seconds(1.8)):
+        buffer = driven_until(now)
+        found = [buffer.predict('odom', 'base', now + ahead, HORIZON)
+                 for ahead in range(0, HORIZON, PERIOD)]
+        axes.plot(*np.array([one.pose[:2] for one in found]).T, color=STYLES[1]['color'],
+                  label='predicted, 0.5 s' if now < _BEGIN + from_seconds(1.0) else None)
+        values, vectors = np.linalg.eigh(found[-1].covariance[:2, :2])
+        ring = vectors @ (sqrt(_CHI_SQUARE) * np.sqrt(values)[:, None]
+                          * [np.cos(circle), np.sin(circle)])
+        axes.plot(found[-1].pose.x + ring[0], found[-1].pose.y + ring[1],
+                  color=STYLES[2]['color'], linewidth=1.0)
+    axes.set(xlabel='x [m]', ylabel='y [m]', ylim=(-1.2, 1.2),
+             title='Predictions, and their 95 %')
+    axes.legend(loc='upper right')

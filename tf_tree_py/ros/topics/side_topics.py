@@ -1,0 +1,45 @@
+"""Topics beside /tf that tell a buffer more, read in a thread of our own."""
+
+from collections.abc import Callable
+from typing import Any
+import weakref
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from ..threads.companion import companion
+from ..threads.receiver import Receiver
+
+
+class SideTopics:
+    """
+    Reads topics in one daemon thread, on a small node beside the user's.
+
+    It lives as long as its owner, or until ``close()``; the node is not kept busy, and
+    need not be spun.
+    """
+
+    def __init__(self, owner: object, node: Node, name: str) -> None:
+        """
+        Begin to read nothing.
+
+        :param owner: when it is gone, the thread ends; no callback may keep it alive.
+        :param node: whose names and remappings to use.
+        """
+        self._node = node
+        self._home = companion(node, name, with_clock=False)
+        self._receiver = Receiver(self._home, lambda: None)
+        self._subscriptions: list[Any] = []
+        weakref.finalize(owner, self._receiver.stop)
+
+    def subscribe(self, msg_type: Any, topic: str, callback: Callable[[Any], None],
+                  qos: QoSProfile | int) -> str:
+        """Call back with every message of a topic; return the topic's whole name."""
+        name = self._node.resolve_topic_name(topic)
+        self._subscriptions.append(self._home.create_subscription(msg_type, name, callback, qos))
+        self._receiver.wake()
+        return name
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._receiver.close()
