@@ -139,6 +139,15 @@ def test_too_little_history_is_as_unsure_as_the_motion_is_long():
     assert not found.covariance[1:, 1:].any()
 
 
+def test_what_was_long_ago_is_forgotten():
+    """It wandered for 4 s, and then went straight for 12 s, in a buffer that keeps all."""
+    buffer = driven(wandering)
+    for stamp in range(NOW + 20 * MS, 4 * NOW, 20 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=stamp / SECOND))
+    found = buffer.predict('odom', 'base', 4 * NOW + 100 * MS, SECOND)
+    assert np.abs(found.covariance).max() < 1e-12
+
+
 def test_gyroscope_leads_on():
     """The turn rate changes after the last pose, and the gyroscope has seen it."""
     rate = 0.0, 0.0, 1.5

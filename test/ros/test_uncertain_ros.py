@@ -104,7 +104,7 @@ def test_prediction_is_marked(buffer):
 
 def test_uncertainty_of_the_way_is_added_on_demand(buffer):
     way = 1e-4 * np.eye(6)
-    buffer.intake.take_covariance('odom', 'base', SECOND, way)
+    buffer.intake.take_covariance('odom', 'base', SECOND, way, 'test')
     detection = stamped(pose=Pose(z=3.0), frame='camera')
     plain = buffer.transform(detection, 'odom')
     added = buffer.transform(detection, 'odom', uncertain=True)

@@ -73,15 +73,20 @@ class Intake:
         def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
             incidents = self._each(samples, authority, static)
             if samples and not any(incident.refused for incident in incidents):
-                self._tree.set_covariance(*sample[:3], covariance)
+                refused = self._tree.set_covariance(*sample[:3], covariance, authority)
+                self._count(0, refused)
+                incidents += refused
             return incidents
 
         return self.take([sample], authority, static, insert)
 
-    def take_covariance(self, parent: str, child: str, stamp: int, covariance: Array) -> None:
+    def take_covariance(self, parent: str, child: str, stamp: int, covariance: Array,
+                        authority: str) -> list[Incident]:
         """Take the covariance (6, 6) of an edge whose poses come another way."""
         with self._lock:
-            self._tree.set_covariance(parent, child, stamp, covariance)
+            refused = self._tree.set_covariance(parent, child, stamp, covariance, authority)
+            self._count(0, refused)
+        return refused
 
     def take_rates(self, child: str, stamps: Stamps, rates: Array) -> int:
         """Take angular velocities (N, 3) at stamps (N,), sorted; see ``BufferCore.aid``."""

@@ -129,9 +129,9 @@ def between(before: Array, after: Array, ratio: Array, turn: Array,
     The error is M0 e0 + M1 e1: of the translation 1 - u and u, of the rotation
     M1 = u Jl(u f) Jl(f)^-1 and M0 = Exp(u f) - u Jl(u f) Jr(f)^-1, with the rotation f from
     one to the other and the Jacobians of SO(3). Unless the two errors are independent,
-    the answer is M0 C0 M0^T / (1 - u) + M1 C1 M1^T / u. It is the least bound of this form
-    that holds however they are correlated, and where both are the same error, it is its
-    covariance.
+    the answer is M0 C0 M0^T / (1 - u) + M1 C1 M1^T / u: a bound however they are
+    correlated, for (a + b)(a + b)^T <= a a^T / (1 - u) + b b^T / u of any two vectors.
+    Where both are the same error, and the edge does not turn, it is its covariance.
 
     :param before: (..., 6, 6), and ``after`` too.
     :param ratio: (...) u, 0 to 1.

@@ -31,6 +31,7 @@ from ..stamp import format_span, from_seconds, LATEST
 _TWIST_OVER = from_seconds(0.1)
 # So many earlier predictions are held against what came; fewer than the least tell nothing.
 _MOST_TRIALS, _LEAST_TRIALS = 32, 3
+_LATELY = from_seconds(10.0)
 
 
 class Prediction(NamedTuple):
@@ -203,9 +204,10 @@ def _trial_errors(history: MovingHistory, ahead: int) -> Array:
 
 
 def _trial_stamps(history: MovingHistory, ahead: int) -> list[int]:
-    """Return from when to predict, to know by now: samples, evenly over all that is stored."""
+    """Return from when to predict, to know by now: samples, evenly over the last 10 s."""
     oldest, latest = history.oldest_stamp, history.latest_stamp
     assert oldest is not None and latest is not None
+    oldest = max(oldest, latest - _LATELY)
     knots = np.unique(history.track(oldest, latest).knots)
     knots = knots[(knots - oldest >= _TWIST_OVER) & (latest - knots >= ahead)]
     places = np.linspace(0, len(knots) - 1, min(len(knots), _MOST_TRIALS)).astype(int)

@@ -163,13 +163,26 @@ class Tree:
         if began is not None and stamps.min() < began:
             self._structure_changed()
 
-    def set_covariance(self, parent: str, child: str, stamp: int, covariance: Array) -> None:
-        """Take the covariance (6, 6) of an edge at a stamp, which its poses may not have yet."""
+    def set_covariance(self, parent: str, child: str, stamp: int, covariance: Array,
+                       authority: str) -> list[Incident]:
+        """
+        Take the covariance (6, 6) of an edge at a stamp, which its poses may not have yet.
+
+        :return: what was refused, for its names come from strangers; nearly always empty.
+        """
         known = self.uncertainty.get(child)
         if known is None or known.parent != parent:
+            bad = bad_name(parent, child, stamp, authority, self.max_name_bytes)
+            if bad:
+                return [bad]
+            if known is None and len(self.uncertainty) >= self.max_frames:
+                return [Incident(
+                    Kind.TOO_MANY_FRAMES, parent, child, stamp, authority, 'the buffer already '
+                    f'has covariances of {len(self.uncertainty)} edges, its limit (max_frames)')]
             known = Uncertainty(parent)
             self.uncertainty = {**self.uncertainty, child: known}
         known.insert(stamp, covariance, self.cache_time)
+        return []
 
     def aid(self, child: str, stamps: Stamps, rates: Array) -> int:
         """

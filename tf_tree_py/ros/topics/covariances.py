@@ -131,11 +131,15 @@ class _Source:
             self._buffer.feeds.note(self._buffer.intake.take_uncertain(
                 Sample(parent, child, stamp, pose), covariance, self.authority, False))
         elif self._edge is None or self._edge == (parent, child):
-            self._buffer.intake.take_covariance(parent, child, stamp, covariance)
+            self._store((parent, child), stamp, covariance)
         elif self._edge[0] != parent:
             refuse(f'it is a pose in {parent!r}, and the edge {self._edge} begins elsewhere')
         else:
             self._take_moved(child, stamp, pose, covariance, refuse)
+
+    def _store(self, edge: Edge, stamp: int, covariance: Array) -> None:
+        self._buffer.feeds.note(self._buffer.intake.take_covariance(
+            *edge, stamp, covariance, self.authority))
 
     def _refusing(self, parent: str, child: str, stamp: int) -> Callable[[str], None]:
         def refuse(why: str) -> None:
@@ -148,19 +152,18 @@ class _Source:
                     refuse: Callable[[str], None]) -> None:
         """Take the covariance of a pose for an edge above it, once the way there is known."""
         assert self._edge is not None
-        parent, other = self._edge
-        intake = self._buffer.intake
+        edge = self._edge
 
         def take(future: Any) -> None:
             if future.cancelled() or future.exception() is not None:
-                refuse(f'where {other!r} was then is not known: {future.exception()}')
+                refuse(f'where {edge[1]!r} was then is not known: {future.exception()}')
                 return
             there = se3.compose(pose, as_pose(future.result()))
             lever = np.subtract(there[:3], pose[:3])
-            intake.take_covariance(parent, other, stamp, carried(np.eye(3), lever, covariance))
+            self._store(edge, stamp, carried(np.eye(3), lever, covariance))
 
         self._buffer.wait_for_transform_async(
-            child, other, time_message(stamp), _PATIENCE).add_done_callback(take)
+            child, edge[1], time_message(stamp), _PATIENCE).add_done_callback(take)
 
 
 def _fault_of(covariance: Array) -> str:
