@@ -50,7 +50,7 @@ setup(
     # rclpy and the messages come with ROS 2; what needs no ROS needs no more than this.
     install_requires=['numpy', 'scipy'],
     extras_require={
-        'bag': ['rosbags'],
+        'bag': ['rich', 'rosbags>=0.11'],
         'plot': ['matplotlib'],
         'test': ['hypothesis', 'pytest'],
         'view': ['viser'],
