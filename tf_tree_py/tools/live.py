@@ -8,8 +8,8 @@ from typing import Any
 import rclpy
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from tf_tree_py.core.arrivals.arrival import Endpoint
 from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.arrivals.received import Endpoint
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.companion import node_of_its_own
 from tf_tree_py.ros.topics.authority import node_name
@@ -21,7 +21,7 @@ from .endings import Cannot
 
 class Live:
     """
-    A buffer that hears a running system; see ``source.Source``.
+    A buffer that hears a running system; see ``source.TreeSource``.
 
     :ivar node: the tool's node, with a hidden name; nobody spins it.
     """
@@ -76,6 +76,10 @@ class Live:
                     (True, self.node.get_publishers_info_by_topic(topic)),
                     (False, self.node.get_subscriptions_info_by_topic(topic)))
                 for info in infos]
+
+    def damage(self) -> list[str]:
+        """Return nothing: what cannot be read is told to the observers."""
+        return []
 
     def _endpoint(self, info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
         qos = info.qos_profile

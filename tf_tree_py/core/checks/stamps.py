@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from ..case import Case
-from ..check import check, of_edge, publishers_of, Remark
-from ..finding import Severity
-from ...stamp import format_span
+from .case import Case
+from .check import check, of_edge, publishers_of, Remark
+from .finding import Severity
+from ..stamp import format_span
 
 # Fewer than this may happen to anybody.
 _FEW = 3

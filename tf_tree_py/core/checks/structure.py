@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
+from .case import Case
+from .check import check, of_trouble, publishers_of, Remark
+from .finding import Severity
 from .names import likeness
-from ..case import Case
-from ..check import check, of_trouble, publishers_of, Remark
-from ..edge import EdgeRecord
-from ..finding import Severity
-from ...arrivals.incidents import Kind
-from ...stamp import from_seconds
+from ..arrivals.incidents import Kind
+from ..stamp import from_seconds
+from ..vitals.edge import EdgeRecord
 
 # A frame that is handed from one to another is a child of each for a while. In a fight it changes
 # its parent with every other message.

@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from .edge import Edge, EdgeRecord, MovingEdge, Parents
-from .limits import Limits
-from ..arrivals.arrival import Endpoint
 from ..arrivals.incidents import Kind
+from ..arrivals.received import Endpoint
 from ..stamp import from_seconds
+from ..vitals.edge import Edge, EdgeRecord, MovingEdge, Parents
+from ..vitals.limits import Limits
 
 # Delays that are further apart than this are no delays: the stamps come from different clocks.
 _ANOTHER_CLOCK = from_seconds(30.0)

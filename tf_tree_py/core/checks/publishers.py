@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from ..case import Case
-from ..check import check, names_of, of_edge, of_trouble, Remark
-from ..edge import MovingEdge
-from ..finding import Severity
-from ...arrivals.arrival import Endpoint
-from ...arrivals.incidents import Kind
+from .case import Case
+from .check import check, names_of, of_edge, of_trouble, Remark
+from .finding import Severity
+from ..arrivals.incidents import Kind
+from ..arrivals.received import Endpoint
+from ..vitals.edge import MovingEdge
 
 # Two publishers whose values disagree make the frame go to and fro. By noise alone that happens
 # too, but most steps of noise are not taken back by the next.
