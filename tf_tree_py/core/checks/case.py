@@ -91,10 +91,11 @@ class Case:
 
     @cached_property
     def above(self) -> dict[str, list[EdgeRecord]]:
-        """Return the edges to a child's parents: one, unless there is a fight."""
+        """Return the edges to a child's parents, but loops: one, unless there is a fight."""
         found: dict[str, list[EdgeRecord]] = {}
         for edge in self.edges:
-            found.setdefault(edge.child, []).append(edge)
+            if (Kind.LOOP, *edge.frames) not in self.troubles:
+                found.setdefault(edge.child, []).append(edge)
         return found
 
     @cached_property

@@ -82,7 +82,7 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
                  'samples': timing.count})
 
 
-@check(Severity.WARNING,
+@check(Severity.WARNING, explains=('irregular_rate',),
        catches='stamps that are older than the one before',
        cause='a node with several threads that publish, or a relay over a network that reorders',
        fix='publish one edge from one thread, in order: who asks for the latest in between gets '

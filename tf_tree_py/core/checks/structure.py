@@ -16,7 +16,9 @@ _FIGHT = 3
 _ROUND = from_seconds(1.0)
 
 
-@check(Severity.ERROR, textbook=True, explains=('two_parents', 'two_publishers'),
+@check(Severity.ERROR, textbook=True,
+       explains=('two_publishers', 'delayed', 'static_republished', 'gap', 'irregular_rate',
+                 'skew'),
        catches='an edge that would close a loop: each frame of it the child of the next',
        cause='two nodes disagree about who is whose parent; often a localiser that publishes '
              'map -> base_link beside an odometry, or an inverted transform',
