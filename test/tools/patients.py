@@ -138,8 +138,8 @@ def _numbered(messages, change):
     return changed
 
 
-def _bad(parent, child, pose=STILL, stamp=BEGIN + ns(1.0)):
-    return Message(BEGIN + ns(1.01), '/tf', [(parent, child, stamp, pose)])
+def _bad(parent, child):
+    return Message(BEGIN + ns(1.01), '/tf', [(parent, child, BEGIN + ns(1.0), STILL)])
 
 
 def _looped():

@@ -112,8 +112,9 @@ class Doctor(Observer):
 def _causes(findings: Sequence[Finding]) -> Iterable[Finding]:
     """Yield the findings that no other one about the same frames explains."""
     for finding in findings:
-        if not any(finding.code in CODES[other.code].explains
-                   and {*finding.frames} <= {*other.frames} for other in findings):
+        if not finding.frames or not any(
+                finding.code in CODES[other.code].explains
+                and {*finding.frames} <= {*other.frames} for other in findings):
             yield finding
 
 

@@ -42,17 +42,11 @@ class Live:
         self.buffer = Buffer()
         for observer in observers:
             self.buffer.observers.add(observer)
-        try:
-            self._topics = {
-                self.node.resolve_topic_name(topic): static for topic, static in (
-                    (arguments.tf_topic or TF_TOPIC, False),
-                    (arguments.tf_static_topic or TF_STATIC_TOPIC, True))}
-            self._listener = TransformListener(
-                self.buffer, self.node, tf_topic=arguments.tf_topic or TF_TOPIC,
-                tf_static_topic=arguments.tf_static_topic or TF_STATIC_TOPIC)
-        except Exception as error:  # noqa: B902 - likewise
-            rclpy.try_shutdown()
-            raise Cannot(_sentence(error)) from error
+        moving = self._resolved(arguments.tf_topic or TF_TOPIC)
+        fixed = self._resolved(arguments.tf_static_topic or TF_STATIC_TOPIC)
+        self._topics = {moving: False, fixed: True}
+        self._listener = TransformListener(
+            self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
         self.name = ' and '.join(self._topics)
         self.now = self.buffer.now
 
@@ -63,6 +57,14 @@ class Live:
         self._listener.close()
         self.node.destroy_node()
         rclpy.try_shutdown()
+
+    def _resolved(self, topic: str) -> str:
+        """Return a topic's full name, remapped."""
+        try:
+            return self.node.resolve_topic_name(topic)
+        except Exception as error:  # noqa: B902 - likewise
+            rclpy.try_shutdown()
+            raise Cannot(f'{topic!r} is no topic: {_sentence(error)}') from error
 
     def watch(self, seconds: float | None) -> None:
         """Let transforms arrive, in the listener's thread."""
