@@ -61,7 +61,7 @@ ORDER = {
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
-    'tools': rooms(': endings arguments output source recording live tf_doctor'),
+    'tools': rooms(': endings arguments output live recording source tf_doctor'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}
