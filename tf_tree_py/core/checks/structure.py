@@ -76,13 +76,16 @@ def unconnected(case: Case) -> Iterator[Remark]:
     for tree in trees[1:]:
         if any(likeness(frame) in known for frame in tree):
             continue  # they are joined once the names agree
-        roots = tuple(root for root in case.roots for one in (trees[0], tree) if root in one)
+        roots = tuple(frame for one in (trees[0], tree) for frame in one if frame in case.roots)
+        edges = [edge for frame in tree for edge in case.above.get(frame, ())]
         yield Remark(
-            f'{tree[0]} and {len(tree) - 1} more frames are not connected with '
-            f'{trees[0][0]} and its {len(trees[0]) - 1}', roots,
-            publishers_of(*(edge for edge in case.edges if edge.child in tree)),
-            {'trees': len(trees), 'frames': len(tree)},
+            f'{_told(tree)} are not connected with {_told(trees[0])}', roots,
+            publishers_of(*edges), {'trees': len(trees), 'frames': len(tree)},
             Severity.NOTE if of_robots else None)
+
+
+def _told(tree: list[str]) -> str:
+    return f'{tree[0]} and {len(tree) - 1} more frames'
 
 
 def _prefix(tree: list[str]) -> str:
