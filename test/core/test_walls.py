@@ -55,7 +55,7 @@ ORDER = {
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
-        'topics: qos authority rivals broadcaster listener',
+        'topics: qos authority endpoints rivals broadcaster listener',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',

@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 import sys
 from typing import Any
@@ -125,20 +125,35 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
         out.print(styled(sentence, 'warning'))
     told = [finding for finding in findings
             if with_notes or finding.severity is not Severity.NOTE]
-    for finding in told:
+    for finding in _first_of_each(told):
         out.print(_heading(finding))
         out.print(fields({'': finding.summary, 'from': ', '.join(finding.publishers),
                           'cause': finding.cause, 'fix': finding.fix}))
+        alike = [_frames(other) for other in told
+                 if other.code == finding.code and other is not finding]
+        if alike:
+            out.print(fields({'also': f'{len(alike)} more: {"; ".join(alike)}'}))
         out.print()
     out.print(f'{shown(report["source"])}: {report["transforms"]} transforms of '
               f'{report["frames"]} frames in {report["watched_s"]:.1f} s', markup=False)
     out.print(_verdict(report, with_notes))
 
 
+def _first_of_each(findings: Sequence[Finding]) -> Iterable[Finding]:
+    """Return the first finding of each code: the others are told beside it."""
+    first: dict[str, Finding] = {}
+    for finding in findings:
+        first.setdefault(finding.code, finding)
+    return first.values()
+
+
+def _frames(finding: Finding) -> str:
+    return ' -> '.join(finding.frames) if len(finding.frames) == 2 else ', '.join(finding.frames)
+
+
 def _heading(finding: Finding) -> Any:
-    frames = ' -> '.join(finding.frames) if len(finding.frames) == 2 else ', '.join(finding.frames)
     heading = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
-    return heading.append(f'  {shown(frames)}', style='bold')
+    return heading.append(f'  {shown(_frames(finding))}', style='bold')
 
 
 def _verdict(report: dict[str, Any], with_notes: bool) -> Any:

@@ -17,7 +17,6 @@ class Timing:
     :ivar count: samples.
     :ivar first: when the first one arrived.
     :ivar last: when the last one did.
-    :ivar newest: the newest stamp since the last jump back.
     :ivar zeros: samples whose stamp is zero; nothing else is asked of them.
     :ivar delays: from the stamp to the arrival.
     :ivar intervals: from one stamp to the next.
@@ -29,7 +28,7 @@ class Timing:
 
     def __init__(self) -> None:
         self.count = self.zeros = 0
-        self.first = self.last = self.newest = self.longest = 0
+        self.first = self.last = self.longest = 0
         self.delays, self.intervals = Spread(), Spread()
         self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
 
@@ -61,9 +60,6 @@ class Timing:
         self.last = int(rows.received[-1])
         timed = rows.stamps != 0
         self.zeros += len(rows) - int(np.count_nonzero(timed))
-        if not timed.any():
-            return
-        self.newest = int(rows.stamps[timed].max())
         heard = timed & (rows.received > 0)
         self.delays.add(rows.received[heard] - rows.stamps[heard])
 
