@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import threading
 
 import rclpy
+from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint
@@ -37,6 +38,8 @@ class Live:
         except Exception as error:  # noqa: B902 - rcl raises several kinds, for what was typed
             rclpy.try_shutdown()
             raise Cannot(_sentence(error)) from error
+        # What is refused or odd is the tool's to tell.
+        self.node.get_logger().set_level(LoggingSeverity.ERROR)
         self.buffer = Buffer()
         for observer in observers:
             self.buffer.observers.add(observer)

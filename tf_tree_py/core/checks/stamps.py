@@ -84,7 +84,8 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
 
 @check(Severity.WARNING, explains=('irregular_rate',),
        catches='stamps that are older than the one before',
-       cause='a node with several threads that publish, or a relay over a network that reorders',
+       cause='a node with several threads that publish, a relay over a network that reorders, or '
+             'two publishers whose clocks differ',
        fix='publish one edge from one thread, in order: who asks for the latest in between gets '
            'an older answer than before')
 def out_of_order(case: Case) -> Iterator[Remark]:

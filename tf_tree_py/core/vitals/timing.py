@@ -65,16 +65,17 @@ class Timing:
 
     def add_steps(self, steps: Steps) -> None:
         """Take steps: those between the first and the last, which are judged by both."""
-        time, after = steps.time[1:-1], steps.time[2:]
-        onward = time > 0
+        before, time, after = steps.time[:-2], steps.time[1:-1], steps.time[2:]
         back = time <= -JUMP
-        strays = back & (after >= JUMP // 2)
+        # One that is late goes back and comes again; one that is ahead goes on and comes back.
+        late, ahead = back & (after >= -time // 2), back & (before >= -time // 2)
+        onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
         self._add_intervals(steps.stamps[1:-2][onward], time[onward])
         same = time == 0
         self.duplicates += int(np.count_nonzero(same))
         self.differing += int(np.count_nonzero(same & (steps.size[1:-1] > 0.0)))
-        self.disorders += int(np.count_nonzero((time < 0) & ~back | strays))
-        jumps = back & ~strays
+        self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
+        jumps = back & ~late & ~ahead
         if jumps.any():
             self.jumps += int(np.count_nonzero(jumps))
             self.back = max(self.back, -int(time[jumps].min()))
