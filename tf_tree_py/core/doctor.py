@@ -137,6 +137,6 @@ def examine(arrivals: Iterable[Received], doctor: Doctor,
     buffer.observers.add(doctor)
     for arrival in arrivals:
         buffer.observers.tell_received(arrival)
-        buffer.insert_batch(arrival.batch, arrival.authority or arrival.topic, arrival.static)
+        buffer.insert_batch(arrival.batch, arrival.authority, arrival.static)
     buffer.observers.remove(doctor)
     return buffer

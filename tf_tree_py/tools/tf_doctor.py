@@ -11,6 +11,7 @@ from tf_tree_py.core.checks.catalogue import CODES
 from tf_tree_py.core.checks.finding import Finding, Severity
 from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.text import listed, shorten
 from tf_tree_py.core.vitals.limits import Limits
 
 from .arguments import add_number, Parser
@@ -130,9 +131,9 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
         out.print(fields({'': finding.summary, 'from': ', '.join(finding.publishers),
                           'cause': finding.cause, 'fix': finding.fix}))
         alike = [_frames(other) for other in told
-                 if other.code == finding.code and other is not finding]
+                 if other.code == finding.code and other is not finding and other.frames]
         if alike:
-            out.print(fields({'also': f'{len(alike)} more: {"; ".join(alike)}'}))
+            out.print(fields({'also': listed(alike, longest=150)}))
         out.print()
     out.print(f'{shown(report["source"])}: {report["transforms"]} transforms of '
               f'{report["frames"]} frames in {report["watched_s"]:.1f} s', markup=False)
@@ -148,7 +149,9 @@ def _first_of_each(findings: Sequence[Finding]) -> Iterable[Finding]:
 
 
 def _frames(finding: Finding) -> str:
-    return ' -> '.join(finding.frames) if len(finding.frames) == 2 else ', '.join(finding.frames)
+    frames = finding.frames
+    return ' -> '.join(shorten(frame, 60) for frame in frames) if len(frames) == 2 else listed(
+        frames, longest=60)
 
 
 def _heading(finding: Finding) -> Any:

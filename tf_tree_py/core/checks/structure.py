@@ -8,6 +8,7 @@ from .finding import Severity
 from .names import likeness
 from ..arrivals.incidents import Kind
 from ..stamp import from_seconds
+from ..text import listed, shorten
 from ..vitals.edge import EdgeRecord
 
 # A frame that is handed from one to another is a child of each for a while. In a fight it changes
@@ -45,7 +46,7 @@ def two_parents(case: Case) -> Iterator[Remark]:
         parents = tuple(edge.parent for edge in edges)
         switches = case.parents[child].switches
         yield Remark(
-            f'{child} has the parents {" and ".join(parents)}, and changed between them '
+            f'{shorten(child, 80)} has the parents {listed(parents)}, and changed between them '
             f'{switches} times', (*parents, child), publishers_of(*edges),
             {'parents': len(parents), 'switches': switches})
 
@@ -85,7 +86,7 @@ def unconnected(case: Case) -> Iterator[Remark]:
 
 
 def _told(tree: list[str]) -> str:
-    return f'{tree[0]} and {len(tree) - 1} more frames'
+    return f'{shorten(tree[0], 80)} and {len(tree) - 1} more frames'
 
 
 def _prefix(tree: list[str]) -> str:
