@@ -35,15 +35,15 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents observers sample track frame_names layout wire future_guard '
-        'jump_back streams meters merging',
+        'arrivals: incidents observers sample track frame_names block layout wire '
+        'future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
     ),
     'bag': rooms(
-        ': errors files source storage reading decoding oddities assembly opening',
+        ': errors files source storage reading decoding window oddities order assembly opening',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '

@@ -1,19 +1,34 @@
-"""Messages become the histories of a tree, by the rules of a buffer."""
+"""
+Messages become the histories of a tree, by the rules of a buffer.
 
-from collections.abc import Iterable
+Samples that only continue edges cannot change what others may do: those of a whole window
+are taken edge by edge. Whatever else arrives (new edges, static ones, what is unreadable,
+what another parent claims) is taken at its turn, message by message.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+import math
 import threading
 
 from tf_tree_py.core.arrivals.future_guard import FutureGuard
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observers
+from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.tree import Tree
 
 from .decoding import Decoder
 from .oddities import Oddities
+from .order import Order
 from .source import Arrival
+from .window import decode, Edge, Samples, Window
+
+# Of a window: enough samples of each edge for numpy, and little beside what they become.
+_WINDOW_BYTES = 8_000_000
 
 
 class Assembly:
@@ -31,18 +46,128 @@ class Assembly:
                              FutureGuard(None, None), None)
         self.oddities = Oddities()
         self._decoder = decoder
+        self._order = Order(self.oddities)
+        # How many messages to take one by one before the next look at what can be taken together.
+        self._stride = 1
+        # Static messages that changed nothing the last time, by the tree's version then.
+        self._repeated: dict[tuple[str, bytes], int] = {}
 
     def take(self, arrivals: Iterable[Arrival]) -> None:
         """Take messages in their order."""
-        for arrival in arrivals:
-            self._take_carefully(arrival)
+        for window in _windows(arrivals):
+            self._take_window(window)
 
-    def _take_carefully(self, arrival: Arrival) -> None:
+    def _take_window(self, arrivals: Sequence[Arrival]) -> None:
+        window = decode(arrivals, self._decoder)
+        begin = 0
+        while begin < len(arrivals):
+            end = self._first_other(arrivals, window, begin)
+            self._take_together(arrivals, window, begin, end)
+            # Where nearly nothing fits, looking for what does would cost more than it saves.
+            self._stride = 1 if end - begin > self._stride else 2 * self._stride
+            begin = min(end + self._stride, len(arrivals))
+            for arrival in arrivals[end:begin]:
+                self._take_one(arrival)
+
+    # --- edge by edge
+
+    def _first_other(self, arrivals: Sequence[Arrival], window: Window, begin: int) -> int:
+        """Return the number of the first message that has to be taken at its turn."""
+        end = next((number for number in window.others if number >= begin
+                    and not self._is_repeated(arrivals[number])), len(arrivals))
+        for edge, samples in window.edges.items():
+            rest = samples.between(begin, end)
+            if len(rest.messages) and not self._goes_on(edge, rest):
+                end = int(rest.messages[0])
+        return end
+
+    def _goes_on(self, edge: Edge, samples: Samples) -> bool:
+        """Return whether samples only continue their edge, or fill it."""
+        earliest = int(samples.stamps.min())
+        history = self.tree.history_to_extend(*edge, earliest)
+        return (history is not None and history.oldest_stamp is not None
+                and history.oldest_stamp <= earliest)
+
+    def _take_together(self, arrivals: Sequence[Arrival], window: Window, begin: int,
+                       end: int) -> None:
+        """Take messages that change nothing but how long the histories are."""
+        for number in window.others:
+            if begin <= number < end:
+                self._take_one(arrivals[number])
+        for edge, samples in window.edges.items():
+            some = samples.between(begin, end)
+            if not len(some.messages):
+                continue
+            self._order.note_many(edge, some.stamps)
+            authority = arrivals[some.messages[-1]].source.authority
+            self.oddities.note_incidents(self.intake.take_track(some.as_track(edge), authority))
+
+    # --- message by message
+
+    def _take_one(self, arrival: Arrival) -> None:
+        source = arrival.source
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
             self.intake.refuse(batch)
             self.oddities.note_incidents([batch])
             return
-        source = arrival.source
-        self.oddities.note_incidents(
-            self.intake.take_batch(batch, source.authority, source.static))
+        if source.static:
+            self._note_changes(batch)
+        else:
+            for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
+                self._order.note(edge, stamp)
+        incidents = self.intake.take_batch(batch, source.authority, source.static)
+        self.oddities.note_incidents(incidents)
+        if source.static and not incidents:
+            self._repeated[source.topic, arrival.data] = self.tree.version
+
+    def _is_repeated(self, arrival: Arrival) -> bool:
+        """Return whether a static message says what the tree has from it already."""
+        known = self._repeated.get((arrival.source.topic, arrival.data))
+        return known == self.tree.version
+
+    def _note_changes(self, batch: Batch) -> None:
+        """Note static edges that are sent again with another value."""
+        for sample in batch.samples():
+            history = self.tree.histories.get(sample.child)
+            if history is None or not history.is_static:
+                continue
+            was = history.sample(LATEST)
+            if history.parent != sample.parent or not _same(was, sample.pose):
+                self.oddities.note(
+                    'static edge sent again with another value',
+                    f'it was {_shown(was)} below {history.parent!r}, and is now '
+                    f'{_shown(sample.pose)}; the last one answers, at all times',
+                    (sample.parent, sample.child))
+
+
+def _windows(arrivals: Iterable[Arrival]) -> Iterator[list[Arrival]]:
+    """Yield messages in lists of about the same size."""
+    window: list[Arrival] = []
+    size = 0
+    for arrival in arrivals:
+        window.append(arrival)
+        size += len(arrival.data)
+        if size > _WINDOW_BYTES:
+            yield window
+            window, size = [], 0
+    if window:
+        yield window
+
+
+def _same(pose: PoseTuple, other: PoseTuple) -> bool:
+    """Return whether two poses are one, however long their quaternions were sent."""
+    return all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12)
+               for a, b in zip(pose, _unit(other), strict=True))
+
+
+def _unit(pose: PoseTuple) -> PoseTuple:
+    length = math.hypot(*pose[3:])
+    x, y, z, qx, qy, qz, qw = pose
+    if not length:
+        return pose
+    return x, y, z, qx / length, qy / length, qz / length, qw / length
+
+
+def _shown(pose: PoseTuple) -> str:
+    return f'({", ".join(f"{value:.6g}" for value in pose)})'
