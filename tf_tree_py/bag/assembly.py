@@ -28,7 +28,7 @@ from .source import Arrival
 from .window import decode, Edge, Samples, Window
 
 # Of a window: enough samples of each edge for numpy, and little beside what they become.
-_WINDOW_BYTES = 8_000_000
+_WINDOW_BYTES = 16_000_000
 
 
 class Assembly:

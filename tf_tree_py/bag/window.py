@@ -88,9 +88,9 @@ def _add_alike(arrivals: Sequence[Arrival], numbers: list[int], reader: WireRead
             layout = reader.layout_of(arrivals[left[0]].data)
         except WireError:
             break
-        fits, columns = layout.block.read(b''.join([arrivals[number].data for number in left]))
-        for edge, (stamps, poses) in zip(layout.edges, columns, strict=True):
-            parts[edge].append(Samples(left[fits], stamps, poses))
+        fits, stamps, poses = layout.block.read([arrivals[number].data for number in left])
+        for edge, *columns in zip(layout.edges, stamps, poses, strict=True):
+            parts[edge].append(Samples(left[fits], *columns))
         left = left[~fits]
         if not len(left):
             break

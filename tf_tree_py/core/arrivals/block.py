@@ -14,6 +14,9 @@ from ..times import Stamps
 # struct's letters for numbers, as numpy writes them.
 _TYPES = {'i': 'i4', 'I': 'u4'}
 
+# So many bytes of messages are read at a time: every cache has room for them.
+_CACHED_BYTES = 500_000
+
 Bools = npt.NDArray[np.bool_]
 
 
@@ -55,20 +58,29 @@ class Block:
                                'itemsize': size})
         self._count = len(places)
 
-    def read(self, data: bytes) -> tuple[Bools, list[tuple[Stamps, Array]]]:
+    def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
         """
         Return which messages have the names, and the samples of those.
 
-        :param data: n messages, one behind the other.
-        :return: (n,) booleans; of each transform that is wanted the stamps (m,) and the poses
-            (m, 7), not checked yet.
+        :param messages: n, each of the same size.
+        :return: (n,) booleans; of the k transforms that are wanted the stamps (k, m) and the
+            poses (k, m, 7), not checked yet.
         """
-        rows = np.frombuffer(data, dtype=self._type)
-        fits = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
-        if not fits.all():
-            rows = rows[fits]
-        return fits, [(self._stamps(rows, number), rows[f'pose{number}'])
-                      for number in range(self._count)]
+        count = len(messages)
+        fits = np.empty(count, dtype=np.bool_)
+        stamps = np.empty((self._count, count), dtype=np.int64)
+        poses = np.empty((self._count, count, POSE_FLOATS))
+        step = max(_CACHED_BYTES // self._type.itemsize, 1)
+        for begin in range(0, count, step):
+            some = slice(begin, begin + step)
+            rows = np.frombuffer(b''.join(messages[some]), dtype=self._type)
+            fits[some] = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
+            for number in range(self._count):
+                stamps[number, some] = self._stamps(rows, number)
+                poses[number, some] = rows[f'pose{number}']
+        if fits.all():
+            return fits, stamps, poses
+        return fits, stamps[:, fits], poses[:, fits]
 
     def _stamps(self, rows: npt.NDArray[np.void], number: int) -> Stamps:
         stamps = rows[f'sec{number}'] * np.int64(NANOSECONDS_PER_SECOND)
