@@ -37,7 +37,7 @@ ORDER = {
         'edges: track protocol packed static discrete',
         'arrivals: incidents observers sample track frame_names block layout wire '
         'future_guard jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree outline queries',
+        'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',

@@ -1,7 +1,6 @@
 """Whether the stamps of each edge go on: what is repeated, out of order, or jumps back."""
 
 import numpy as np
-
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.core.times import Stamps
 

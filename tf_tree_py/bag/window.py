@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-
 from tf_tree_py.core.arrivals.layout import Key, key_of, WireError
 from tf_tree_py.core.arrivals.track import Track
 from tf_tree_py.core.arrivals.wire import WireReader
@@ -43,8 +42,8 @@ class Samples(NamedTuple):
 
     def between(self, begin: int, end: int) -> 'Samples':
         """Return those of the messages from one number up to, but without, another."""
-        first, last = self.messages.searchsorted((begin, end)).tolist()
-        return Samples(*(column[first:last] for column in self))
+        some = slice(*self.messages.searchsorted((begin, end)).tolist())
+        return Samples(self.messages[some], self.stamps[some], self.poses[some])
 
     def as_track(self, edge: Edge) -> Track:
         """Return them as the core takes them."""
