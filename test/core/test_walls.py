@@ -43,7 +43,10 @@ ORDER = {
         'telling: table audit report diagnosis',
     ),
     'bag': rooms(
-        ': errors files source storage reading decoding window oddities order assembly opening',
+        ': errors',
+        'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
+        'assembling: decoding window oddities order assembly',
+        ': opening stamps recorder',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '

@@ -12,11 +12,11 @@ from tf_tree_py.core.times import checked_cache_time, checked_stamp
 from tf_tree_py.core.tree.queries import Snapshot
 from tf_tree_py.core.tree.tree import Tree
 
-from .assembly import Assembly
-from .decoding import Decoder, renames
+from .assembling.assembly import Assembly
+from .assembling.decoding import Decoder, renames
+from .assembling.oddities import BagWarning, Oddity, told
 from .errors import BagError
-from .oddities import BagWarning, Oddity, told
-from .reading import Bag, PathLike
+from .files.reading import Bag, PathLike
 
 
 class Recording(Snapshot):

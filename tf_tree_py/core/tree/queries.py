@@ -5,6 +5,7 @@ The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 """
 
 from collections.abc import Callable
+import importlib
 import os
 import threading
 from typing import Any, Literal, overload
@@ -378,6 +379,20 @@ class Queries:
         :raises TreeFileError: no place for the file.
         """
         write_frozen(self._frozen(), path)
+
+    def record(self, path: str | os.PathLike[str]) -> None:
+        """
+        Write everything as it is now as a bag, which ``ros2 bag play`` and viewers open.
+
+        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it.
+
+        :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
+        :raises TreeFileError: something is there already, or there is no place for it.
+        """
+        with self._lock:
+            still = self._tree.copy()
+        # The layer that knows bags stands above this one, so nothing here imports it by itself.
+        importlib.import_module('tf_tree_py.bag.recorder').record(still, path)
 
     def _frozen(self) -> Frozen:
         with self._lock:

@@ -24,8 +24,8 @@ from tf_tree_py.core.tree.tree import Tree
 from .decoding import Decoder
 from .oddities import Oddities
 from .order import Order
-from .source import Arrival
 from .window import decode, Edge, Samples, Window
+from ..files.source import Arrival
 
 # Of a window: enough samples of each edge for numpy, and little beside what they become.
 _WINDOW_BYTES = 16_000_000

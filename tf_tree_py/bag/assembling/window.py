@@ -18,7 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.times import Stamps
 
 from .decoding import Decoder
-from .source import Arrival, Source
+from ..files.source import Arrival, Source
 
 # Messages of one size and first name that have other names in so many ways are read one by one.
 _MAX_LAYOUTS = 8
