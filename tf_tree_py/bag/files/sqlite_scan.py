@@ -22,6 +22,8 @@ class SqliteScan:
         """
         self._database = sqlite3.connect(
             f'{path.resolve().as_uri()}?mode=ro&immutable=1', uri=True)
+        # Otherwise SQLite opens no file that is shorter than it says.
+        self._database.execute('PRAGMA writable_schema = ON')
         self._sources = {
             number: Source(topic, kind, is_transient_local(parse_qos(profiles)), '', False)
             for number, topic, kind, profiles in self._database.execute(
@@ -35,6 +37,8 @@ class SqliteScan:
         try:
             for topic, received, data in self._database.execute(
                     'SELECT topic_id, timestamp, data FROM messages NOT INDEXED ORDER BY id'):
+                if topic not in self._sources:
+                    raise sqlite3.DatabaseError('the row behind them is damaged')
                 yield Arrival(received, self._sources[topic], data)
         except sqlite3.Error as error:
             self.lost = f'and how many are missing nobody knows ({error})'
