@@ -31,7 +31,7 @@ def cut(path, part=0.7):
     return path
 
 
-MANY = sorted(driving(count=6_000) + STATIC, key=lambda message: message.received)
+MANY = sorted(driving(count=4_000) + STATIC, key=lambda message: message.received)
 CUT = {
     'mcap': lambda path: cut(file_of(write_ros2(path, MANY))),
     'mcap, chunks compressed':

@@ -18,7 +18,7 @@ from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES, DEFAULT_MAX_N
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.stamp import FOREVER, LATEST
 from tf_tree_py.core.tree.tree import Tree
 
 from .decoding import Decoder
@@ -48,7 +48,7 @@ class Assembly:
         self._decoder = decoder
         self._order = Order(self.oddities)
         # How many messages to take one by one before the next look at what can be taken together.
-        self._stride = 1
+        self._stride = 0
         # Static messages that changed nothing the last time, by the tree's version then.
         self._repeated: dict[tuple[str, bytes], int] = {}
 
@@ -64,7 +64,7 @@ class Assembly:
             end = self._first_other(arrivals, window, begin)
             self._take_together(arrivals, window, begin, end)
             # Where nearly nothing fits, looking for what does would cost more than it saves.
-            self._stride = 1 if end - begin > self._stride else 2 * self._stride
+            self._stride = 1 if end - begin >= self._stride else 2 * self._stride
             begin = min(end + self._stride, len(arrivals))
             for arrival in arrivals[end:begin]:
                 self._take_one(arrival)
@@ -76,17 +76,19 @@ class Assembly:
         end = next((number for number in window.others if number >= begin
                     and not self._is_repeated(arrivals[number])), len(arrivals))
         for edge, samples in window.edges.items():
-            rest = samples.between(begin, end)
-            if len(rest.messages) and not self._goes_on(edge, rest):
-                end = int(rest.messages[0])
+            end = self._first_that_does_not_go_on(edge, samples.between(begin, end), end)
         return end
 
-    def _goes_on(self, edge: Edge, samples: Samples) -> bool:
-        """Return whether samples only continue their edge, or fill it."""
-        earliest = int(samples.stamps.min())
-        history = self.tree.history_to_extend(*edge, earliest)
-        return (history is not None and history.oldest_stamp is not None
-                and history.oldest_stamp <= earliest)
+    def _first_that_does_not_go_on(self, edge: Edge, samples: Samples, end: int) -> int:
+        """Return the message of the first sample that does more than add to its edge's."""
+        if not len(samples.messages):
+            return end
+        # As if its stamp were the last of all: whether older ones fit, is looked at below.
+        history = self.tree.history_to_extend(*edge, FOREVER)
+        if history is None or history.oldest_stamp is None:
+            return int(samples.messages[0])
+        older = samples.stamps < history.oldest_stamp
+        return int(samples.messages[older.argmax()]) if older.any() else end
 
     def _take_together(self, arrivals: Sequence[Arrival], window: Window, begin: int,
                        end: int) -> None:

@@ -83,6 +83,7 @@ class Block:
         return fits, stamps[:, fits], poses[:, fits]
 
     def _stamps(self, rows: npt.NDArray[np.void], number: int) -> Stamps:
-        stamps = rows[f'sec{number}'] * np.int64(NANOSECONDS_PER_SECOND)
+        stamps: Stamps = rows[f'sec{number}'].astype(np.int64)
+        stamps *= NANOSECONDS_PER_SECOND
         stamps += rows[f'nanosec{number}']
         return stamps
