@@ -43,7 +43,7 @@ ORDER = {
         'telling: table audit report diagnosis',
     ),
     'bag': rooms(
-        ': errors',
+        ': errors progress',
         'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
         'assembling: decoding window oddities order assembly',
         ': opening stamps recorder',

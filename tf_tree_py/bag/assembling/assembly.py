@@ -6,7 +6,7 @@ are taken edge by edge. Whatever else arrives (new edges, static ones, what is u
 what another parent claims) is taken at its turn, message by message.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 import threading
 
@@ -52,10 +52,16 @@ class Assembly:
         # Static messages that changed nothing the last time, by the tree's version then.
         self._repeated: dict[tuple[str, bytes], int] = {}
 
-    def take(self, arrivals: Iterable[Arrival]) -> None:
-        """Take messages in their order."""
+    def take(self, arrivals: Iterable[Arrival],
+             tell: Callable[[int], None] = lambda _: None) -> None:
+        """
+        Take messages in their order.
+
+        :param tell: is called from time to time with how many were taken since.
+        """
         for window in _windows(arrivals):
             self._take_window(window)
+            tell(len(window))
 
     def _take_window(self, arrivals: Sequence[Arrival]) -> None:
         window = decode(arrivals, self._decoder)

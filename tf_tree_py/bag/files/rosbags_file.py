@@ -17,6 +17,7 @@ from rosbags.interfaces import (
     ConnectionExtRosbag1,
     MessageDefinition,
     MessageDefinitionFormat,
+    Nodetype,
     Qos,
     QosDurability,
 )
@@ -127,7 +128,10 @@ def first_field_of(source: Source, definition: MessageDefinition) -> str:
     except TypesysError:
         return ''
     _, fields = types.get(source.type_name, ([], []))
-    return str(fields[0][1][1]) if fields else ''
+    if not fields:
+        return ''
+    kind, of = fields[0][1]
+    return str(of if kind is Nodetype.NAME else of[0] if kind is Nodetype.BASE else 'a sequence')
 
 
 def _source(connection: Connection) -> Source:
