@@ -87,4 +87,3 @@ def test_folder_without_its_index_is_read_in_order_of_the_numbers(tmp_path):
                                             for begin in range(0, len(RUN), 30)])
     (folder / 'metadata.yaml').unlink()
     assert_same(open_bag(folder), fed(RUN))
-
