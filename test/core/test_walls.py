@@ -35,9 +35,9 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents sample received observers track frame_names layout wire '
+        'arrivals: incidents sample received observers track frame_names block layout wire '
         'future_guard jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree outline queries',
+        'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
@@ -47,7 +47,10 @@ ORDER = {
         ': doctor',
     ),
     'bag': rooms(
-        ': errors files source storage reading decoding oddities assembly opening',
+        ': errors progress',
+        'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
+        'assembling: decoding window oddities order assembly',
+        ': opening stamps recorder',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
