@@ -7,15 +7,19 @@ import struct
 
 import numpy as np
 from tf_tree_py.bag import Arrival, Bag, BagError, Decoder, Source
+from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint, Received
 from tf_tree_py.core.buffer.buffer_core import BufferCore
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.text import listed
 
 from .endings import Cannot
 
 _CLOCK = '/clock'
+# How many messages the bar on the terminal goes on by.
+_STRIDE = 500
 _TF_TOPIC, _TF_STATIC_TOPIC = '/tf', '/tf_static'
 
 
@@ -35,8 +39,9 @@ class Recording:
         except (BagError, OSError) as error:
             raise Cannot(str(error)) from error
         if not self._bag.sources:
+            there = listed(sorted({source.topic for source in self._bag.everything})) or 'nothing'
             self._bag.close()
-            raise Cannot(f'{self.name} has no topic with transforms')
+            raise Cannot(f'{self.name} has no topic with transforms; it has: {there}')
         self.buffer = BufferCore(cache_time)
         for observer in observers:
             self.buffer.observers.add(observer)
@@ -54,12 +59,15 @@ class Recording:
     def watch(self, seconds: float | None) -> None:
         """Let transforms arrive, those of so many recorded seconds; None: all that are left."""
         end = None
-        for arrival in self._arrivals:
-            self._take(arrival)
-            if seconds is not None:
-                end = end or arrival.received + from_seconds(seconds)
-                if arrival.received >= end:
-                    return
+        with progress_bar(self._bag.path, self._bag.expected()) as tell:
+            for number, arrival in enumerate(self._arrivals, start=1):
+                self._take(arrival)
+                if number % _STRIDE == 0:
+                    tell(_STRIDE)
+                if seconds is not None:
+                    end = end or arrival.received + from_seconds(seconds)
+                    if arrival.received >= end:
+                        return
 
     def endpoints(self) -> list[Endpoint]:
         """Return who published, as far as the bag tells."""

@@ -11,7 +11,7 @@ from tf_tree_py.core.checks.catalogue import CODES
 from tf_tree_py.core.checks.finding import Finding, Severity
 from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.core.text import listed, shorten
+from tf_tree_py.core.text import listed
 from tf_tree_py.core.vitals.limits import Limits
 
 from .arguments import add_number, Parser
@@ -53,7 +53,8 @@ def _parser() -> Parser:
     parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
     add_number(parser, '--seconds', None, f'how long to watch; {_LIVE_S:g} live, and all of a '
                'recording, unless given')
-    parser.add_argument('--strict', action='store_true', help='exit with 1 for a warning too')
+    parser.add_argument('--strict', action='store_true',
+                        help='exit with 1 for a warning too, and for a damaged bag')
     parser.add_argument('--notes', action='store_true',
                         help='tell notes too: worth knowing, and nothing to do')
     parser.add_argument('--list', action='store_true', help='explain every code, and end')
@@ -94,7 +95,8 @@ def _work(argv: Sequence[str]) -> int:
         print_json(report)
     else:
         _print(report, findings, arguments.notes)
-    return FOUND if report['errors'] or (arguments.strict and report['warnings']) else FINE
+    strictly = arguments.strict and (report['warnings'] or report['damage'])
+    return FOUND if report['errors'] or strictly else FINE
 
 
 def _nothing(source: TreeSource) -> str:
@@ -130,7 +132,7 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
         out.print(_heading(finding))
         out.print(fields({'': finding.summary, 'from': ', '.join(finding.publishers),
                           'cause': finding.cause, 'fix': finding.fix}))
-        alike = [_frames(other) for other in told
+        alike = [f'({listed(other.frames, longest=60)})' for other in told
                  if other.code == finding.code and other is not finding and other.frames]
         if alike:
             out.print(fields({'also': listed(alike, longest=150)}))
@@ -148,22 +150,17 @@ def _first_of_each(findings: Sequence[Finding]) -> Iterable[Finding]:
     return first.values()
 
 
-def _frames(finding: Finding) -> str:
-    frames = finding.frames
-    return ' -> '.join(shorten(frame, 60) for frame in frames) if len(frames) == 2 else listed(
-        frames, longest=60)
-
-
 def _heading(finding: Finding) -> Any:
     heading = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
-    return heading.append(f'  {shown(_frames(finding))}', style='bold')
+    return heading.append(f'  {shown(listed(finding.frames, longest=60))}', style='bold')
 
 
 def _verdict(report: dict[str, Any], with_notes: bool) -> Any:
     counts = {name: report[f'{name}s'] for name in ('error', 'warning', 'note')}
     told = ', '.join(f'{count} {name}{"s" * (count != 1)}' for name, count in counts.items()
                      if count)
-    worst = next((name for name in ('error', 'warning') if counts[name]), 'fine')
+    worst = 'error' if counts['error'] else (
+        'warning' if counts['warning'] or report['damage'] else 'fine')
     hint = ' (--notes tells them)' if counts['note'] and not with_notes else ''
     return styled(f'{told or "nothing to complain of"}{hint}', worst)
 
