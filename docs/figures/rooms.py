@@ -45,14 +45,22 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
         'threads': (2.9, 8.45, 'our own threads and nodes'),
         'messages': (8.1, 8.45, 'messages and plain numbers'),
     }),
+    'bag': (7.7, 6.0, {
+        'open_bag, record': (12.85, 12.3, 'a bag as a buffer, and back'),
+        'assembling': (12.85, 10.65, 'messages become a tree'),
+        'files': (12.85, 9.0, 'messages out of files'),
+    }),
 }
+# Where each panel begins, and how wide it is; bag stands beside ros.
+SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), '': (0.1, 14.5)}
 TOP, TOP_HEIGHT = 14.3, 0.9
 ABOVE = (('nodes', 2.2, 'executables'), ('labs', 5.5, 'the labs of the course'),
          ('dropin', 8.8, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
 # Which box the files outside of rooms belong to.
 LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist'},
-         'ros': {'diagnostics': 'diagnostics'}}
+         'ros': {'diagnostics': 'diagnostics'},
+         'bag': dict.fromkeys(('opening', 'stamps', 'recorder'), 'open_bag, record')}
 
 
 def imported(path: Path) -> Iterator[tuple[str, ...]]:
@@ -113,10 +121,11 @@ def draw_box(axes: Axes, x: float, y: float, name: str, text: str) -> None:
 
 def draw_panel(axes: Axes, name: str, bottom: float, height: float, shade: str) -> None:
     """Draw the ground of a layer, its name in the upper left corner."""
+    left, width = SIDES[name]
     axes.add_patch(FancyBboxPatch(
-        (0.1, bottom), 10.8, height, boxstyle='round,pad=0,rounding_size=0.15',
+        (left, bottom), width, height, boxstyle='round,pad=0,rounding_size=0.15',
         facecolor=shade, edgecolor='none'))
-    axes.text(0.3, bottom + height - 0.12, name, ha='left', va='top', fontsize=12,
+    axes.text(left + 0.2, bottom + height - 0.12, name, ha='left', va='top', fontsize=12,
               style='italic')
 
 
@@ -150,18 +159,20 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(9.0, 12.2))
+    figure = Figure(figsize=(12.0, 12.2))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_xlim(0.0, 11.0)
+    axes.set_xlim(0.0, 14.7)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)
     axes.axis('off')
     draw_panel(axes, '', TOP, TOP_HEIGHT, '0.94')
     for name, x, text in ABOVE:
         draw_box(axes, x, TOP + TOP_HEIGHT / 2, name, text)
     draw_layer(axes, 'ros', '0.9')
+    draw_layer(axes, 'bag', '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):
-        draw_arrow(axes, (5.5, above), (5.5, below), 'layers', width=3.0)
+        for x in (5.5, 12.85):
+            draw_arrow(axes, (x, above), (x, below), 'layers', width=3.0)
     figure.savefig(IMAGES / 'rooms.svg', metadata={'Date': None})
 
 
