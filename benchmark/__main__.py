@@ -15,7 +15,7 @@ from tf_tree_py.labs.progress import progress
 
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
-from .groups import inserting, listening, lookups, many, memory, waiting
+from .groups import inserting, listening, lookups, many, memory, recordings, waiting
 from .peers.finding import Contestants
 from .rows import Row
 
@@ -34,6 +34,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'wait': waiting.waiting,
     'insert': inserting.inserting,
     'memory': memory.memory,
+    'bag': recordings.recordings,
 }
 
 

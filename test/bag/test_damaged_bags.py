@@ -87,3 +87,32 @@ def test_folder_without_its_index_is_read_in_order_of_the_numbers(tmp_path):
                                             for begin in range(0, len(RUN), 30)])
     (folder / 'metadata.yaml').unlink()
     assert_same(open_bag(folder), fed(RUN))
+
+
+@pytest.mark.parametrize('number', [0, 1])
+def test_chunk_that_is_damaged_costs_no_more_than_itself(tmp_path, number):
+    file = file_of(write_ros2(tmp_path / 'run', MANY, compression='storage'))
+    data = bytearray(file.read_bytes())
+    begin = data.index(b'zstd')
+    if number:
+        begin = data.index(b'zstd', begin + 10)
+    data[begin + 12:begin + 412] = bytes(400)
+    file.write_bytes(data)
+    buffer, told = warned(file)
+    kept = buffer.statistics.accepted / sum(len(message.transforms) for message in MANY)
+    assert 0.2 < kept < 0.8
+    def ends(recorded):
+        edge = next(edge for edge in recorded.edges() if edge.child == 'hand')
+        return edge.oldest, edge.latest
+
+    (oldest, latest), whole = ends(buffer), ends(fed(MANY))
+    assert ((oldest == whole[0]), (latest == whole[1])) == (number == 1, number == 0)
+    assert 'run.mcap is damaged' in told and f'of {len(MANY)} messages could be read' in told
+
+
+def test_mcap_of_another_tool_is_read_without_its_profile(tmp_path):
+    file = file_of(write_ros2(tmp_path / 'run', RUN))
+    file.write_bytes(file.read_bytes().replace(b'\x04\0\0\0ros2', b'\x04\0\0\0rosX', 1))
+    buffer, told = warned(file)
+    assert_same(buffer, fed(RUN))
+    assert 'and nothing is missing' in told and 'index' not in told

@@ -1,5 +1,11 @@
 """A bag of any kind opens as a buffer that answers as one that was fed message by message."""
 
+import copy
+import os
+from pathlib import Path
+import pickle
+import subprocess
+import sys
 import warnings
 
 from bags import (
@@ -22,6 +28,8 @@ from bags import (
 import numpy as np
 import pytest
 from tf_tree_py.bag import BagError, open_bag, read_arrivals
+
+REPOSITORY = Path(__file__).resolve().parents[2]
 
 KINDS = {
     'mcap': lambda path: write_ros2(path, RUN),
@@ -107,6 +115,18 @@ def test_two_robots_are_told_apart_by_the_prefixes_of_their_topics(tmp_path):
     assert 'one/hand' in buffer.frames() and 'hand' not in buffer.frames()
 
 
+def test_topic_that_is_misspelt_in_the_prefixes_is_told(tmp_path):
+    with pytest.raises(BagError, match='frame_prefix names /on/tf, .*has: /tf, /tf_static'):
+        open_bag(write_ros2(tmp_path / 'run', RUN), frame_prefix={'/on/tf': 'one/'})
+
+
+def test_stretch_in_which_nothing_was_received_is_told(tmp_path):
+    bag = write_ros2(tmp_path / 'run', RUN)
+    for stretch in {'start': 10**19 // 2}, {'stop': 60}, {'start': START + 7, 'stop': START + 7}:
+        with pytest.raises(BagError, match='received from 1700000000.005000000 to 17000000'):
+            open_bag(bag, **stretch)
+
+
 def test_frames_are_chosen_by_their_new_names(tmp_path):
     buffer = open_bag(write_ros2(tmp_path / 'run', TWO), frame_prefix=PREFIXES,
                       frames=['one/odom', 'one/base', 'one/lidar'])
@@ -154,3 +174,45 @@ def test_arrivals_are_what_was_recorded(tmp_path):
         ('/tf', False, False, '/drive'), ('/tf_static', True, True, '/somebody')}
     only = list(read_arrivals(path, ['/tf'], start=START + PERIOD, stop=START + 2 * PERIOD))
     assert len(only) == 2
+
+
+def test_recording_pickles_and_copies_with_what_is_known_of_it(tmp_path):
+    buffer = open_bag(write_ros2(tmp_path / 'run', RUN))
+    for again in pickle.loads(pickle.dumps(buffer)), copy.copy(buffer):
+        assert_same(again, buffer)
+        assert (again.path, again.oddities, again.statistics) == (
+            buffer.path, buffer.oddities, buffer.statistics)
+
+
+WITHOUT = """
+import sys
+
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] in ('rosbags', 'rich', 'rclpy'):
+            raise ModuleNotFoundError(f'no {name}', name=name)
+
+sys.meta_path.insert(0, Blocker())
+from tf_tree_py import BufferCore, load
+from tf_tree_py.bag import BagError, open_bag
+BufferCore().save('some.tftree')
+print(load('some.tftree'))
+for read in lambda: open_bag('some.mcap'), lambda: BufferCore().record('some.mcap'):
+    try:
+        read()
+    except BagError as error:
+        print(error)
+"""
+
+
+def test_without_rosbags_one_sentence_says_what_to_install(tmp_path):
+    done = subprocess.run([sys.executable, '-c', WITHOUT], cwd=tmp_path, capture_output=True,
+                          text=True, timeout=60, check=False,
+                          env={**os.environ, 'PYTHONPATH': str(REPOSITORY)})
+    assert done.returncode == 0, done.stderr
+    first, *others = done.stdout.splitlines()
+    assert first == '<Snapshot: empty>'
+    assert len(others) == 2
+    assert all('needs rosbags' in line and "pip install 'tf_tree_py[bag]'" in line
+               for line in others)
+    assert [path.name for path in tmp_path.iterdir()] == ['some.tftree']

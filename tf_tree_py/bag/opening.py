@@ -7,7 +7,8 @@ import warnings
 
 from tf_tree_py.core.arrivals.frame_names import FrameFilter
 from tf_tree_py.core.arrivals.incidents import Statistics
-from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.stamp import format_stamp, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time, checked_stamp
 from tf_tree_py.core.tree.queries import Snapshot
 from tf_tree_py.core.tree.tree import Tree
@@ -68,11 +69,14 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     assembly = Assembly(decoder, checked_cache_time(cache_time))
     begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
     with Bag(path, topics) as bag:
-        if not bag.sources:
-            there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
-            raise BagError(f'{path} has no topic with transforms; it has: {there}')
+        _check_topics(bag, frame_prefix)
         with progress_bar(bag.path, bag.expected()) as tell:
             assembly.take(bag.arrivals(begin, end), tell)
+        if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
+            raise BagError(
+                f'{path} has nothing that moves between start and stop: its messages were '
+                f'received from {format_stamp(bag.span[0])} to {format_stamp(bag.span[1])} s, '
+                'which start and stop have as integer nanoseconds')
         for sentence in bag.damage:
             assembly.oddities.note('damaged file', sentence)
         recording = Recording(assembly.tree, bag.path, assembly.oddities.summed(),
@@ -80,3 +84,14 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     if recording.oddities:
         warnings.warn(told(path, recording.oddities), BagWarning, stacklevel=2)
     return recording
+
+
+def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str]) -> None:
+    there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
+    if not bag.sources:
+        raise BagError(f'{bag.path} has no topic with transforms; it has: {there}')
+    unknown = set() if isinstance(frame_prefix, str) else (
+        set(frame_prefix) - {source.topic for source in bag.sources})
+    if unknown:
+        raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
+                       f'transforms are read; the bag has: {there}')

@@ -1,15 +1,18 @@
 """Which reader opens a file: rosbags, or a scan of what it refuses."""
 
+from collections.abc import Callable
 from pathlib import Path
 
+from .finding import PACKED
 from .mcap_scan import McapScan
 from .ros1_scan import Ros1Scan
 from .rosbags_file import RosbagsFile, UNREADABLE
-from .salvage import SalvagedFile, Scan
-from .source import Storage
+from .salvage import SalvagedFile
+from .source import Scan, Storage
 from .sqlite_scan import SqliteScan
 
-_SCANS: dict[str, type[Scan]] = {'.mcap': McapScan, '.bag': Ros1Scan, '.db3': SqliteScan}
+_SCANS: dict[str, Callable[[Path], Scan]] = {
+    '.mcap': McapScan, '.bag': Ros1Scan, '.db3': SqliteScan}
 
 __all__ = ['open_file', 'UNREADABLE']
 
@@ -20,12 +23,12 @@ def open_file(path: Path) -> Storage:
 
     :raises Exception: one of ``UNREADABLE``.
     """
+    kind = path.name.removesuffix(PACKED).rpartition('.')[2]
+    scan = _SCANS[f'.{kind}']
     try:
-        return RosbagsFile(path)
+        return RosbagsFile(path, scan)
     except UNREADABLE as error:
-        if path.suffix not in _SCANS:
-            raise
         try:
-            return SalvagedFile(path, _SCANS[path.suffix], error)
+            return SalvagedFile(path, scan, error)
         except UNREADABLE:
             raise error from None

@@ -8,6 +8,7 @@ and its content; chunks hold records, mostly compressed.
 from collections.abc import Iterator
 import mmap
 from pathlib import Path
+import zlib
 
 from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, Qos
@@ -24,7 +25,9 @@ from .salvage import Bytes, Cut, definition, lost_bytes
 from .source import Arrival, Source
 
 _MAGIC = b'\x89MCAP0\r\n'
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 2, 3, 4, 5, 6, 15
+# The last record, and the magic word behind it.
+_FOOTER_BYTES = 9 + 20 + len(_MAGIC)
 
 
 class McapScan:
@@ -45,13 +48,30 @@ class McapScan:
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
         self._channels: dict[int, Source] = {}
         self._lost_bytes = 0
+        self._ended = False
 
     def __iter__(self) -> Iterator[Arrival]:
         """Yield every message, in the order in which they stand in the file."""
+        self._read_summary()
         file = Bytes(self._data)
         file.take(len(_MAGIC))
         yield from self._records(file)
-        self.lost = lost_bytes(self._lost_bytes, len(self._data))
+        self.lost = lost_bytes(self._lost_bytes, len(self._data), self._ended)
+
+    def _read_summary(self) -> None:
+        """Read what the end of a whole file tells of its topics: their chunk may be damaged."""
+        footer = Bytes(self._data[-_FOOTER_BYTES:])
+        if self._data[-len(_MAGIC):] != _MAGIC or footer.number('B') != _FOOTER:
+            return
+        footer.take(8)
+        summary = Bytes(self._data)
+        summary.position = footer.number('Q') or len(self._data)
+        try:
+            while summary:
+                kind = summary.number('B')
+                self._describe(kind, Bytes(summary.take(summary.number('Q'))))
+        except Cut:  # the magic word, which is no record
+            return
 
     def _records(self, data: Bytes) -> Iterator[Arrival]:
         while data:
@@ -59,6 +79,7 @@ class McapScan:
             try:
                 kind, length = data.number('B'), data.number('Q')
                 if kind == _DATA_END:
+                    self._ended = True
                     return
                 content = Bytes(data.take(min(length, data.left)))
                 if kind == _CHUNK:
@@ -76,11 +97,13 @@ class McapScan:
     def _chunk(self, chunk: Bytes) -> Iterator[Arrival]:
         """Yield the messages of a chunk, or of the first part of it that is there."""
         begin = chunk.position
-        chunk.take(8 + 8 + 8 + 4)  # times of the first and last message, size, checksum
-        compression = chunk.text()
-        packed = chunk.take(min(chunk.number('Q'), chunk.left))
+        chunk.take(8 + 8 + 8)  # times of the first and last message, size
+        checksum, compression, length = chunk.number('I'), chunk.text(), chunk.number('Q')
+        packed = chunk.take(min(length, chunk.left))
         try:
             unpacked = _unpack(compression, packed)
+            if checksum and len(packed) == length and zlib.crc32(unpacked) != checksum:
+                raise ValueError('the checksum of a chunk is wrong')
         except UNREADABLE:
             self._lost_bytes += chunk.position - begin
             return

@@ -89,6 +89,12 @@ class Bag:
         """Return the type of the first field of a source's messages; '' if nobody knows it."""
         return next(filter(None, (storage.first_field(source) for storage in self._storages)), '')
 
+    @property
+    def span(self) -> tuple[int, int]:
+        """Return when the first message was received, and the nanosecond after the last."""
+        begins, ends = zip(*(storage.span for storage in self._storages), strict=True)
+        return min(begins), max(ends)
+
     def expected(self) -> int:
         """Return how many messages there should be."""
         return sum(count for storage in self._storages
@@ -144,7 +150,7 @@ def _open_all(path: Path, damage: list[str]) -> list[Storage]:
             damage.append(f'{file.name} cannot be read: {error}')
     if not storages:
         raise BagError(f'{path} is no bag that can be read: {"; ".join(damage)}')
-    return sorted(storages, key=lambda storage: storage.began)
+    return sorted(storages, key=lambda storage: storage.span)
 
 
 def _chosen(path: Path, everything: Sequence[Source],

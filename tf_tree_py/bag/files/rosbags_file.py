@@ -1,7 +1,7 @@
 """Bag files as rosbags reads them; what it refuses, and what goes wrong in the middle."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 import shutil
@@ -33,7 +33,7 @@ from rosbags.typesys import (
 )
 
 from .finding import PACKED
-from .source import Arrival, Source
+from .source import Arrival, salvaged, Scan, Source
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -55,17 +55,20 @@ UNREADABLE = (Reader1Error, Reader2Error, apsw.Error, zstd.ZstdError, struct.err
 class RosbagsFile:
     """One file, whole and with an index."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, scan: Callable[[Path], Scan]) -> None:
         """
         Open it.
 
+        :param scan: reads the rest of a file that turns out to be damaged in the middle.
         :raises Exception: one of ``UNREADABLE``.
         """
         self.path = path
+        self._scan = scan
         self.damage: list[str] = []
         self._unpacked = TemporaryDirectory() if path.suffix == PACKED else None
         if self._unpacked is not None:
             path = _unpacked(path, Path(self._unpacked.name))
+        self._file = path
         self._reader: Any = Reader1(path) if path.suffix == '.bag' else Reader2(path)
         self._reader.open()
         # A ROS 1 node that was started again has a second connection, of the same source.
@@ -73,16 +76,16 @@ class RosbagsFile:
         self.counts: Counter[Source] = Counter()
         for each in self._reader.connections:
             self.counts[self._source_of[each.id]] += each.msgcount
-        self.began = int(self._reader.start_time)
+        self.span = int(self._reader.start_time), int(self._reader.end_time)
 
-    def arrivals(self, sources: Sequence[Source], start: int | None,
+    def arrivals(self, sources: Collection[Source], start: int | None,
                  stop: int | None) -> Iterator[Arrival]:
         """Yield the messages of some of its sources, as they were received."""
         connections = [each for each in self._reader.connections
                        if self._source_of[each.id] in sources]
         if not connections:
             return
-        source_of, given = self._source_of, 0
+        source_of, given, received = self._source_of, 0, None
         # What the class itself does to make one, without its checks: there are millions.
         make = partial(tuple.__new__, Arrival)
         try:
@@ -93,8 +96,13 @@ class RosbagsFile:
                 given += 1
         except UNREADABLE as error:
             expected = sum(each.msgcount for each in connections)
-            self.damage.append(f'{self.path.name} is damaged behind message {given} of '
-                               f'{expected}: {error}')
+            rest = salvaged(self._scan(self._file), sources,
+                            start if received is None else received + 1, stop)
+            for arrival in rest:
+                yield arrival
+                given += 1
+            self.damage.append(f'{self.path.name} is damaged ({error}): {given} of {expected} '
+                               'messages could be read')
 
     def first_field(self, source: Source) -> str:
         """Return the type of the first field of a source's messages; '' if it is not known."""

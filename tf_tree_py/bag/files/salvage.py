@@ -6,38 +6,21 @@ scan; what all of them need stands here.
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 import struct
-from typing import Protocol
 
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+from tf_tree_py.core.stamp import FOREVER
 
 from .rosbags_file import first_field_of
-from .source import Arrival, Source
-
-
-class Scan(Protocol):
-    """
-    Reads one file, record by record.
-
-    :ivar definitions: of the messages of each source, once it was met.
-    :ivar lost: how much could not be read, in words; complete after the last arrival.
-    """
-
-    definitions: dict[Source, MessageDefinition]
-    lost: str
-
-    def __init__(self, path: Path) -> None: ...
-
-    def __iter__(self) -> Iterator[Arrival]:
-        """Yield every message, in the order in which they stand in the file."""
+from .source import Arrival, salvaged, Scan, Source
 
 
 class SalvagedFile:
     """What can be read of one file."""
 
-    def __init__(self, path: Path, scan: type[Scan], why: object) -> None:
+    def __init__(self, path: Path, scan: Callable[[Path], Scan], why: object) -> None:
         """
         Read it once, to see what there is.
 
@@ -45,14 +28,14 @@ class SalvagedFile:
         :raises ValueError: nothing can be read.
         """
         self._path = path
-        self._kind = scan
+        self._scan = scan
         first = scan(path)
         self.counts: Counter[Source] = Counter()
-        received: list[int] = []
+        begin, end = FOREVER, 0
         for arrival in first:
             self.counts[arrival.source] += 1
-            received = [*received[:1], arrival.received]
-        self.began = received[0] if received else 0
+            begin, end = min(begin, arrival.received), max(end, arrival.received + 1)
+        self.span = begin, end
         self._definitions = first.definitions
         self.damage = [f'{path.name} is not whole ({str(why).rstrip(".")}): '
                        f'{self.counts.total()} messages could be read, {first.lost}']
@@ -60,10 +43,7 @@ class SalvagedFile:
     def arrivals(self, sources: Collection[Source], start: int | None,
                  stop: int | None) -> Iterator[Arrival]:
         """Yield the messages of some of its sources, as they stand in the file."""
-        for arrival in self._kind(self._path):
-            if (arrival.source in sources and (start is None or arrival.received >= start)
-                    and (stop is None or arrival.received < stop)):
-                yield arrival
+        return salvaged(self._scan(self._path), sources, start, stop)
 
     def first_field(self, source: Source) -> str:
         """Return the type of the first field of a source's messages; '' if it is not known."""
@@ -82,10 +62,14 @@ def definition(text: str, encoding: str = 'ros2msg') -> MessageDefinition:
     return MessageDefinition(kind, text)
 
 
-def lost_bytes(lost: int, size: int) -> str:
-    """Say how much of a file could not be read."""
+def lost_bytes(lost: int, size: int, ended: bool = False) -> str:
+    """
+    Say how much of a file could not be read.
+
+    :param ended: there was an end, and not only nothing more.
+    """
     if not lost:
-        return 'and nothing is missing but its end with the index'
+        return 'and nothing is missing' + ('' if ended else ' but its end with the index')
     return f'and {lost:,} of its {size:,} bytes could not'
 
 

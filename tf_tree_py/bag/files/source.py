@@ -1,7 +1,10 @@
 """Where recorded messages come from: one topic, or one publisher of it where a bag tells them."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import NamedTuple, Protocol, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import MessageDefinition
 
 _TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
 
@@ -63,18 +66,18 @@ class Storage(Protocol):
     """
     One open file.
 
-    :ivar began: when its first message was received, nanoseconds.
+    :ivar span: when its first message was received, and the nanosecond after the last.
     :ivar damage: what is wrong with the file, one sentence each; complete when all was read.
     """
 
-    began: int
+    span: tuple[int, int]
     damage: list[str]
 
     @property
     def counts(self) -> Mapping[Source, int]:
         """Return everything that was recorded, of any type, and how many messages of each."""
 
-    def arrivals(self, sources: Sequence[Source], start: int | None,
+    def arrivals(self, sources: Collection[Source], start: int | None,
                  stop: int | None) -> Iterator[Arrival]:
         """
         Yield the messages of some of its sources, as they were received.
@@ -88,3 +91,27 @@ class Storage(Protocol):
 
     def close(self) -> None:
         """Close the file."""
+
+
+class Scan(Protocol):
+    """
+    Reads one file, record by record.
+
+    :ivar definitions: of the messages of each source, once it was met.
+    :ivar lost: how much could not be read, in words; complete after the last arrival.
+    """
+
+    definitions: 'dict[Source, MessageDefinition]'
+    lost: str
+
+    def __iter__(self) -> Iterator[Arrival]:
+        """Yield every message, in the order in which they stand in the file."""
+
+
+def salvaged(scan: Iterable[Arrival], sources: Collection[Source], start: int | None,
+             stop: int | None) -> Iterator[Arrival]:
+    """Yield what a scan finds of some sources, in a stretch of time; see ``Storage``."""
+    for arrival in scan:
+        if (arrival.source in sources and (start is None or arrival.received >= start)
+                and (stop is None or arrival.received < stop)):
+            yield arrival

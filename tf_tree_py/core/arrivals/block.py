@@ -46,16 +46,16 @@ class Block:
         """
         self._fixed = np.concatenate([np.arange(part.start, part.stop) for part in fixed])
         self._names = np.frombuffer(names, dtype=np.uint8)
-        sec, nanosec = (np.dtype(order + _TYPES[letter]) for letter in stamp)
+        # A stamp is two neighbouring numbers of four bytes.
+        self._stamps = np.concatenate(
+            [np.arange(place.stamp, place.stamp + 8) for place in places] or [self._fixed[:0]])
+        self._stamp = np.dtype([(name, order + _TYPES[letter]) for name, letter
+                                in zip(('sec', 'nanosec'), stamp, strict=True)])
         pose = np.dtype((f'{order}f8', POSE_FLOATS))
-        fields = [('bytes', np.dtype((np.uint8, size)), 0)]
-        for number, place in enumerate(places):
-            fields += [(f'sec{number}', sec, place.stamp),
-                       (f'nanosec{number}', nanosec, place.stamp + sec.itemsize),
-                       (f'pose{number}', pose, place.pose)]
-        names_of, types, offsets = zip(*fields, strict=True)
-        self._type = np.dtype({'names': names_of, 'formats': types, 'offsets': offsets,
-                               'itemsize': size})
+        self._type = np.dtype({
+            'names': ['bytes', *(f'pose{number}' for number in range(len(places)))],
+            'formats': [np.dtype((np.uint8, size)), *(pose for _ in places)],
+            'offsets': [0, *(place.pose for place in places)], 'itemsize': size})
         self._count = len(places)
 
     def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
@@ -75,15 +75,11 @@ class Block:
             some = slice(begin, begin + step)
             rows = np.frombuffer(b''.join(messages[some]), dtype=self._type)
             fits[some] = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
+            pairs = rows['bytes'].take(self._stamps, axis=1).view(self._stamp).T
+            np.multiply(pairs['sec'], NANOSECONDS_PER_SECOND, out=stamps[:, some], dtype=np.int64)
+            stamps[:, some] += pairs['nanosec']
             for number in range(self._count):
-                stamps[number, some] = self._stamps(rows, number)
                 poses[number, some] = rows[f'pose{number}']
         if fits.all():
             return fits, stamps, poses
         return fits, stamps[:, fits], poses[:, fits]
-
-    def _stamps(self, rows: npt.NDArray[np.void], number: int) -> Stamps:
-        stamps: Stamps = rows[f'sec{number}'].astype(np.int64)
-        stamps *= NANOSECONDS_PER_SECOND
-        stamps += rows[f'nanosec{number}']
-        return stamps
