@@ -23,6 +23,7 @@ from .groups import (
     lookups,
     many,
     memory,
+    recordings,
     uncertain,
     waiting,
 )
@@ -43,9 +44,11 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'uncertain': uncertain.uncertain,
     'listener': listening.listening,
     'joints': joints.joints,
+    'doctor': listening.watching,
     'wait': waiting.waiting,
     'insert': inserting.inserting,
     'memory': memory.memory,
+    'bag': recordings.recordings,
 }
 
 

@@ -20,9 +20,11 @@ _TITLES = {
     'continuous': 'An edge on a spline: depth 3, its middle edge with 50 knots a second',
     'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
     'joints': 'CPU of a process that makes transforms of joint states',
+    'doctor': 'CPU of a listener that a doctor watches: transforms in a message x rate',
     'wait': 'From an insertion until a blocked lookup returns',
     'insert': 'Inserting one transform',
     'memory': 'Memory',
+    'bag': 'Opening a bag: 38 edges in one message at 100 Hz, as MCAP',
 }
 
 # Between these comments of docs/performance.md stand the results.

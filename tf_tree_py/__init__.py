@@ -21,6 +21,7 @@ from tf_tree_py.core import (
     Incident,
     InvalidArgumentException,
     LATEST,
+    load,
     lookup_twist,
     lookup_twist_many,
     LookupException,
@@ -35,6 +36,7 @@ from tf_tree_py.core import (
     TimeoutException,
     TransformException,
     TransformWarning,
+    TreeFileError,
     UNLIMITED,
 )
 from tf_tree_py.core.deskew import deskew
@@ -116,6 +118,7 @@ __all__ = [
     'Incident',
     'InvalidArgumentException',
     'LATEST',
+    'load',
     'lookup_twist',
     'lookup_twist_many',
     'LookupException',
@@ -139,6 +142,7 @@ __all__ = [
     'TransformListener',
     'TransformRegistration',
     'TransformWarning',
+    'TreeFileError',
     'TypeException',
     'UNLIMITED',
     'velocity_stamped',

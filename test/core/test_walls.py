@@ -37,13 +37,23 @@ ORDER = {
         'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
         'edges: track protocol packed static discrete aided uncertainty spline_samples spline '
         'spline_track spline_history spline_fitter',
-        'arrivals: incidents observers sample track frame_names wire stencil future_guard '
-        'jump_back streams meters merging',
+        'arrivals: incidents sample received observers track frame_names block layout wire '
+        'stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'outline queries',
+        'frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
+        'vitals: limits spread stretch timing motion gathering edge',
+        'checks: finding case check names structure values stamps statics rates motions '
+        'publishers catalogue',
+        ': doctor',
+    ),
+    'bag': rooms(
+        ': errors progress',
+        'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
+        'assembling: decoding window oddities order assembly',
+        ': opening stamps recorder',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '
@@ -51,7 +61,7 @@ ORDER = {
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
-        'topics: qos authority rivals broadcaster listener side_topics covariances gyro',
+        'topics: qos authority endpoints rivals broadcaster listener side_topics covariances gyro',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',
@@ -61,6 +71,7 @@ ORDER = {
         ': elements values visuals joints hanging following motion expanding robot states '
         'tracks',
     ),
+    'tools': rooms(': endings arguments output live recording source tf_doctor'),
 }
 
 # Layers that know no ROS, and what they may need beside Python itself.

@@ -8,7 +8,7 @@ import pytest
 
 DESIGN = (REPOSITORY / 'docs' / 'design.md').read_text()
 PICTURE = (REPOSITORY / 'docs' / 'images' / 'rooms.svg').read_text()
-LAYERS = ['core', 'ros']
+LAYERS = ['core', 'bag', 'ros']
 
 
 @pytest.fixture(scope='module')

@@ -16,12 +16,13 @@ from .errors import (
     PastExtrapolationException,
     TimeoutException,
     TransformException,
+    TreeFileError,
 )
 from .geometry import se3
 from .geometry.pose import Pose
 from .stamp import from_seconds, LATEST, UNLIMITED
 from .tree.outline import EdgeInfo
-from .tree.queries import Snapshot
+from .tree.queries import load, Snapshot
 from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     'InvalidArgumentException',
     'Kind',
     'LATEST',
+    'load',
     'lookup_twist',
     'lookup_twist_many',
     'LookupException',
@@ -52,5 +54,6 @@ __all__ = [
     'TimeoutException',
     'TransformException',
     'TransformWarning',
+    'TreeFileError',
     'UNLIMITED',
 ]

@@ -1,0 +1,80 @@
+"""Opening a recording: the time and the memory of a transform, and frozen trees."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from .listening import start
+from ..bag_files import RATE_HZ, TRANSFORMS, write_bag
+from ..effort import Effort
+from ..peers.finding import Contestants
+from ..rows import OURS, Row, RUST
+from ..timing import interleave
+
+RAW, LOOP = 'rosbags, raw', 'rosbags, a loop'
+_OF_RUST = 0.6
+# A quarter of the raw rate, and half of it where decompressing takes most of the time.
+_OF_RAW = {'uncompressed': 4.0, 'zstd': 2.0}
+_BYTES_A_TRANSFORM = 80
+_PEAK = 1.3
+_FROZEN_MS = 50
+# In a shorter one, what a process needs anyway would count as the recording's.
+_SHORTEST_S = 300
+
+
+def recordings(contestants: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure all ways to read a bag, and a frozen tree made of it."""
+    seconds = max(effort.simulated_s, _SHORTEST_S)
+    with TemporaryDirectory() as folder:
+        for kind, of_raw in _OF_RAW.items():
+            path = write_bag(Path(folder, kind), seconds, compressed=kind == 'zstd')
+            yield from _opening(path, f'{seconds} s, {kind}', seconds * RATE_HZ * TRANSFORMS,
+                                of_raw, contestants, effort)
+        yield _frozen(path, Path(folder, 'run.tftree'), effort)
+
+
+def _opening(path: Path, name: str, transforms: int, of_raw: float, contestants: Contestants,
+             effort: Effort) -> Iterator[Row]:
+    memory: list[dict[str, float]] = []
+    turns: dict[str, Callable[[], float]] = {
+        OURS: partial(_measure, 'ours', path, transforms, memory),
+        RAW: partial(_measure, 'raw', path, transforms),
+        LOOP: partial(_measure, 'loop', path, transforms)}
+    if contestants.rust:
+        turns[RUST] = partial(_measure, 'rust', path, transforms)
+    row = Row('bag', name, 'us a transform', interleave(turns, effort.streams))
+    row.compare(OURS, RUST, _OF_RUST)
+    row.compare(OURS, RAW, of_raw)
+    row.compare(OURS, LOOP)
+    yield row
+    end, peak = f'{OURS}, in the end', f'{OURS}, at the peak'
+    row = Row('bag', f'{name}: memory', 'bytes a transform', {
+        end: [each['resident'] / transforms for each in memory],
+        peak: [each['peak'] / transforms for each in memory]})
+    row.judge(end, _BYTES_A_TRANSFORM)
+    row.compare(peak, end, _PEAK, unit='x in the end')
+    yield row
+
+
+def _measure(way: str, path: Path, transforms: int,
+             memory: list[dict[str, float]] | None = None) -> float:
+    """Return the microseconds of a transform, one way to read all."""
+    with start('ingest') as process:
+        found = process.call(way, path=str(path))
+    if memory is not None:
+        memory.append(found)
+    return 1e6 * found['seconds'] / found.get('transforms', transforms)
+
+
+def _frozen(path: Path, frozen: Path, effort: Effort) -> Row:
+    with start('ingest') as process:
+        process.call('freeze', path=str(path), target=str(frozen))
+    values = []
+    for _ in range(effort.streams):
+        with start('ingest') as process:
+            values.append(1e3 * process.call('frozen', path=str(frozen))['seconds'])
+    row = Row('bag', f'a frozen tree of {frozen.stat().st_size / 1e6:.0f} MB, and a lookup', 'ms',
+              {OURS: values})
+    row.judge(OURS, _FROZEN_MS)
+    return row

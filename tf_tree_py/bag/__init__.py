@@ -1,0 +1,28 @@
+"""
+Recorded transforms: a bag as a buffer, without ROS.
+
+Not here: the tree and its lookups, which are ``core``'s, and reading files, which rosbags
+does (``pip install 'tf_tree_py[bag]'``).
+"""
+
+from .assembling.decoding import Decoder
+from .assembling.oddities import BagWarning, Oddity
+from .errors import BagError
+from .files.reading import Bag, read_arrivals
+from .files.source import Arrival, Source
+from .opening import open_bag, Recording
+from .stamps import stamps_of
+
+__all__ = [
+    'Arrival',
+    'Bag',
+    'BagError',
+    'BagWarning',
+    'Decoder',
+    'Oddity',
+    'open_bag',
+    'read_arrivals',
+    'Recording',
+    'Source',
+    'stamps_of',
+]
