@@ -1,0 +1,40 @@
+"""What came of many runs, as text and for JSON."""
+
+from collections.abc import Sequence
+from statistics import median
+from typing import Any
+
+from .trial import PLACED_WITHIN, Trial
+
+
+def as_dict(way: str, trials: Sequence[Trial]) -> dict[str, Any]:
+    """Return the counts, the errors (metres), and a row for each run."""
+    errors = [trial.error for trial in trials if trial.error is not None]
+    return {
+        'way': way,
+        'runs': len(trials),
+        'picked': sum(trial.picked for trial in trials),
+        'placed': sum(trial.placed for trial in trials),
+        'detection_error_median_m': median(errors) if errors else None,
+        'detection_error_worst_m': max(errors, default=None),
+        'rows': [trial.as_dict() for trial in trials]}
+
+
+def row(trial: Trial) -> str:
+    """Return one run as a line."""
+    error = '-' if trial.error is None else f'{trial.error * 1e3:.2f} mm'
+    if trial.off is None:
+        return f'{trial.number:>4}  seen {error:>10} off  not picked: {trial.remark}'
+    placed = 'placed' if trial.placed else 'DROPPED'
+    return f'{trial.number:>4}  seen {error:>10} off  picked, {placed} {trial.off * 1e3:.1f} mm off'
+
+
+def summary(trials: Sequence[Trial]) -> str:
+    """Return all of them as one line."""
+    told = as_dict('', trials)
+    line = (f'{told["runs"]} runs: {told["picked"]} picked, {told["placed"]} placed within '
+            f'{PLACED_WITHIN * 100:g} cm')
+    if told['detection_error_worst_m'] is None:
+        return f'{line}; nothing was seen'
+    return (f'{line}; detections {told["detection_error_median_m"] * 1e3:.2f} mm off (median), '
+            f'{told["detection_error_worst_m"] * 1e3:.2f} mm at worst')
