@@ -38,9 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=NAME, description=_DESCRIPTION, allow_abbrev=False)
-    parser.add_argument('--runs', type=_count, default=20, metavar='N',
+    parser.add_argument('--runs', type=_positive, default=20, metavar='N',
                         help='how many blocks, one after the other; 20 unless given')
-    parser.add_argument('--seed', type=_count, default=0, metavar='N',
+    parser.add_argument('--seed', type=_natural, default=0, metavar='N',
                         help='which random blocks; 0 unless given')
     parser.add_argument('--mistake', choices=[*MISTAKES, ALL],
                         help='do it wrongly; with "all", rightly and then in each wrong way')
@@ -50,15 +50,21 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _count(text: str) -> int:
-    number = int(text)
-    if number < 0:
+def _natural(text: str) -> int:
+    if (number := int(text)) < 0:
+        raise ValueError
+    return number
+
+
+def _positive(text: str) -> int:
+    if (number := int(text)) < 1:
         raise ValueError
     return number
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    names = {None: ['right'], ALL: ['right', *MISTAKES]}.get(arguments.mistake, [arguments.mistake])
+    mistake = arguments.mistake
+    names = {None: ['right'], ALL: ['right', *MISTAKES]}.get(mistake, [mistake])
     outcomes = {name: _trials(name, arguments) for name in names}
     if arguments.json:
         first, *rest = (as_dict(name, trials) for name, trials in outcomes.items())

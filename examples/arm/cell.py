@@ -5,17 +5,18 @@ It stands for the real world. A program knows of it what a robot knows: the time
 joints and links, and images. Where the block really is, only judges ask.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 import pybullet
 from tf_tree_py.core import from_seconds, Pose
 
+from .furniture import furnish
 from .image import Image, Intrinsics
 from .motion import Joints, trapezoid
 from .rendering import INTRINSICS, render
-from .scene import BLOCK_SIZE, DISTRACTOR_COLORS, RED, Scene, TRAY, TRAY_SCALE
+from .scene import BLOCK_SIZE, Scene
 from .simulator import Simulator
 
 STEP = from_seconds(0.004)
@@ -27,7 +28,7 @@ BEGIN = from_seconds(1.0)
 HAND_T_CAMERA = Pose.from_xyz_rpy(x=0.08, z=0.02, yaw=np.pi / 2)
 """Where the camera is screwed to the hand: it looks along the fingers, past them."""
 
-OPEN, CLOSED = 0.04, 0.0
+OPEN, CLOSED = 0.039, 0.0
 """How far each finger is to be from the middle, metres."""
 
 HAND = 'panda_hand'
@@ -35,7 +36,6 @@ _ARM_JOINTS = range(7)
 _EFFORTS = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 _FINGERS = (9, 10)
 _GRIP, _FINGER_SPEED = 30.0, 0.1
-_FLOOR_OF_TABLE = -0.625
 
 
 class Link(NamedTuple):
@@ -66,7 +66,7 @@ class Cell:
         self._bullet.setPhysicsEngineParameter(numSolverIterations=200)
         self._arm = self._bullet.load_arm()
         self.links = self._read_links()
-        self._furnish(scene)
+        self._block = furnish(self._bullet, scene)
         for number, angle in zip(_ARM_JOINTS, joints, strict=True):
             self._bullet.resetJointState(self._arm, number, angle)
         for number in _FINGERS:
@@ -109,7 +109,8 @@ class Cell:
         for finger in _FINGERS:
             self._bullet.setJointMotorControl2(
                 self._arm, finger, pybullet.POSITION_CONTROL, targetPosition=width,
-                force=_GRIP, maxVelocity=_FINGER_SPEED)
+                force=_GRIP, maxVelocity=_FINGER_SPEED,
+                positionGain=1.0, velocityGain=1.0)
 
     def _drive(self, joints: Joints) -> None:
         # With both gains at one, the motors choose the speeds that reach the goal in one step.
@@ -164,20 +165,3 @@ class Cell:
             self._arm, _FINGERS[0], self._arm, _FINGERS[1], pybullet.JOINT_GEAR,
             jointAxis=(1, 0, 0), parentFramePosition=(0, 0, 0), childFramePosition=(0, 0, 0))
         self._bullet.changeConstraint(gear, gearRatio=-1.0, erp=0.1, maxForce=100.0)
-
-    def _furnish(self, scene: Scene) -> None:
-        self._bullet.loadURDF('table/table.urdf', (0.4, 0.0, _FLOOR_OF_TABLE), useFixedBase=True)
-        self._bullet.loadURDF('tray/traybox.urdf', TRAY.translation, useFixedBase=True,
-                              globalScaling=TRAY_SCALE)
-        self._block = self._add_block(scene.block, RED)
-        for pose, color in zip(scene.distractors, DISTRACTOR_COLORS, strict=False):
-            self._add_block(pose, color)
-
-    def _add_block(self, pose: Pose, color: Sequence[float]) -> int:
-        half = [size / 2 for size in BLOCK_SIZE]
-        shape = self._bullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
-        looks = self._bullet.createVisualShape(
-            pybullet.GEOM_BOX, halfExtents=half, rgbaColor=(*color, 1.0), specularColor=(0, 0, 0))
-        block = self._bullet.createMultiBody(0.1, shape, looks, pose.translation, pose.rotation)
-        self._bullet.changeDynamics(block, -1, lateralFriction=1.0, spinningFriction=0.01)
-        return int(block)

@@ -51,6 +51,6 @@ def _rays(intrinsics: Intrinsics) -> npt.NDArray[np.float64]:
 
 
 def project(points: npt.ArrayLike, intrinsics: Intrinsics) -> npt.NDArray[np.float64]:
-    """Return the pixels (N, 2), column and row, at which points (N, 3) of the camera's frame are."""
+    """Return the pixels (N, 2), column and row, of points (N, 3) in the camera's frame."""
     p = np.asarray(points, dtype=float)
     return intrinsics.focal * p[:, :2] / p[:, 2:] + intrinsics.center

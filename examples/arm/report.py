@@ -26,7 +26,8 @@ def row(trial: Trial) -> str:
     if trial.off is None:
         return f'{trial.number:>4}  seen {error:>10} off  not picked: {trial.remark}'
     placed = 'placed' if trial.placed else 'DROPPED'
-    return f'{trial.number:>4}  seen {error:>10} off  picked, {placed} {trial.off * 1e3:.1f} mm off'
+    return (f'{trial.number:>4}  seen {error:>10} off  picked, {placed} {trial.off * 1e3:.1f} mm '
+            'off')
 
 
 def summary(trials: Sequence[Trial]) -> str:
