@@ -14,6 +14,7 @@ executables = [
     'five_frame_publisher',
     'static_transform_publisher',
     'tf_relay',
+    'urdf_broadcaster',
 ]
 
 
@@ -52,8 +53,9 @@ setup(
     extras_require={
         'bag': ['rosbags'],
         'plot': ['matplotlib'],
-        'test': ['hypothesis', 'pytest'],
+        'test': ['hypothesis', 'pin', 'pytest'],
         'view': ['viser'],
+        'xacro': ['xacro'],
     },
     entry_points={
         'console_scripts': [
