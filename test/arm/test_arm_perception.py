@@ -2,25 +2,22 @@
 
 from contextlib import closing
 
+from examples.arm.furniture import furnish
+from examples.arm.image import back_project, project
+from examples.arm.perception import find_block, segment
+from examples.arm.rendering import INTRINSICS, render
+from examples.arm.scene import BLOCK_SIZE, random_scene, Scene
+from examples.arm.simulator import Simulator
 import numpy as np
 import pytest
 from tf_tree_py.core import Pose
-
-pytest.importorskip('pybullet', reason='needs PyBullet: scripts/test runs this in a venv with it')
-
-from examples.arm.furniture import furnish  # noqa: E402
-from examples.arm.image import back_project, project  # noqa: E402
-from examples.arm.perception import find_block, segment  # noqa: E402
-from examples.arm.rendering import INTRINSICS, render  # noqa: E402
-from examples.arm.scene import BLOCK_SIZE, random_scene, Scene  # noqa: E402
-from examples.arm.simulator import Simulator  # noqa: E402
 
 VIEWS_OF_A_SCENE = 50
 TOP = Pose(z=BLOCK_SIZE[2] / 2)
 
 
 def looking(rng, at, distance, tilt):
-    """Return world_T_camera of a camera at a distance, tilted from straight down, anyhow turned."""
+    """Return world_T_camera, so far away, so far tilted from straight down, anyhow turned."""
     bearing = rng.uniform(-np.pi, np.pi)
     ahead = -np.array([np.sin(tilt) * np.cos(bearing), np.sin(tilt) * np.sin(bearing),
                        np.cos(tilt)])

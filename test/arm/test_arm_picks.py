@@ -4,13 +4,10 @@ import json
 import subprocess
 import sys
 
+from examples.arm.mistakes import MISTAKES, RIGHT
+from examples.arm.speeds import errors_at, law, RADIUS
+from examples.arm.trial import PLACED_WITHIN, run
 import pytest
-
-pytest.importorskip('pybullet', reason='needs PyBullet: scripts/test runs this in a venv with it')
-
-from examples.arm.mistakes import MISTAKES, RIGHT  # noqa: E402
-from examples.arm.speeds import errors_at, law, RADIUS  # noqa: E402
-from examples.arm.trial import PLACED_WITHIN, run  # noqa: E402
 
 SEED = 0
 

@@ -2,15 +2,12 @@
 
 from contextlib import closing
 
+from examples.arm.cell import BEGIN, Cell, HAND, HAND_T_CAMERA, STEP
+from examples.arm.pick_and_place import LOOKOUT
+from examples.arm.scene import random_scene
+from examples.arm.tree import ArmTree
 import numpy as np
 import pytest
-
-pytest.importorskip('pybullet', reason='needs PyBullet: scripts/test runs this in a venv with it')
-
-from examples.arm.cell import BEGIN, Cell, HAND, HAND_T_CAMERA, STEP  # noqa: E402
-from examples.arm.pick_and_place import LOOKOUT  # noqa: E402
-from examples.arm.scene import random_scene  # noqa: E402
-from examples.arm.tree import ArmTree  # noqa: E402
 
 SCENE = random_scene(np.random.default_rng(0))
 GOAL = LOOKOUT + (0.3, 0.2, -0.2, 0.2, -0.3, 0.15, 0.3)
