@@ -12,15 +12,11 @@ import sys
 from tf_tree_py.labs.progress import progress
 
 from .mistakes import MISTAKES, WAYS
-from .report import as_dict, row, summary
-from .trial import run, Trial
+from .options import NAME, parser
+from .report import as_dict, row, summary, Trial
+from .trial import run
 
-NAME = 'arm'
 ALL = 'all'
-
-_DESCRIPTION = """\
-A simulated arm with a camera on its wrist picks a red block and places it in a tray. What the
-camera sees, the transform tree takes to the world: docs/pick_and_place.md goes through it."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -37,29 +33,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=NAME, description=_DESCRIPTION, allow_abbrev=False)
-    parser.add_argument('--runs', type=_positive, default=20, metavar='N',
-                        help='how many blocks, one after the other; 20 unless given')
-    parser.add_argument('--seed', type=_natural, default=0, metavar='N',
-                        help='which random blocks; 0 unless given')
-    parser.add_argument('--mistake', choices=[*MISTAKES, ALL],
-                        help='do it wrongly; with "all", rightly and then in each wrong way')
-    parser.add_argument('--json', action='store_true', help='print JSON instead')
-    parser.add_argument('--out', type=Path, metavar='DIR',
-                        help='draw the pictures into a folder, too')
-    return parser
-
-
-def _natural(text: str) -> int:
-    if (number := int(text)) < 0:
-        raise ValueError
-    return number
-
-
-def _positive(text: str) -> int:
-    if (number := int(text)) < 1:
-        raise ValueError
-    return number
+    options = parser()
+    options.add_argument('--mistake', choices=[*MISTAKES, ALL],
+                         help='do it wrongly; with "all", rightly and then in each wrong way')
+    options.add_argument('--out', type=Path, metavar='DIR',
+                         help='draw the pictures into a folder, too')
+    return options
 
 
 def _run(arguments: argparse.Namespace) -> None:

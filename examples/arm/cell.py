@@ -31,7 +31,7 @@ HAND_T_CAMERA = Pose.from_xyz_rpy(x=0.08, z=0.02, yaw=np.pi / 2)
 OPEN, CLOSED = 0.039, 0.0
 """How far each finger is to be from the middle, metres."""
 
-HAND = 'panda_hand'
+BASE, HAND = 'panda_link0', 'panda_hand'
 _ARM_JOINTS = range(7)
 _EFFORTS = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 _FINGERS = (9, 10)
@@ -52,12 +52,14 @@ class Cell:
 
     :param joints: how the arm stands at first, radians.
     :param step: nanoseconds.
+    :param begin: the first stamp.
     :ivar links: the arm's, each after its parent.
     :ivar watchers: what is called after each step.
     """
 
-    def __init__(self, scene: Scene, joints: Joints, step: int = STEP) -> None:
-        self.stamp = BEGIN
+    def __init__(self, scene: Scene, joints: Joints, step: int = STEP,
+                 begin: int = BEGIN) -> None:
+        self.stamp = begin
         self.watchers: list[Callable[[], None]] = []
         self._step = step
         self._bullet = Simulator()
@@ -125,11 +127,18 @@ class Cell:
         return np.array([state[0] for state in
                          self._bullet.getJointStates(self._arm, _ARM_JOINTS)])
 
+    def joint_states(self) -> dict[str, float]:
+        """Return the position of everything that moves, radians and metres."""
+        numbers = [*_ARM_JOINTS, *_FINGERS]
+        states = self._bullet.getJointStates(self._arm, numbers)
+        return {self._bullet.getJointInfo(self._arm, number)[1].decode(): state[0]
+                for number, state in zip(numbers, states, strict=True)}
+
     def link_poses(self) -> dict[str, Pose]:
         """Return world_T_link of every link."""
         states = self._bullet.getLinkStates(
             self._arm, range(len(self.links)), computeForwardKinematics=True)
-        return {self.links[0].parent: Pose()} | {
+        return {BASE: Pose()} | {
             link.name: Pose(*state[4], *state[5])
             for link, state in zip(self.links, states, strict=True)}
 
@@ -154,8 +163,7 @@ class Cell:
         infos = [self._bullet.getJointInfo(self._arm, number)
                  for number in range(self._bullet.getNumJoints(self._arm))]
         names = [info[12].decode() for info in infos]
-        base = self._bullet.getBodyInfo(self._arm)[0].decode()
-        return [Link(names[info[16]] if info[16] >= 0 else base, name,
+        return [Link(names[info[16]] if info[16] >= 0 else BASE, name,
                      info[2] != pybullet.JOINT_FIXED)
                 for name, info in zip(names, infos, strict=True)]
 

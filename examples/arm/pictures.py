@@ -13,9 +13,9 @@ from tf_tree_py.labs.pictures import GREY, save, STYLES
 
 from .image import Image, project
 from .pick_and_place import LATENCY
+from .report import Trial
 from .scene import BLOCK_SIZE
 from .speeds import errors_at, law, RADIUS, SPEEDS
-from .trial import Trial
 
 _COLUMNS, _TILE = 5, (192, 144)
 _COLORS = 48

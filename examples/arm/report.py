@@ -1,10 +1,38 @@
-"""What came of many runs, as text and for JSON."""
+"""What came of the runs, as text and for JSON."""
 
 from collections.abc import Sequence
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
-from .trial import PLACED_WITHIN, Trial
+from tf_tree_py.core import Pose
+
+from .image import Image
+
+PLACED_WITHIN = 0.02
+
+
+class Trial(NamedTuple):
+    """
+    What came of one run; metres.
+
+    :ivar error: between where the block's top was and where it was taken to be.
+    :ivar off: how far the block came to lie from the tray's middle.
+    :ivar remark: why it ended early.
+    :ivar sight: the image, and camera_T_block.
+    """
+
+    number: int
+    error: float | None = None
+    picked: bool = False
+    placed: bool = False
+    off: float | None = None
+    remark: str = ''
+    sight: tuple[Image, Pose] | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {'run': self.number, 'detection_error_m': self.error, 'picked': self.picked,
+                'placed': self.placed, 'placed_off_m': self.off, 'remark': self.remark}
 
 
 def as_dict(way: str, trials: Sequence[Trial]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from tf_tree_py.core import BufferCore, Pose
 
-from .cell import Cell, HAND, HAND_T_CAMERA
+from .cell import BASE, Cell, HAND, HAND_T_CAMERA
 
 
 class ArmTree(BufferCore):
@@ -16,7 +16,7 @@ class ArmTree(BufferCore):
     def __init__(self, cell: Cell) -> None:
         super().__init__()
         self._cell = cell
-        self.insert('world', cell.links[0].parent, 0, Pose(), static=True)
+        self.insert('world', BASE, 0, Pose(), static=True)
         self._insert_links(static=True)
         self.insert(HAND, 'camera', 0, HAND_T_CAMERA, static=True)
         self.follow()

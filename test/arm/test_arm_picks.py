@@ -5,8 +5,9 @@ import subprocess
 import sys
 
 from examples.arm.mistakes import MISTAKES, RIGHT
+from examples.arm.report import PLACED_WITHIN
 from examples.arm.speeds import errors_at, law, RADIUS
-from examples.arm.trial import PLACED_WITHIN, run
+from examples.arm.trial import run
 import pytest
 
 SEED = 0
