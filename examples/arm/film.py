@@ -13,6 +13,7 @@ from .trial import run
 
 _FRAME = from_seconds(0.16)
 _SHOWN_MS = 120
+_COLORS = 48
 _LENS = Intrinsics(180, 180, 250.0, (90.0, 89.0))
 _WRIST = (240, 180)
 
@@ -37,7 +38,7 @@ def film(seed: int, path: Path) -> Path:
 
     def take(cell: Cell) -> None:
         if cell.stamp % _FRAME == 0:
-            frames.append(reduced(_side_by_side(cell)))
+            frames.append(reduced(_side_by_side(cell), _COLORS))
 
     run(0, seed, watch=watch)
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=_SHOWN_MS, loop=0,

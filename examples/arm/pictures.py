@@ -17,8 +17,8 @@ from .report import Trial
 from .scene import BLOCK_SIZE
 from .speeds import errors_at, law, RADIUS, SPEEDS
 
-_COLUMNS, _TILE = 5, (192, 144)
-_COLORS = 48
+_COLUMNS, _TILE, _GAP = 5, (192, 144), 4
+_COLORS = 200
 _GREEN, _WHITE = (0, 255, 80), (255, 255, 255)
 
 
@@ -26,13 +26,13 @@ def draw_all(trials: Sequence[Trial], folder: Path) -> list[Path]:
     """Write error against speed (PNG and SVG), and the contact sheet; return the files."""
     sheet = folder / 'pick_and_place_sheet.png'
     folder.mkdir(parents=True, exist_ok=True)
-    reduced(contact_sheet(trials)).save(sheet, optimize=True)
+    reduced(contact_sheet(trials), _COLORS).save(sheet, optimize=True)
     return [sheet, *save(_draw_errors, folder, 'pick_and_place_speed')]
 
 
-def reduced(picture: Picture.Image) -> Picture.Image:
+def reduced(picture: Picture.Image, colors: int) -> Picture.Image:
     """Return a picture in few colours, which makes a small file."""
-    return picture.quantize(_COLORS, method=Picture.Quantize.MAXCOVERAGE,
+    return picture.quantize(colors, method=Picture.Quantize.MAXCOVERAGE,
                             dither=Picture.Dither.NONE)
 
 
@@ -60,8 +60,9 @@ def _draw_errors(figure: Any) -> None:
 def contact_sheet(trials: Sequence[Trial]) -> Picture.Image:
     """Return what the camera saw in each run, the detection drawn in."""
     tiles = [detection(*trial.sight) for trial in trials if trial.sight is not None]
-    width, height = _TILE
-    sheet = Picture.new('RGB', (_COLUMNS * width, -(-len(tiles) // _COLUMNS) * height), _WHITE)
+    width, height = _TILE[0] + _GAP, _TILE[1] + _GAP
+    rows = -(-len(tiles) // _COLUMNS)
+    sheet = Picture.new('RGB', (_COLUMNS * width - _GAP, max(1, rows * height - _GAP)), _WHITE)
     for number, tile in enumerate(tiles):
         row, column = divmod(number, _COLUMNS)
         sheet.paste(tile.resize(_TILE, Picture.Resampling.LANCZOS), (column * width, row * height))
