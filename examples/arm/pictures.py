@@ -25,7 +25,6 @@ _GREEN, _WHITE = (0, 255, 80), (255, 255, 255)
 def draw_all(trials: Sequence[Trial], folder: Path) -> list[Path]:
     """Write error against speed (PNG and SVG), and the contact sheet; return the files."""
     sheet = folder / 'pick_and_place_sheet.png'
-    folder.mkdir(parents=True, exist_ok=True)
     reduced(contact_sheet(trials), _COLORS).save(sheet, optimize=True)
     return [sheet, *save(_draw_errors, folder, 'pick_and_place_speed')]
 

@@ -13,6 +13,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 import os
 from pathlib import Path
+import signal
 import sys
 from tempfile import TemporaryDirectory
 import time
@@ -27,6 +28,7 @@ from .children import Children
 from ..options import NAME, parser
 from ..report import as_dict, row, summary, Trial
 
+_PYTHON = 'TF_TREE_PY_ARM_PYTHON'
 _REPOSITORY = Path(__file__).parents[3]
 _PATIENCE_S = 60.0
 _GLANCE_S = 0.1
@@ -35,6 +37,8 @@ _GLANCE_S = 0.1
 def main() -> int:
     """Run the command; return its exit status."""
     arguments = parser().parse_args()
+    # Somebody who closes the terminal wants the other processes to end, too.
+    signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     return run(NAME, [NAME], lambda ended: play(arguments, ended))
 
 
@@ -59,12 +63,19 @@ def start_arm(children: Children, arguments: argparse.Namespace) -> Connection:
     ours, theirs = Pipe()
     children.start(
         'the arm',
-        [os.environ['TF_TREE_PY_ARM_PYTHON'], '-m', f'{__package__}.hardware',
+        [_python_of_arm(), '-m', f'{__package__}.hardware',
          *map(str, (theirs.fileno(), arguments.runs, arguments.seed))],
         pass_fds=[theirs.fileno()],
         env={'PATH': os.environ['PATH'], 'PYTHONPATH': str(_REPOSITORY)})
     theirs.close()
     return ours
+
+
+def _python_of_arm() -> str:
+    python = os.environ.get(_PYTHON, '')
+    if not Path(python).is_file():
+        raise BadInput(f'{_PYTHON} names no Python with PyBullet; scripts/arm --ros sets it')
+    return python
 
 
 def start_others(children: Children, urdf: str, file: Path) -> None:
@@ -126,6 +137,8 @@ def tell(arguments: argparse.Namespace, outcome: Iterator[Trial]) -> None:
         done.append(trial)
         if not arguments.json:
             print(row(trial), flush=True)
+    if not done:  # Ctrl-C
+        return
     print(json.dumps({'seed': arguments.seed, **as_dict('ros', done)}, indent=2)
           if arguments.json else summary(done))
 

@@ -23,8 +23,13 @@ class Children:
             process.wait()
 
     def start(self, name: str, command: Sequence[str], **options: Any) -> None:
-        """Start one; options as ``Popen`` takes them."""
-        self._processes[name] = subprocess.Popen(command, stdin=subprocess.DEVNULL, **options)
+        """
+        Start one; options as ``Popen`` takes them.
+
+        In a session of its own, so that Ctrl-C reaches us alone, and we end it.
+        """
+        self._processes[name] = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, start_new_session=True, **options)
 
     def check(self) -> None:
         """

@@ -98,7 +98,7 @@ def main(pipe: Connection, runs: int, seed: int) -> None:
 
 
 if __name__ == '__main__':
-    # Who is on the other end may leave; and Ctrl-C is heard by all processes.
-    with suppress(KeyboardInterrupt, BrokenPipeError, EOFError, ConnectionResetError):
+    # Who is on the other end may leave.
+    with suppress(BrokenPipeError, EOFError, ConnectionResetError):
         fd, runs, seed = map(int, sys.argv[1:])
         main(Connection(fd), runs, seed)
