@@ -79,12 +79,15 @@ def test_top_is_turned_as_the_block_is(errors):
 
 ABOVE = Pose.from_xyz_rpy(x=0.5, z=0.5, roll=np.pi)
 MIDDLE = Pose(x=0.5, z=BLOCK_SIZE[2] / 2)
+# How far from the middle of what it sees this camera sees the top of a block.
+EDGE = (ABOVE.z - BLOCK_SIZE[2]) * INTRINSICS.width / 2 / INTRINSICS.focal
 
 
 @pytest.mark.parametrize('block', [
     MIDDLE._replace(x=1.5),
-    MIDDLE._replace(x=0.5 + 0.5 * INTRINSICS.width / 2 / INTRINSICS.focal),
-], ids=['out of sight', 'cut by the border'])
+    MIDDLE._replace(x=0.5 + EDGE),
+    MIDDLE._replace(x=0.5 + EDGE - BLOCK_SIZE[0] / 2 + 0.006),
+], ids=['out of sight', 'cut in half by the border', 'cut a little'])
 def test_block_that_is_not_wholly_seen_is_not_found(block):
     assert find_block(seen(Scene(block, [MIDDLE, MIDDLE._replace(y=0.15)]), ABOVE)) is None
 
