@@ -18,7 +18,7 @@ _LENS = Intrinsics(180, 180, 250.0, (90.0, 89.0))
 _WRIST = (240, 180)
 
 
-def world_T_onlooker() -> Pose:
+def _world_T_onlooker() -> Pose:
     """Return where somebody stands who looks at the cell from the front; an optical frame."""
     eye, at = np.array([1.25, 0.75, 0.85]), np.array([0.25, -0.05, 0.15])
     ahead = (at - eye) / np.linalg.norm(at - eye)
@@ -48,7 +48,7 @@ def film(seed: int, path: Path) -> Path:
 
 def _side_by_side(cell: Cell) -> Picture.Image:
     both = Picture.new('RGB', (_LENS.width + _WRIST[0], _LENS.height))
-    outside = cell.take_image_from(world_T_onlooker(), _LENS)
+    outside = cell.take_image_from(_world_T_onlooker(), _LENS)
     both.paste(Picture.fromarray(outside.color), (0, 0))
     both.paste(Picture.fromarray(cell.take_image().color).resize(_WRIST), (_LENS.width, 0))
     return both

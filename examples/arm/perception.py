@@ -16,6 +16,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _FEWEST_PIXELS = 100
+_CANDIDATES = 500
 _SAME_DIRECTION = np.cos(np.radians(10.0))
 _FLATNESS = 0.002
 _SIZE_TOLERANCE = 0.008
@@ -60,8 +61,9 @@ def _normals(points: Array, mask: Mask) -> tuple[Array, Array]:
 
 def _largest_face(normals: Array, seen: Array, points: Array) -> Array:
     """Return those of the points that lie on the face with whose normal most pixels agree."""
-    agree = normals @ normals.T > _SAME_DIRECTION
-    face = agree[agree.sum(axis=1).argmax()]
+    some = normals[::1 + len(normals) // _CANDIDATES]
+    agree = normals @ some.T > _SAME_DIRECTION
+    face = agree[:, agree.sum(axis=0).argmax()]
     normal, middle = normals[face].mean(axis=0), seen[face].mean(axis=0)
     return points[abs((points - middle) @ normal) < _FLATNESS]
 

@@ -86,7 +86,7 @@ EDGE = (ABOVE.z - BLOCK_SIZE[2]) * INTRINSICS.width / 2 / INTRINSICS.focal
 @pytest.mark.parametrize('block', [
     MIDDLE._replace(x=1.5),
     MIDDLE._replace(x=0.5 + EDGE),
-    MIDDLE._replace(x=0.5 + EDGE - BLOCK_SIZE[0] / 2 + 0.006),
+    MIDDLE._replace(x=0.5 + EDGE - BLOCK_SIZE[0] / 2 + 0.003),
 ], ids=['out of sight', 'cut in half by the border', 'cut a little'])
 def test_block_that_is_not_wholly_seen_is_not_found(block):
     assert find_block(seen(Scene(block, [MIDDLE, MIDDLE._replace(y=0.15)]), ABOVE)) is None
