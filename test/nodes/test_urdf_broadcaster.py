@@ -1,6 +1,8 @@
 """Joint states go in, transforms come out: in this process, and from one of its own."""
 
 from contextlib import contextmanager
+from itertools import count, repeat
+from math import cos, sin
 from pathlib import Path
 import threading
 import time
@@ -80,15 +82,20 @@ def recorded(context):
                                    strict=True):
         node.create_subscription(
             TFMessage, topic, lambda message, heard=heard: heard.append(
-                list(map(as_sample, message.transforms))), qos)
+                [as_sample(transform)._replace(parent=transform.header.frame_id)
+                 for transform in message.transforms]), qos)
     with spun_in_background(node):
         yield messages
 
 
-def until_heard(encoders, buffer, stamp, **positions):
-    """Publish to another process until it hears: sensors do not repeat what was lost."""
+def until_heard(encoders, buffer, stamps, **positions):
+    """
+    Publish to another process until it hears, and is heard.
+
+    Neither sensors nor transforms repeat what was lost before everybody knew everybody.
+    """
     def heard():
-        encoders(stamp, **positions)
+        encoders(next(stamps), **positions)
         return {'a', 'tool'} <= set(buffer.frames())
 
     until(heard)
@@ -113,11 +120,10 @@ def test_joint_states_move_the_tree_and_what_is_fixed_comes_once(
 
 def test_messages_have_tf2s_quaternions(context, encoders, recorded):
     with broadcasting(context, robot_description=ARM):
-        encoders(k=4.0)
+        encoders(k=-2.5)
         until(lambda: recorded['/tf'])
-    assert recorded['/tf'][0][0].pose == pytest.approx(
-        Pose.from_xyz_rpy(yaw=4.0) if Pose.from_xyz_rpy(yaw=4.0).qz > 0 else
-        Pose(qz=-Pose.from_xyz_rpy(yaw=4.0).qz, qw=-Pose.from_xyz_rpy(yaw=4.0).qw))
+    # Of the two that are this rotation, the one whose greatest part is positive.
+    assert recorded['/tf'][0][0].pose == pytest.approx(Pose(qz=sin(1.25), qw=-cos(1.25)))
 
 
 def test_parts_come_from_several_publishers_and_what_is_missing_stays(context, encoders, buffer):
@@ -209,8 +215,8 @@ def test_program_watches_its_file(start, encoders, buffer, tmp_path):
     path.write_text(ARM)
     program = start('urdf_broadcaster', '--urdf', str(path))
     program.wait_for("<Robot 'arm': 4 links on 'a', 2 of 3 joints move>")
-    until_heard(encoders, buffer, NOW, j=1.0, k=0.0, knee=1.0)
-    assert buffer.lookup('a', 'tool', NOW) == Pose(3.0)
+    until_heard(encoders, buffer, count(NOW, 50 * MS), j=1.0, k=0.0, knee=1.0)
+    assert buffer.lookup('a', 'tool') == Pose(3.0)
     program.wait_for("no joint of this robot: 'knee'. Known: j, k")
     path.write_text(ARM.replace('2 0 0', '2 o 0'))
     program.wait_for("arm.urdf, line 5: joint 't': <origin> has the xyz '2 o 0'")
@@ -219,7 +225,7 @@ def test_program_watches_its_file(start, encoders, buffer, tmp_path):
     other.write_text(ARM.replace('2 0 0', '7 0 0'))
     other.rename(path)
     program.wait_for('<Robot', count=2)
-    until(lambda: buffer.lookup('a', 'tool', NOW) == Pose(8.0))
+    until(lambda: buffer.lookup('a', 'tool') == Pose(8.0))
     program.interrupt()
     assert program.end() == 0
     assert 'Traceback' not in program.output
@@ -229,8 +235,9 @@ def test_joint_states_without_a_stamp_are_of_now_and_told_once(start, encoders, 
     program = start('urdf_broadcaster', '--ros-args', '-p', f'robot_description:={ARM!r}')
     program.wait_for('<Robot')
     for _ in range(2):
-        until_heard(encoders, buffer, 0, j=1.0, k=0.0)
-    assert abs(buffer.edges()[0].latest - time.time_ns()) < 60 * from_seconds(1.0)
+        until_heard(encoders, buffer, repeat(0), j=1.0, k=0.0)
+    edge, _ = buffer.edges_between('a', 'c')
+    assert abs(edge.latest - time.time_ns()) < 60 * from_seconds(1.0)
     program.interrupt()
     assert program.end() == 0
     assert program.output.count('come without a stamp') == 1
@@ -267,3 +274,16 @@ def test_example_configuration_holds_what_can_be_set_with_its_default():
     told = {**config['/**']['ros__parameters'], **config[f'/**/{NAME}']['ros__parameters']}
     assert told | {'robot_description': ''} == {
         setting.name: setting.default for setting in SETTINGS}
+
+
+def test_launch_files_find_it_by_the_name_they_have(start, context, buffer):
+    program = start(
+        'robot_state_publisher', '--ros-args', '-r', '__ns:=/r1', '-p', 'frame_prefix:=r1/', '-p',
+        'publish_frequency:=50', '-p', f'robot_description:={ARM!r}')
+    node = Node('looking', context=context)
+    until(lambda: ('robot_state_publisher', '/r1') in node.get_node_names_and_namespaces())
+    node.destroy_node()
+    assert buffer.lookup_within(PATIENCE_S, 'r1/c', 'r1/tool') == Pose(2.0)
+    program.interrupt()
+    assert program.end() == 0
+    assert '[r1.robot_state_publisher]: <Robot' in program.output

@@ -70,15 +70,16 @@ class UrdfBroadcaster(Node):
     the node.
     """
 
-    def __init__(self, urdf: str | None = None, **node_options: Any) -> None:
+    def __init__(self, urdf: str | None = None, name: str = NAME, **node_options: Any) -> None:
         """
         Begin to publish.
 
         :param urdf: the file to read and to watch; None: the parameter has the description.
+        :param name: the node's.
         :param node_options: as rclpy's ``Node`` takes them.
         :raises BadInput: a parameter or the description is wrong.
         """
-        super().__init__(NAME, **node_options)
+        super().__init__(name, **node_options)
         self._file = None if urdf is None else WatchedFile(urdf)
         self._values = self._declared(urdf)
         self._next = self._values, self._robot_of(self._values)
@@ -96,7 +97,7 @@ class UrdfBroadcaster(Node):
         if self._file is not None:
             self.create_timer(_LOOK_AT_FILE_S, self._look_at_file,
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
-        home = companion(self, f'{NAME}_impl', with_clock=False)
+        home = companion(self, f'{name}_impl', with_clock=False)
         home.create_subscription(
             JointState, self.resolve_topic_name('joint_states'), self._hear, sensor_qos())
         self._receiver = Receiver(home, lambda: None)
@@ -190,13 +191,13 @@ def _read(path: str | Path) -> str:
         raise BadInput(str(error)) from error
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
+def main(argv: Sequence[str] | None = None, name: str = NAME) -> int:
+    """Run the executable under a name, also the node's; return its exit status."""
+    parser = Parser(name, _DESCRIPTION, describe(SETTINGS))
     parser.add_argument('--urdf', metavar='FILE',
                         help='read the robot from a file, and notice when it is edited')
     arguments = parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(UrdfBroadcaster(arguments.urdf), ended))
+    return run(name, argv, lambda ended: spin(UrdfBroadcaster(arguments.urdf, name), ended))
 
 
 if __name__ == '__main__':
