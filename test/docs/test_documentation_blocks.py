@@ -123,6 +123,9 @@ def _executables():
 
 def _options_of(script):
     texts = [(REPOSITORY / script).read_text()]
+    if script == 'scripts/arm':
+        texts += [(REPOSITORY / 'examples' / 'arm' / f'{name}.py').read_text()
+                  for name in ('command', 'options')]
     if script == 'scripts/bench':
         texts.append((REPOSITORY / 'benchmark' / '__main__.py').read_text())
     if script == 'scripts/demo':
