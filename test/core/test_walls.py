@@ -35,7 +35,7 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents observers sample track frame_names wire future_guard jump_back '
+        'arrivals: incidents sample arrival observers track frame_names wire future_guard jump_back '
         'streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
         'buffer: waiters deadline waiting intake buffer_core',

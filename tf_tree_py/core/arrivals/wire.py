@@ -155,17 +155,20 @@ def _key(data: bytes) -> _Key:
 class _Layout:
     """Where the numbers stand in the bytes of a message with certain names."""
 
-    __slots__ = ('key', 'size', 'edges', '_names', '_unpack_names', '_unpack_numbers', '_order')
+    __slots__ = ('key', 'size', 'edges', '_slashed', '_names', '_unpack_names', '_unpack_numbers',
+                 '_order')
 
     def __init__(self, data: bytes, order: str, places: Sequence['_Place'],
-                 edges: Sequence[tuple[str, str] | None]) -> None:
+                 edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
         """
         Make the layout of a message that was read.
 
         :param order: struct's letter for its byte order.
         :param places: where each of its transforms stands.
         :param edges: (parent, child) of each; None: it is left out.
+        :param slashed: the names that begin with a slash in the message.
         """
+        self._slashed = slashed
         self.key = _key(data)
         self.edges = tuple(edge for edge in edges if edge is not None)
         wanted = [place for place, edge in zip(places, edges, strict=True) if edge is not None]
@@ -175,7 +178,7 @@ class _Layout:
               for place in places for name in (place.parent, place.child))])
         self._names = self._unpack_names(data)
         self.size = (_TRANSFORM_BYTES * (1 + len(places))
-                     + _NAME_BYTES * sum(map(len, self._names)))
+                     + _NAME_BYTES * sum(map(len, (*self._names, *slashed))))
         self._unpack_numbers = _fields(order, len(data), [
             field for place in wanted
             for field in ((place.stamp, 'iI'), (place.pose, f'{POSE_BYTES}s'))])
@@ -189,7 +192,7 @@ class _Layout:
         poses: Sequence[bytes] = values[2::3]
         if self._order != _NATIVE:
             poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
-        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses)
+        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses, self._slashed)
 
 
 def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
@@ -234,7 +237,7 @@ def _find_layout(data: bytes, rename: Rename) -> _Layout:
     count = cursor.take_uint32()
     if count * _MIN_TRANSFORM_BYTES > len(data):
         raise WireError(f'{len(data)} bytes cannot hold {count} transforms')
-    places, edges = [], []
+    places, edges, slashed = [], [], dict[str, None]()
     for _ in range(count):
         stamp = cursor.skip(8, alignment=4)
         parent, parent_bytes = cursor.take_string()
@@ -242,10 +245,11 @@ def _find_layout(data: bytes, rename: Rename) -> _Layout:
         pose = cursor.skip(POSE_BYTES, alignment=8)
         places.append(_Place(stamp, parent_bytes, child_bytes, pose))
         edges.append(rename(parent, child))
+        slashed |= dict.fromkeys(name for name in (parent, child) if name.startswith('/'))
     if len(data) - cursor.position > _MAX_PADDING:
         raise WireError(
             f'{len(data) - cursor.position} bytes are left over after {count} transforms')
-    return _Layout(data, order, places, edges)
+    return _Layout(data, order, places, edges, tuple(slashed))
 
 
 class _Cursor:

@@ -1,0 +1,133 @@
+"""The doctor: watches a buffer, and tells at any time what is wrong."""
+
+from collections.abc import Iterable, Sequence
+import threading
+
+from .case import Case, Trouble
+from .checks.catalogue import CHECKS, CODES
+from .edge import Edge, EdgeRecord, Parents
+from .finding import Finding
+from .gathering import Column, Gathering
+from .limits import Limits
+from ..arrivals.arrival import Arrival, Endpoint
+from ..arrivals.incidents import Incident, Kind
+from ..arrivals.observers import Observer
+from ..buffer.buffer_core import BufferCore
+
+# A hostile publisher may invent any number of frames. Beyond these numbers nothing new is noted.
+_MAX_EDGES = 10_000
+_MAX_NAMES = 1_000
+
+
+class Doctor(Observer):
+    """
+    Hears what arrives in a buffer and what it refuses, as one of its ``observers``.
+
+    ``findings`` may be asked at any time, from any thread. A message costs next to
+    nothing; some microseconds for each of its transforms are spent when thousands have
+    gathered. An edge takes some kilobytes, however long it is watched.
+
+    :ivar endpoints: who sends and hears, as far as that is known; whoever knows sets it.
+    """
+
+    def __init__(self, limits: Limits | None = None) -> None:
+        """
+        Begin with nothing known.
+
+        :param limits: from where on something is worth a finding.
+        """
+        self.limits = limits or Limits()
+        self.endpoints: Sequence[Endpoint] = ()
+        self._lock = threading.Lock()
+        self._gathering = Gathering()
+        self._edges: dict[Edge, EdgeRecord] = {}
+        self._parents: dict[str, Parents] = {}
+        self._troubles: dict[tuple[Kind, str, str], Trouble] = {}
+        self._slashed: set[str] = set()
+        self._messages = self._transforms = 0
+
+    # --- hearing
+
+    def received(self, arrival: Arrival) -> None:
+        """Take a message."""
+        with self._lock:
+            self._messages += 1
+            self._transforms += len(arrival.batch.edges)
+            if arrival.batch.slashed and len(self._slashed) < _MAX_NAMES:
+                self._slashed.update(arrival.batch.slashed)
+            if self._gathering.add(arrival):
+                self._digest()
+
+    def told(self, incidents: Sequence[Incident]) -> None:
+        """Take what was refused or odd."""
+        with self._lock:
+            for incident in incidents:
+                key = incident.kind, incident.parent, incident.child
+                trouble = self._troubles.get(key)
+                if trouble is None:
+                    if len(self._troubles) >= _MAX_NAMES:
+                        continue
+                    trouble = self._troubles[key] = Trouble(detail=incident.detail)
+                trouble.count += 1
+                if len(trouble.authorities) < len(Kind):
+                    trouble.authorities.setdefault(incident.authority)
+
+    def _digest(self) -> None:
+        """Look at the messages that have gathered."""
+        of_child: dict[str, list[Column]] = {}
+        for column in self._gathering.take():
+            edge = self._edges.get(column.edge)
+            if edge is None:
+                if len(self._edges) >= _MAX_EDGES:
+                    continue
+                edge = self._edges[column.edge] = EdgeRecord(*column.edge)
+            edge.add(column, self.limits)
+            of_child.setdefault(edge.child, []).append(column)
+        for child, columns in of_child.items():
+            self._parents.setdefault(child, Parents()).add(columns)
+
+    # --- telling
+
+    @property
+    def transforms(self) -> int:
+        """Return how many have arrived."""
+        return self._transforms
+
+    @property
+    def messages(self) -> int:
+        """Return how many have arrived."""
+        return self._messages
+
+    def findings(self) -> list[Finding]:
+        """Return what is wrong by now, the worst first, without what is only a symptom."""
+        with self._lock:
+            self._digest()
+            case = Case(self._edges.values(), self._parents, self._troubles, self._slashed,
+                        self.endpoints, self.limits)
+            found = [finding for check in CHECKS for finding in check.findings(case)]
+        return sorted(_causes(found), key=lambda finding: finding.severity.rank)
+
+
+def _causes(findings: Sequence[Finding]) -> Iterable[Finding]:
+    """Yield the findings that no other one about the same frames explains."""
+    for finding in findings:
+        if not any(finding.code in CODES[other.code].explains
+                   and {*finding.frames} <= {*other.frames} for other in findings):
+            yield finding
+
+
+def examine(arrivals: Iterable[Arrival], doctor: Doctor,
+            buffer: BufferCore | None = None) -> BufferCore:
+    """
+    Let recorded messages arrive in a buffer that a doctor watches.
+
+    :param buffer: None: a new one, that keeps what the doctor's limits say.
+    :return: the buffer.
+    """
+    buffer = buffer or BufferCore(doctor.limits.cache_time)
+    buffer.observers.add(doctor)
+    for arrival in arrivals:
+        buffer.observers.tell_received(arrival)
+        buffer.insert_batch(arrival.batch, arrival.authority or arrival.topic, arrival.static)
+    buffer.observers.remove(doctor)
+    return buffer

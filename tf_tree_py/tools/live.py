@@ -1,0 +1,92 @@
+"""A live tree: what arrives on /tf and /tf_static, heard by a node of the tool's own."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+import threading
+from typing import Any
+
+import rclpy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from tf_tree_py.core.arrivals.arrival import Endpoint
+from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.threads.companion import node_of_its_own
+from tf_tree_py.ros.topics.authority import node_name
+from tf_tree_py.ros.topics.listener import TransformListener
+from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
+
+from .endings import Cannot
+
+
+class Live:
+    """
+    A buffer that hears a running system; see ``source.Source``.
+
+    :ivar node: the tool's node, with a hidden name; nobody spins it.
+    """
+
+    def __init__(self, arguments: Namespace, name: str, observers: Sequence[Observer]) -> None:
+        """
+        Begin to listen.
+
+        :raises Cannot: ROS does not understand its arguments.
+        """
+        try:
+            rclpy.init(args=[name, *arguments.ros_arguments],
+                       signal_handler_options=SignalHandlerOptions.NO)
+            self.node = node_of_its_own(name)
+        except Exception as error:  # noqa: B902 - rcl raises several kinds, for what was typed
+            rclpy.try_shutdown()
+            raise Cannot(_sentence(error)) from error
+        self.buffer = Buffer()
+        for observer in observers:
+            self.buffer.observers.add(observer)
+        try:
+            self._topics = {
+                self.node.resolve_topic_name(topic): static for topic, static in (
+                    (arguments.tf_topic or TF_TOPIC, False),
+                    (arguments.tf_static_topic or TF_STATIC_TOPIC, True))}
+            self._listener = TransformListener(
+                self.buffer, self.node, tf_topic=arguments.tf_topic or TF_TOPIC,
+                tf_static_topic=arguments.tf_static_topic or TF_STATIC_TOPIC)
+        except Exception as error:  # noqa: B902 - likewise
+            rclpy.try_shutdown()
+            raise Cannot(_sentence(error)) from error
+        self.name = ' and '.join(self._topics)
+        self.now = self.buffer.now
+
+    def __enter__(self) -> 'Live':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._listener.close()
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+    def watch(self, seconds: float | None) -> None:
+        """Let transforms arrive, in the listener's thread."""
+        threading.Event().wait(seconds)
+
+    def endpoints(self) -> list[Endpoint]:
+        """Return who publishes and hears the topics, this tool too, as the graph says."""
+        return [self._endpoint(info, topic, static, publishes)
+                for topic, static in self._topics.items()
+                for publishes, infos in (
+                    (True, self.node.get_publishers_info_by_topic(topic)),
+                    (False, self.node.get_subscriptions_info_by_topic(topic)))
+                for info in infos]
+
+    def _endpoint(self, info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
+        qos = info.qos_profile
+        return Endpoint(
+            topic, static, node_name(info), publishes,
+            qos.reliability != ReliabilityPolicy.BEST_EFFORT,
+            qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def _sentence(error: Exception) -> str:
+    """Return the text of an rcl error, without file names and line numbers."""
+    text = str(error).split(', at /')[0].strip()
+    # For unknown arguments its text is their list and nothing else.
+    return f'unknown ROS arguments {text}' if text.startswith('[') else ' '.join(text.split())
