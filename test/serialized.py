@@ -1,7 +1,7 @@
 """
-A TFMessage as CDR bytes, in either byte order, as other publishers send it.
+A TFMessage as CDR bytes, in either byte order, as other publishers send it; and as ROS 1's.
 
-It shares no code with ``core.arrivals.wire``: a fault there must not be made here too.
+It shares no code with ``core.arrivals.layout``: a fault there must not be made here too.
 """
 
 import struct
@@ -28,3 +28,15 @@ def serialize(transforms, order='<'):
         align(8)
         data.extend(struct.pack(order + '7d', *pose))
     return (b'\0\1\0\0' if order == '<' else b'\0\0\0\0') + bytes(data)
+
+
+def serialize_ros1(transforms):
+    """Write (parent, child, sec, nanosec, pose) as ROS 1 does, field by field."""
+    data = bytearray(struct.pack('<I', len(transforms)))
+    for seq, (parent, child, sec, nanosec, pose) in enumerate(transforms):
+        data += struct.pack('<III', 1_000_000 + seq, sec, nanosec)
+        for text in (parent, child):
+            encoded = text.encode()
+            data += struct.pack('<I', len(encoded)) + encoded
+        data += struct.pack('<7d', *pose)
+    return bytes(data)

@@ -13,7 +13,7 @@ import sys
 
 import pytest
 from tf_tree_py.core import BufferCore
-from tf_tree_py.core.arrivals import sample, wire
+from tf_tree_py.core.arrivals import layout, sample
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.core.arrivals.wire import WireReader, write
 from tf_tree_py.core.tree.tree import Tree
@@ -24,7 +24,7 @@ EDGES = (('map', 'odom'), ('odom', 'base'), ('base', 'camera'))
 # More than are judged one by one.
 MANY = tuple((f'link{number}', f'link{number + 1}') for number in range(12))
 
-FIELD_BY_FIELD = wire._find_layout
+FIELD_BY_FIELD = layout.find_layout
 ONE_BY_ONE = Tree.append
 CLOSER_LOOK = sample.checked
 

@@ -35,12 +35,19 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents sample arrival observers track frame_names wire future_guard jump_back '
-        'streams meters merging',
+        'arrivals: incidents sample received observers track frame_names layout wire '
+        'future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
+        'vitals: limits spread stretch timing motion gathering edge',
+        'checks: finding case check names structure numbers stamps statics rates motions '
+        'publishers catalogue',
+        ': doctor',
+    ),
+    'bag': rooms(
+        ': errors files source storage reading decoding oddities assembly opening',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
@@ -54,6 +61,7 @@ ORDER = {
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
+    'tools': rooms(': endings arguments output source recording live tf_doctor'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

@@ -71,7 +71,7 @@ class Parser(argparse.ArgumentParser):
         return arguments
 
     def add_source(self) -> None:
-        """Add what says where the tree comes from: see ``source.open_source``."""
+        """Add what says where the tree comes from: see ``source.TreeSource``."""
         group = self.add_argument_group('where the tree comes from')
         group.add_argument('--bag', metavar='PATH',
                            help='a recording, without ROS; live unless given')
@@ -85,10 +85,15 @@ class Parser(argparse.ArgumentParser):
         self.add_argument('--json', action='store_true',
                           help='print JSON, whose shape is documented and stable')
 
-    def add_number(self, name: str, default: float | None, text: str, **options: Any) -> None:
-        """Add an argument that is a positive number; its default stands in the help."""
-        told = text if default is None else f'{text} ({default:g} unless given)'
-        self.add_argument(name, type=positive_number, default=default, help=told, **options)
+
+def add_number(where: Any, name: str, default: float | None, text: str) -> None:
+    """
+    Add an argument that is a positive number; its default stands in the help.
+
+    :param where: a parser, or a group of one.
+    """
+    told = text if default is None else f'{text} ({default:g} unless given)'
+    where.add_argument(name, type=positive_number, default=default, metavar='X', help=told)
 
 
 def positive_number(text: str) -> float:

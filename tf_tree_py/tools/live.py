@@ -8,8 +8,8 @@ from typing import Any
 import rclpy
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from tf_tree_py.core.arrivals.arrival import Endpoint
 from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.arrivals.received import Endpoint
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.companion import node_of_its_own
 from tf_tree_py.ros.topics.authority import node_name
@@ -21,7 +21,7 @@ from .endings import Cannot
 
 class Live:
     """
-    A buffer that hears a running system; see ``source.Source``.
+    A buffer that hears a running system; see ``source.TreeSource``.
 
     :ivar node: the tool's node, with a hidden name; nobody spins it.
     """
@@ -42,17 +42,11 @@ class Live:
         self.buffer = Buffer()
         for observer in observers:
             self.buffer.observers.add(observer)
-        try:
-            self._topics = {
-                self.node.resolve_topic_name(topic): static for topic, static in (
-                    (arguments.tf_topic or TF_TOPIC, False),
-                    (arguments.tf_static_topic or TF_STATIC_TOPIC, True))}
-            self._listener = TransformListener(
-                self.buffer, self.node, tf_topic=arguments.tf_topic or TF_TOPIC,
-                tf_static_topic=arguments.tf_static_topic or TF_STATIC_TOPIC)
-        except Exception as error:  # noqa: B902 - likewise
-            rclpy.try_shutdown()
-            raise Cannot(_sentence(error)) from error
+        moving = self._resolved(arguments.tf_topic or TF_TOPIC)
+        fixed = self._resolved(arguments.tf_static_topic or TF_STATIC_TOPIC)
+        self._topics = {moving: False, fixed: True}
+        self._listener = TransformListener(
+            self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
         self.name = ' and '.join(self._topics)
         self.now = self.buffer.now
 
@@ -63,6 +57,14 @@ class Live:
         self._listener.close()
         self.node.destroy_node()
         rclpy.try_shutdown()
+
+    def _resolved(self, topic: str) -> str:
+        """Return a topic's full name, remapped."""
+        try:
+            return self.node.resolve_topic_name(topic)
+        except Exception as error:  # noqa: B902 - likewise
+            rclpy.try_shutdown()
+            raise Cannot(f'{topic!r} is no topic: {_sentence(error)}') from error
 
     def watch(self, seconds: float | None) -> None:
         """Let transforms arrive, in the listener's thread."""
@@ -76,6 +78,10 @@ class Live:
                     (True, self.node.get_publishers_info_by_topic(topic)),
                     (False, self.node.get_subscriptions_info_by_topic(topic)))
                 for info in infos]
+
+    def damage(self) -> list[str]:
+        """Return nothing: what cannot be read is told to the observers."""
+        return []
 
     def _endpoint(self, info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
         qos = info.qos_profile

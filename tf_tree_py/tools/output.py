@@ -1,13 +1,18 @@
 """What tools print: tables and coloured text with rich, and JSON."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 import json
 import os
 import sys
 from typing import Any
 
+from tf_tree_py.core.text import shorten
+
 from .endings import needs
 
+# Characters of a name or a line that a terminal gets, and of a sentence.
+_LONGEST = 200
+_LONGEST_SENTENCE = 1200
 # The width of lines where no terminal says one.
 _WIDTH = 100
 
@@ -41,10 +46,33 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
     for heading in headings:
         made.add_column(heading, justify='right' if heading in right else 'left')
     for row in rows:
-        made.add_row(*(text.Text(cell) if isinstance(cell, str) else cell for cell in row))
+        made.add_row(*(text.Text(shown(cell)) if isinstance(cell, str) else cell for cell in row))
     return made
 
 
-def print_json(data: Any, write: Callable[[str], Any] = print) -> None:
+def styled(text: str, what: str) -> Any:
+    """Return rich's ``Text`` in a colour of ``COLOURS``."""
+    return needs('rich.text', 'rich', 'tools').Text(shown(text), style=COLOURS[what])
+
+
+def fields(named: Mapping[str, str]) -> Any:
+    """Return texts beside their names, indented, those that are empty left out."""
+    text = needs('rich.text', 'rich', 'tools')
+    grid = needs('rich.table', 'rich', 'tools').Table.grid(padding=(0, 2, 0, 0))
+    grid.add_column(min_width=7, justify='right', style='dim')
+    grid.add_column()
+    for name, value in named.items():
+        if value:
+            grid.add_row(name, text.Text(shown(value, _LONGEST_SENTENCE)))
+    return grid
+
+
+def shown(text: str, most: int = _LONGEST) -> str:
+    """Return text of strangers for a terminal: short, and without what would steer it."""
+    text = shorten(text, most)
+    return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+
+
+def print_json(data: Any) -> None:
     """Print data as JSON, in lines that a person can read too."""
-    write(json.dumps(data, indent=2, allow_nan=False))
+    print(json.dumps(data, indent=2, allow_nan=False))

@@ -9,18 +9,18 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol
 
-from tf_tree_py.core.arrivals.arrival import Endpoint
 from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.arrivals.received import Endpoint
 from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.stamp import UNLIMITED
 
 from .endings import Cannot
 
 
-class Source(Protocol):
+class TreeSource(Protocol):
     """
     What a tool reads.
 
-    :ivar buffer: fills while ``watch`` reads; of a live one it fills all the time.
     :ivar name: where it comes from, for people.
     """
 
@@ -28,7 +28,7 @@ class Source(Protocol):
 
     @property
     def buffer(self) -> BufferCore:
-        """Return the tree."""
+        """Return the tree; a recorded one fills while ``watch`` reads, a live one always."""
 
     def watch(self, seconds: float | None) -> None:
         """
@@ -44,19 +44,23 @@ class Source(Protocol):
     def now(self) -> int:
         """Return the time by the clock of the arrivals, nanoseconds; 0: there is none yet."""
 
+    def damage(self) -> list[str]:
+        """Return what of it cannot be read, one sentence each."""
 
-def open_source(arguments: Namespace, name: str, observers: Sequence[Observer] = (),
-                ) -> AbstractContextManager[Source]:
+
+def open_source(arguments: Namespace, name: str, observers: Sequence[Observer] = (), *,
+                cache_time: int = UNLIMITED) -> AbstractContextManager[TreeSource]:
     """
     Return what the arguments of ``Parser.add_source`` name.
 
     :param name: of the tool: its node, where there is one.
     :param observers: watch the buffer, from the first message on.
+    :param cache_time: how much history the buffer of a recording keeps, nanoseconds.
     :raises Cannot: there is no such recording, or no ROS.
     """
     if arguments.bag is not None:
         from .recording import Recording
-        return Recording(arguments, observers)
+        return Recording(arguments, observers, cache_time)
     try:
         from .live import Live
     except ModuleNotFoundError as error:

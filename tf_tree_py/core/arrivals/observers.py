@@ -10,8 +10,8 @@ from contextlib import contextmanager
 import threading
 from typing import Any, TypeVar
 
-from .arrival import Arrival
 from .incidents import Incident
+from .received import Received
 from ..errors import TransformException
 from ..stamp import LATEST
 
@@ -30,7 +30,7 @@ class Observer:
     at once. They have to be quick, must not wait, and must not raise.
     """
 
-    def received(self, arrival: Arrival) -> None:
+    def received(self, arrival: Received) -> None:
         """
         Hear of a whole message, static ones too, that a listener or a recording delivers.
 
@@ -108,7 +108,7 @@ class Observers:
 
     # --- telling them
 
-    def tell_received(self, arrival: Arrival) -> None:
+    def tell_received(self, arrival: Received) -> None:
         """Tell of a message that a listener or a recording delivers."""
         for observer in self.of_messages:
             observer.received(arrival)

@@ -12,9 +12,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.arrivals.arrival import Arrival
 from tf_tree_py.core.arrivals.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.received import Received
 from tf_tree_py.core.arrivals.wire import WireReader
 
 from .authority import Authority
@@ -198,8 +198,9 @@ class _Feed:
             self._buffer.feeds.refuse(*self._authority.correct([batch]))
         elif batch.edges:
             if self._buffer.observers.of_messages:
-                self._buffer.observers.tell_received(Arrival(
-                    batch, self._buffer.now(), self._topic, self._static, authority))
+                self._buffer.observers.tell_received(Received(
+                    batch, self._buffer.now(), self._topic, self._static,
+                    '' if authority == self._authority.placeholder else authority))
             incidents = self._buffer.insert_batch(batch, authority, self._static)
             self._buffer.feeds.note(self._authority.correct(incidents))
             for rivalry in self._rivals.judge(batch, info):

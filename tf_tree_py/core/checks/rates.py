@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from ..case import Case
-from ..check import check, of_edge, Remark
-from ..edge import EdgeRecord, MovingEdge
-from ..finding import Severity
-from ...stamp import format_span, format_stamp, from_seconds
+from .case import Case
+from .check import check, of_edge, Remark
+from .finding import Severity
+from ..stamp import format_span, format_stamp, from_seconds
+from ..vitals.edge import EdgeRecord, MovingEdge
 
 # So many usual intervals without a sample are a gap, if they are so long.
 _MISSED = 10.0

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from ..case import Case
-from ..check import check, of_edge, publishers_of, Remark
-from ..finding import Severity
-from ...stamp import format_span
+from .case import Case
+from .check import check, of_edge, publishers_of, Remark
+from .finding import Severity
+from ..stamp import format_span
 
 # Fewer than this may happen to anybody.
 _FEW = 3
@@ -82,7 +82,7 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
                  'samples': timing.count})
 
 
-@check(Severity.WARNING,
+@check(Severity.WARNING, explains=('irregular_rate',),
        catches='stamps that are older than the one before',
        cause='a node with several threads that publish, or a relay over a network that reorders',
        fix='publish one edge from one thread, in order: who asks for the latest in between gets '

@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from .edge import Edge, EdgeRecord, MovingEdge, Parents
-from .limits import Limits
-from ..arrivals.arrival import Endpoint
 from ..arrivals.incidents import Kind
+from ..arrivals.received import Endpoint
 from ..stamp import from_seconds
+from ..vitals.edge import Edge, EdgeRecord, MovingEdge, Parents
+from ..vitals.limits import Limits
 
 # Delays that are further apart than this are no delays: the stamps come from different clocks.
 _ANOTHER_CLOCK = from_seconds(30.0)
@@ -91,10 +91,11 @@ class Case:
 
     @cached_property
     def above(self) -> dict[str, list[EdgeRecord]]:
-        """Return the edges to a child's parents: one, unless there is a fight."""
+        """Return the edges to a child's parents, but loops: one, unless there is a fight."""
         found: dict[str, list[EdgeRecord]] = {}
         for edge in self.edges:
-            found.setdefault(edge.child, []).append(edge)
+            if (Kind.LOOP, *edge.frames) not in self.troubles:
+                found.setdefault(edge.child, []).append(edge)
         return found
 
     @cached_property

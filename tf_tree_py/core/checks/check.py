@@ -4,9 +4,9 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Trouble
-from .edge import EdgeRecord
 from .finding import Code, Finding, Number, Severity
 from ..arrivals.incidents import candidates
+from ..vitals.edge import EdgeRecord
 
 
 class Remark(NamedTuple):

@@ -113,12 +113,14 @@ class EdgeRecord:
         for authority in sorted(column.authorities):
             if len(self.authorities) < _MAX_AUTHORITIES:
                 self.authorities.setdefault(authority)
-        if column.static:
-            self.fixed = self.fixed or FixedEdge()
-            self.fixed.add(column.rows)
-        else:
-            self.moving = self.moving or MovingEdge(limits)
-            self.moving.add(column.rows, column.beside)
+        # A pose may hold any finite number; what comes of very large ones is infinite or none.
+        with np.errstate(all='ignore'):
+            if column.static:
+                self.fixed = self.fixed or FixedEdge()
+                self.fixed.add(column.rows)
+            else:
+                self.moving = self.moving or MovingEdge(limits)
+                self.moving.add(column.rows, column.beside)
 
 
 class Parents:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
+import math
 from typing import Any, NamedTuple
 
 Number = int | float
@@ -68,6 +69,12 @@ class Finding:
     fix: str = ''
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain data: always the same keys."""
+        """
+        Return it as plain data: always the same keys.
+
+        Of the evidence, a number that is not finite becomes None: JSON has none such.
+        """
         return {**asdict(self), 'severity': self.severity.value, 'frames': list(self.frames),
-                'publishers': list(self.publishers), 'evidence': dict(self.evidence)}
+                'publishers': list(self.publishers),
+                'evidence': {name: number if math.isfinite(number) else None
+                             for name, number in self.evidence.items()}}

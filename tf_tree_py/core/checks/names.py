@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 import re
 
-from ..case import Case
-from ..check import check, of_trouble, publishers_of, Remark
-from ..finding import Severity
-from ...arrivals.incidents import Kind
-from ...text import shorten
+from .case import Case
+from .check import check, of_trouble, publishers_of, Remark
+from .finding import Severity
+from ..arrivals.incidents import Kind
+from ..text import shorten
 
 _SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
 _LONGEST = 80

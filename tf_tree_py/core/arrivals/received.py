@@ -9,7 +9,7 @@ from typing import NamedTuple
 from .sample import Batch
 
 
-class Arrival(NamedTuple):
+class Received(NamedTuple):
     """
     One message with transforms, before anybody judged it.
 

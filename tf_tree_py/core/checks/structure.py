@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
+from .case import Case
+from .check import check, of_trouble, publishers_of, Remark
+from .finding import Severity
 from .names import likeness
-from ..case import Case
-from ..check import check, of_trouble, publishers_of, Remark
-from ..edge import EdgeRecord
-from ..finding import Severity
-from ...arrivals.incidents import Kind
-from ...stamp import from_seconds
+from ..arrivals.incidents import Kind
+from ..stamp import from_seconds
+from ..vitals.edge import EdgeRecord
 
 # A frame that is handed from one to another is a child of each for a while. In a fight it changes
 # its parent with every other message.
@@ -16,7 +16,9 @@ _FIGHT = 3
 _ROUND = from_seconds(1.0)
 
 
-@check(Severity.ERROR, textbook=True, explains=('two_parents', 'two_publishers'),
+@check(Severity.ERROR, textbook=True,
+       explains=('two_publishers', 'delayed', 'static_republished', 'gap', 'irregular_rate',
+                 'skew'),
        catches='an edge that would close a loop: each frame of it the child of the next',
        cause='two nodes disagree about who is whose parent; often a localiser that publishes '
              'map -> base_link beside an odometry, or an inverted transform',

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from math import degrees
 from typing import Any
 
-from ..case import Case
-from ..check import check, of_edge, Remark
-from ..edge import EdgeRecord
-from ..finding import Number, Severity
-from ..motion import Jump
-from ...stamp import format_span, format_stamp
+from .case import Case
+from .check import check, of_edge, Remark
+from .finding import Number, Severity
+from ..stamp import format_span, format_stamp
+from ..vitals.edge import EdgeRecord
+from ..vitals.motion import Jump
 
 
 @check(Severity.WARNING,

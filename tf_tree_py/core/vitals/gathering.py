@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .stretch import Rows
-from ..arrivals.arrival import Arrival
+from ..arrivals.received import Received
 
 Edge = tuple[str, str]
 
@@ -37,10 +37,10 @@ class Gathering:
     """Takes messages, which costs next to nothing, and gives them back by edge."""
 
     def __init__(self) -> None:
-        self._arrivals: list[Arrival] = []
+        self._arrivals: list[Received] = []
         self._count = 0
 
-    def add(self, arrival: Arrival) -> bool:
+    def add(self, arrival: Received) -> bool:
         """Take a message; return whether it is time to take the columns."""
         self._arrivals.append(arrival)
         # An empty message takes memory too.
@@ -56,7 +56,7 @@ class Gathering:
         return [_joined(columns) for columns in parts.values()]
 
 
-def _columns(arrivals: Sequence[Arrival]) -> Iterator[Column]:
+def _columns(arrivals: Sequence[Received]) -> Iterator[Column]:
     """Yield a column for each edge of each kind of message."""
     alike: dict[tuple[int, str], list[int]] = {}
     for number, arrival in enumerate(arrivals):
@@ -68,8 +68,8 @@ def _columns(arrivals: Sequence[Arrival]) -> Iterator[Column]:
         received = np.array([arrival.received for arrival in group], np.int64)
         stamps = np.array([arrival.batch.stamps for arrival in group], np.int64)
         poses = np.frombuffer(b''.join(
-            pose for arrival in group for pose in arrival.batch.poses))
-        poses = poses.reshape(len(group), len(edges), 7)
+            pose for arrival in group for pose in arrival.batch.poses)
+        ).reshape(len(group), len(edges), 7)
         order = np.array(numbers, np.int64)
         authorities = frozenset(arrival.authority for arrival in group) - {''}
         for place, edge in enumerate(edges):
@@ -83,8 +83,9 @@ def _joined(columns: Sequence[Column]) -> Column:
         return columns[0]
     order = np.concatenate([column.order for column in columns])
     arrived = np.argsort(order, kind='stable')
-    rows = Rows(*(np.concatenate(parts)[arrived]
-                  for parts in zip(*(column.rows for column in columns), strict=True)))
+    rows = columns[0].rows
+    for column in columns[1:]:
+        rows = column.rows.after(rows)
     return columns[-1]._replace(
-        rows=rows, order=order[arrived],
+        rows=rows[arrived], order=order[arrived],
         authorities=frozenset().union(*(column.authorities for column in columns)))

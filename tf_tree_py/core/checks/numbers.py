@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from ..case import Case
-from ..check import check, of_edge, of_trouble, Remark
-from ..finding import Severity
-from ...arrivals.incidents import Kind
+from .case import Case
+from .check import check, of_edge, of_trouble, Remark
+from .finding import Severity
+from ..arrivals.incidents import Kind
 
 
 @check(Severity.ERROR,
@@ -44,7 +44,7 @@ def not_normalised(case: Case) -> Iterator[Remark]:
 
 @check(Severity.ERROR,
        catches='messages that cannot be read, and names that no frame can have',
-       cause='another type under the topic\'s name, a damaged recording, or a name that was '
+       cause="another type under the topic's name, a damaged recording, or a name that was "
              'built from uninitialised memory',
        fix='find the publisher that the evidence names, and look at what it sends')
 def unreadable(case: Case) -> Iterator[Remark]:

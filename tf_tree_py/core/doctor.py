@@ -3,16 +3,16 @@
 from collections.abc import Iterable, Sequence
 import threading
 
-from .case import Case, Trouble
+from .arrivals.incidents import Incident, Kind
+from .arrivals.observers import Observer
+from .arrivals.received import Endpoint, Received
+from .buffer.buffer_core import BufferCore
+from .checks.case import Case, Trouble
 from .checks.catalogue import CHECKS, CODES
-from .edge import Edge, EdgeRecord, Parents
-from .finding import Finding
-from .gathering import Column, Gathering
-from .limits import Limits
-from ..arrivals.arrival import Arrival, Endpoint
-from ..arrivals.incidents import Incident, Kind
-from ..arrivals.observers import Observer
-from ..buffer.buffer_core import BufferCore
+from .checks.finding import Finding
+from .vitals.edge import Edge, EdgeRecord, Parents
+from .vitals.gathering import Column, Gathering
+from .vitals.limits import Limits
 
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing new is noted.
 _MAX_EDGES = 10_000
@@ -44,14 +44,15 @@ class Doctor(Observer):
         self._parents: dict[str, Parents] = {}
         self._troubles: dict[tuple[Kind, str, str], Trouble] = {}
         self._slashed: set[str] = set()
-        self._messages = self._transforms = 0
+        self._transforms = self._first = self._last = 0
 
     # --- hearing
 
-    def received(self, arrival: Arrival) -> None:
+    def received(self, arrival: Received) -> None:
         """Take a message."""
         with self._lock:
-            self._messages += 1
+            self._first = self._first or arrival.received
+            self._last = arrival.received
             self._transforms += len(arrival.batch.edges)
             if arrival.batch.slashed and len(self._slashed) < _MAX_NAMES:
                 self._slashed.update(arrival.batch.slashed)
@@ -94,9 +95,9 @@ class Doctor(Observer):
         return self._transforms
 
     @property
-    def messages(self) -> int:
-        """Return how many have arrived."""
-        return self._messages
+    def watched(self) -> int:
+        """Return from the first message to the last, nanoseconds."""
+        return self._last - self._first
 
     def findings(self) -> list[Finding]:
         """Return what is wrong by now, the worst first, without what is only a symptom."""
@@ -111,12 +112,13 @@ class Doctor(Observer):
 def _causes(findings: Sequence[Finding]) -> Iterable[Finding]:
     """Yield the findings that no other one about the same frames explains."""
     for finding in findings:
-        if not any(finding.code in CODES[other.code].explains
-                   and {*finding.frames} <= {*other.frames} for other in findings):
+        if not finding.frames or not any(
+                finding.code in CODES[other.code].explains
+                and {*finding.frames} <= {*other.frames} for other in findings):
             yield finding
 
 
-def examine(arrivals: Iterable[Arrival], doctor: Doctor,
+def examine(arrivals: Iterable[Received], doctor: Doctor,
             buffer: BufferCore | None = None) -> BufferCore:
     """
     Let recorded messages arrive in a buffer that a doctor watches.

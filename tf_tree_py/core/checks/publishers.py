@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from ..case import Case
-from ..check import check, names_of, of_edge, of_trouble, Remark
-from ..edge import MovingEdge
-from ..finding import Severity
-from ...arrivals.arrival import Endpoint
-from ...arrivals.incidents import Kind
+from .case import Case
+from .check import check, names_of, of_edge, of_trouble, Remark
+from .finding import Severity
+from ..arrivals.incidents import Kind
+from ..arrivals.received import Endpoint
+from ..vitals.edge import MovingEdge
 
 # Two publishers whose values disagree make the frame go to and fro. By noise alone that happens
 # too, but most steps of noise are not taken back by the next.
@@ -44,7 +44,7 @@ def _goes_to_and_fro(moving: MovingEdge) -> bool:
     return motion.turns >= _TURNS and motion.turns > _PART * motion.large
 
 
-@check(Severity.ERROR, explains=('qos_mismatch',), textbook=True,
+@check(Severity.ERROR, textbook=True,
        catches='a publisher of static transforms that is not transient local',
        cause='a node that publishes on /tf_static by hand, or a bridge or a player with its own '
              'quality of service',
@@ -53,7 +53,7 @@ def _goes_to_and_fro(moving: MovingEdge) -> bool:
 def late_joiner(case: Case) -> Iterator[Remark]:
     """Find volatile publishers of static topics."""
     for one in case.endpoints:
-        if one.publishes and one.static and not one.transient_local:
+        if one.publishes and _is_late_joiners(one):
             yield Remark(f'{_named(one)} publishes {one.topic} and is not transient local', (),
                          names_of([one.node]), {'publishers': 1})
 
@@ -67,7 +67,7 @@ def late_joiner(case: Case) -> Iterator[Remark]:
 def qos_mismatch(case: Case) -> Iterator[Remark]:
     """Hold publishers against those who hear, and against what every listener asks for."""
     for publisher in case.endpoints:
-        if not publisher.publishes:
+        if not publisher.publishes or _is_late_joiners(publisher):
             continue
         deaf = [other for other in case.endpoints if _is_deaf(other, publisher)]
         standard = Endpoint(publisher.topic, publisher.static, '', False, True, publisher.static)
@@ -79,6 +79,10 @@ def qos_mismatch(case: Case) -> Iterator[Remark]:
                 f'{"" if publisher.transient_local else " and volatile"}{heard}', (),
                 names_of([publisher.node, *(other.node for other in deaf)]),
                 {'deaf': len(deaf)})
+
+
+def _is_late_joiners(publisher: Endpoint) -> bool:
+    return publisher.static and not publisher.transient_local
 
 
 def _is_deaf(hearer: Endpoint, publisher: Endpoint) -> bool:

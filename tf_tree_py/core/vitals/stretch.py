@@ -1,6 +1,6 @@
 """Samples of one edge as arrays, and what changes from each to the next."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -10,12 +10,14 @@ from ..geometry.so3 import Array
 from ..times import Stamps
 
 Mask = npt.NDArray[np.bool_]
+Places = npt.NDArray[np.intp]
 
 TAIL = 3
 """So many rows are looked at again with those that follow: a step is judged by its neighbours."""
 
 
-class Rows(NamedTuple):
+@dataclass(frozen=True)
+class Rows:
     """
     Samples of one edge, in order of arrival.
 
@@ -28,7 +30,7 @@ class Rows(NamedTuple):
     stamps: Stamps
     poses: Array
 
-    def __getitem__(self, part: slice | Mask) -> 'Rows':  # type: ignore[override]
+    def __getitem__(self, part: slice | Mask | Places) -> 'Rows':
         return Rows(self.received[part], self.stamps[part], self.poses[part])
 
     def __len__(self) -> int:

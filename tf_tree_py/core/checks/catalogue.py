@@ -1,8 +1,8 @@
 """Every check; the textbook's failure modes first."""
 
 from . import motions, names, numbers, publishers, rates, stamps, statics, structure
-from ..check import Check
-from ..finding import Code
+from .check import Check
+from .finding import Code
 
 CHECKS: tuple[Check, ...] = (
     structure.loop,

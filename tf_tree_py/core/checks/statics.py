@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from math import degrees
 
-from ..case import Case
-from ..check import check, of_edge, Remark
-from ..edge import EdgeRecord, MovingEdge
-from ..finding import Severity
-from ...stamp import from_seconds
+from .case import Case
+from .check import check, of_edge, Remark
+from .finding import Severity
+from ..stamp import from_seconds
+from ..vitals.edge import EdgeRecord, MovingEdge
 
 # What has not moved for so long, in so many samples, will not.
 _LONG = from_seconds(4.0)

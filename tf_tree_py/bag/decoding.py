@@ -1,0 +1,63 @@
+"""From recorded bytes to transforms, whichever ROS wrote them."""
+
+from collections.abc import Callable, Collection, Mapping
+
+from tf_tree_py.core.arrivals.frame_names import as_published, FrameFilter, Rename, rename
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.layout import find_layout, find_ros1_layout
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.arrivals.wire import WireReader
+
+from .source import Arrival, Source
+
+
+class Decoder:
+    """
+    Makes transforms of arrivals; remembers the layouts of each source.
+
+    :param rename_of: how the edges of a source are called, and which are left out; they are
+        called as they were published unless this is given.
+    """
+
+    def __init__(self, rename_of: Callable[[Source], Rename] = lambda _: as_published) -> None:
+        self._rename_of = rename_of
+        self._readers: dict[Source, WireReader] = {}
+
+    def read(self, arrival: Arrival) -> Batch | Incident:
+        """Return the transforms of a message, or what is wrong with its bytes."""
+        source = arrival.source
+        return self.reader_of(source).read_or_refuse(arrival.data, source.authority)
+
+    def reader_of(self, source: Source) -> WireReader:
+        """Return who reads the messages of a source."""
+        reader = self._readers.get(source)
+        if reader is None:
+            reader = self._readers[source] = WireReader(
+                self._rename_of(source), find_ros1_layout if source.ros1 else find_layout)
+        return reader
+
+
+def renames(frame_prefix: str | Mapping[str, str], shared_frames: Collection[str],
+            frames: FrameFilter | None) -> Callable[[Source], Rename]:
+    """
+    Return how the edges of a source are called, and which are left out.
+
+    :param frame_prefix: what to write before every frame, such as ``robot1/``; or that of
+        each topic.
+    :param shared_frames: frames that keep their name, such as ``map``.
+    :param frames: which edges to take, by their new names; see ``rename``.
+    """
+    wanted = rename(frame_filter=frames)
+
+    def rename_of(source: Source) -> Rename:
+        prefix = (frame_prefix if isinstance(frame_prefix, str)
+                  else frame_prefix.get(source.topic, ''))
+        prefixed = rename(frame_prefix=prefix, shared_frames=shared_frames)
+
+        def both(parent: str, child: str) -> tuple[str, str] | None:
+            edge = prefixed(parent, child)
+            return edge and wanted(*edge)
+
+        return both
+
+    return rename_of

@@ -1,0 +1,22 @@
+"""What can be wrong with a bag as a whole; what is odd inside one is told by ``oddities``."""
+
+from pathlib import Path
+
+
+class BagError(Exception):
+    """
+    A bag, or a frozen tree, that cannot be read or written, in one sentence.
+
+    Programs print it and end with the status 2.
+    """
+
+
+def needs_extra(error: ImportError) -> BagError:
+    """Return what to say where a library that reads bags is not installed."""
+    return BagError(f'reading and writing bags needs {error.name}, which is not installed: '
+                    "pip install 'tf_tree_py[bag]'")
+
+
+def no_such_file(path: Path) -> BagError:
+    """Return what to say of a path where nothing is."""
+    return BagError(f'{path}: there is no such file or folder')

@@ -1,0 +1,80 @@
+"""A bag becomes a buffer."""
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+import warnings
+
+from tf_tree_py.core.arrivals.frame_names import FrameFilter
+from tf_tree_py.core.arrivals.incidents import Statistics
+from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.core.times import checked_cache_time, checked_stamp
+from tf_tree_py.core.tree.queries import Snapshot
+from tf_tree_py.core.tree.tree import Tree
+
+from .assembly import Assembly
+from .decoding import Decoder, renames
+from .errors import BagError
+from .oddities import BagWarning, Oddity, told
+from .reading import Bag, PathLike
+
+
+class Recording(Snapshot):
+    """
+    What a bag holds, as a buffer that never changes; see ``open_bag``.
+
+    :ivar path: of the bag.
+    :ivar oddities: what is odd in it, summed up by reason and edge.
+    :ivar statistics: how many transforms were taken, and how many were refused and why.
+    """
+
+    def __init__(self, tree: Tree, path: Path, oddities: Sequence[Oddity],
+                 statistics: Statistics) -> None:
+        super().__init__(tree)
+        self.path = path
+        self.oddities = oddities
+        self.statistics = statistics
+
+
+def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any = None,
+             stop: Any = None, frame_prefix: str | Mapping[str, str] = '',
+             shared_frames: Collection[str] = (), frames: FrameFilter | None = None,
+             cache_time: int = UNLIMITED) -> Recording:
+    """
+    Return a recording as a buffer, which answers whatever a buffer answers.
+
+    Needs no ROS. What is odd in the bag is warned of, all in one ``BagWarning``.
+
+    :param path: a file of rosbag2 (``.mcap``, ``.db3``) or ROS 1 (``.bag``), or a folder
+        as rosbag2 writes it.
+    :param topics: read these and no others; every topic of type TFMessage unless given.
+        Those whose name ends in ``_static``, and transient-local or latched ones, are valid
+        at all times.
+    :param start: leave out moving transforms that were received before: nanoseconds of the
+        recorder's clock, or a ``datetime64``.
+    :param stop: leave out moving transforms that were received then or later.
+    :param frame_prefix: what to write before every frame, such as ``robot1/``; or a
+        dictionary with that of each topic.
+    :param shared_frames: frames that get no prefix, such as ``map``.
+    :param frames: which edges to take, by their new names: a collection that both frames
+        have to be in, or a function of (parent, child).
+    :param cache_time: how much history each edge keeps, nanoseconds; everything unless
+        given.
+    :raises BagError: there is no bag, it cannot be read at all, or nothing in it is a
+        transform.
+    """
+    decoder = Decoder(renames(frame_prefix, shared_frames, frames))
+    assembly = Assembly(decoder, checked_cache_time(cache_time))
+    begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
+    with Bag(path, topics) as bag:
+        if not bag.sources:
+            there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
+            raise BagError(f'{path} has no topic with transforms; it has: {there}')
+        assembly.take(bag.arrivals(begin, end))
+        for sentence in bag.damage:
+            assembly.oddities.note('damaged file', sentence)
+        recording = Recording(assembly.tree, bag.path, assembly.oddities.summed(),
+                              assembly.intake.statistics())
+    if recording.oddities:
+        warnings.warn(told(path, recording.oddities), BagWarning, stacklevel=2)
+    return recording

@@ -1,0 +1,84 @@
+"""Where recorded messages come from: one topic, or one publisher of it where a bag tells them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+_TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
+
+
+class Source(NamedTuple):
+    """
+    One topic of a bag; in a ROS 1 bag one publisher's messages on it.
+
+    :ivar type_name: of its messages, as the bag writes it.
+    :ivar latched: whether late listeners get the last message: transient local, or ROS 1's
+        latched.
+    :ivar publisher: the node that published, where the bag tells; else ''.
+    :ivar ros1: whether the messages are ROS 1's bytes; else they are CDR.
+    :ivar reliable: whether the publisher was; one of best effort is not heard by tf2.
+    """
+
+    topic: str
+    type_name: str
+    latched: bool
+    publisher: str
+    ros1: bool
+    reliable: bool = True
+
+    @property
+    def has_transforms(self) -> bool:
+        """Return whether its messages are TFMessages, of tf2 or of ROS 1's tf."""
+        package, *_, name = self.type_name.split('/')
+        return (package, name) in _TRANSFORMS
+
+    @property
+    def static(self) -> bool:
+        """Return whether its transforms are valid at all times."""
+        return self.topic.endswith('_static') or self.latched
+
+    @property
+    def authority(self) -> str:
+        """Return who is named where something is wrong: the publisher, or else the topic."""
+        return self.publisher or self.topic
+
+
+class Arrival(NamedTuple):
+    """
+    One message as it was received.
+
+    :ivar received: when, nanoseconds of the recorder's clock, which need not be that of the
+        stamps in the message.
+    :ivar data: its bytes; see ``Source.ros1``.
+    """
+
+    received: int
+    source: Source
+    data: bytes
+
+
+class Storage(Protocol):
+    """
+    One open file.
+
+    :ivar began: when its first message was received, nanoseconds.
+    :ivar damage: what is wrong with the file, one sentence each; complete when all was read.
+    """
+
+    began: int
+    damage: list[str]
+
+    @property
+    def counts(self) -> Mapping[Source, int]:
+        """Return everything that was recorded, of any type, and how many messages of each."""
+
+    def arrivals(self, sources: Sequence[Source], start: int | None,
+                 stop: int | None) -> Iterator[Arrival]:
+        """
+        Yield the messages of some of its sources, as they were received.
+
+        :param start: from when on, nanoseconds; None: from the beginning.
+        :param stop: until when, without that; None: to the end.
+        """
+
+    def close(self) -> None:
+        """Close the file."""

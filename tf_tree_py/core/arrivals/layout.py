@@ -1,0 +1,259 @@
+"""
+Where the numbers stand in the bytes of a TFMessage with certain names.
+
+CDR, as ROS 2 has it: 4 bytes of encapsulation, a uint32 count, then for each transform
+int32 sec, uint32 nanosec, string frame_id, string child_frame_id and 7 doubles
+(translation x y z, rotation x y z w); everything is aligned relative to the byte after
+the encapsulation, and a string is a uint32 length that counts its closing NUL. Both byte
+orders are read.
+
+ROS 1: the same without encapsulation, alignment and NULs, little-endian, with a uint32
+seq before each stamp, whose seconds have no sign.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+import struct
+import sys
+from typing import Any, NamedTuple
+
+from .frame_names import Rename
+from .sample import Batch
+from ..edges.packed import pack_pose, POSE_BYTES
+from ..stamp import NANOSECONDS_PER_SECOND
+
+_BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
+ENCAPSULATION_BYTES = 4
+# The first parent's name. ROS 1 has a seq where CDR has its encapsulation, so both agree.
+_FIRST_LENGTH, _FIRST_NAME = 16, 20
+# The smallest transform: a stamp, two empty names, a pose, without padding.
+_MIN_TRANSFORM_BYTES = 72
+# A serialized message may be padded to the next boundary.
+_MAX_PADDING = 7
+# Memory of a layout, for each transform and for each byte of its names. A name is kept as bytes
+# and as text, and in a text one odd character makes all characters four bytes wide.
+_TRANSFORM_BYTES = 500
+_NAME_BYTES = 5
+# An error about a name that is no text shows this number of its bytes.
+_TOLD_BYTES = 60
+NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
+"""The byte order of this machine, as struct writes it."""
+
+Key = tuple[int, bytes]
+_Unpack = Callable[[bytes], tuple[Any, ...]]
+
+
+class WireError(ValueError):
+    """The bytes are not a TFMessage, or only a part of one."""
+
+
+def key_of(data: bytes) -> Key:
+    """Return the size and the first parent's name: they differ for most layouts."""
+    if len(data) <= _FIRST_NAME:
+        return len(data), b''
+    # This byte is one of the four of the name's length. Whichever it is, all messages of one
+    # layout have the same.
+    return len(data), data[_FIRST_NAME:_FIRST_NAME + data[_FIRST_LENGTH]]
+
+
+class Place(NamedTuple):
+    """Where one transform stands: its stamp, its names with their lengths, its pose."""
+
+    stamp: int
+    parent: slice
+    child: slice
+    pose: int
+
+
+class Layout:
+    """
+    Where the numbers stand in the bytes of a message with certain names.
+
+    :ivar key: of its messages; see ``key_of``.
+    :ivar size: how much memory it takes, about.
+    :ivar edges: (parent, child) of each transform that is wanted.
+    """
+
+    __slots__ = ('key', 'size', 'edges', '_slashed', '_names', '_unpack_names', '_unpack_numbers',
+                 '_order')
+
+    def __init__(self, cursor: '_Cursor', places: Sequence[Place],
+                 edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
+        """
+        Make the layout of a message that was read.
+
+        :param cursor: what it was read with.
+        :param places: where each of its transforms stands.
+        :param edges: (parent, child) of each; None: it is left out.
+        :param slashed: the names that begin with a slash in the message.
+        """
+        self._slashed = slashed
+        data, self._order = cursor.data, cursor.order
+        self.key = key_of(data)
+        self.edges = tuple(edge for edge in edges if edge is not None)
+        wanted = [place for place, edge in zip(places, edges, strict=True) if edge is not None]
+        self._unpack_names = _fields(self._order, len(data), [
+            (0, f'{cursor.head}s'),
+            *((name.start, f'{name.stop - name.start}s')
+              for place in places for name in (place.parent, place.child))])
+        self._names = self._unpack_names(data)
+        self.size = (_TRANSFORM_BYTES * (1 + len(places))
+                     + _NAME_BYTES * sum(map(len, (*self._names, *slashed))))
+        self._unpack_numbers = _fields(self._order, len(data), [
+            field for place in wanted
+            for field in ((place.stamp, cursor.stamp), (place.pose, f'{POSE_BYTES}s'))])
+
+    def read(self, data: bytes) -> Batch | None:
+        """Return the transforms, or None when the message has other names."""
+        if self._unpack_names(data) != self._names:
+            return None
+        values = self._unpack_numbers(data)
+        poses: Sequence[bytes] = values[2::3]
+        if self._order != NATIVE:
+            poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
+        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses, self._slashed)
+
+
+def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
+    """Return stamps in nanoseconds. Usually all of one message are equal: that is faster."""
+    count = len(secs)
+    if count > 1 and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
+        return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count
+    return [sec * NANOSECONDS_PER_SECOND + nanosec
+            for sec, nanosec in zip(secs, nanosecs, strict=True)]
+
+
+def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack:
+    """
+    Return a function that unpacks fields of a message.
+
+    :param size: of the message, bytes.
+    :param fields: for each its first byte and struct's format.
+    """
+    form, position = order, 0
+    for begin, kind in fields:
+        # struct aligns nothing by itself after an explicit byte order.
+        form += f'{begin - position}x{kind}'
+        position = begin + struct.calcsize(order + kind)
+    return struct.Struct(f'{form}{size - position}x').unpack
+
+
+# --- reading field by field
+
+FindLayout = Callable[[bytes, Rename], Layout]
+
+
+def find_layout(data: bytes, rename: Rename) -> Layout:
+    """
+    Read a message of ROS 2 field by field, and return its layout.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    order = _BYTE_ORDERS.get(data[:2])
+    if order is None:
+        raise WireError(f'not CDR: it begins with the bytes {data[:4].hex(" ")}')
+    return _layout(_Cursor(data, order), rename)
+
+
+def find_ros1_layout(data: bytes, rename: Rename) -> Layout:
+    """
+    Read a message of ROS 1 field by field, and return its layout.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    return _layout(_Ros1Cursor(data, '<'), rename)
+
+
+def _layout(cursor: '_Cursor', rename: Rename) -> Layout:
+    size = len(cursor.data)
+    count = cursor.take_uint32()
+    if count * _MIN_TRANSFORM_BYTES > size:
+        raise WireError(f'{size} bytes cannot hold {count} transforms')
+    places, edges, slashed = [], [], dict[str, None]()
+    for _ in range(count):
+        stamp = cursor.skip_stamp()
+        parent, parent_bytes = cursor.take_string()
+        child, child_bytes = cursor.take_string()
+        pose = cursor.skip(POSE_BYTES, alignment=8)
+        places.append(Place(stamp, parent_bytes, child_bytes, pose))
+        edges.append(rename(parent, child))
+        slashed |= dict.fromkeys(name for name in (parent, child) if name.startswith('/'))
+    if size - cursor.position > _MAX_PADDING:
+        raise WireError(f'{size - cursor.position} bytes are left over after {count} transforms')
+    return Layout(cursor, places, edges, tuple(slashed))
+
+
+class _Cursor:
+    """
+    A position in the bytes of CDR, and methods that read on from there.
+
+    :cvar head: bytes before the first stamp that all messages of a layout share.
+    :cvar stamp: struct's format of a stamp.
+    """
+
+    head = ENCAPSULATION_BYTES + 4
+    stamp = 'iI'
+
+    def __init__(self, data: bytes, order: str) -> None:
+        self.data = data
+        self.order = order
+        self.position = ENCAPSULATION_BYTES
+
+    def skip(self, size: int, alignment: int) -> int:
+        """Go past an aligned field; return where it began."""
+        begin = self.position + -(self.position - ENCAPSULATION_BYTES) % alignment
+        if begin + size > len(self.data):
+            raise WireError(f'truncated at byte {begin} of {len(self.data)}')
+        self.position = begin + size
+        return begin
+
+    def skip_stamp(self) -> int:
+        """Go past a stamp; return where it began."""
+        return self.skip(8, alignment=4)
+
+    def take_uint32(self) -> int:
+        """Read a number."""
+        begin = self.skip(4, alignment=4)
+        (number,) = struct.unpack_from(self.order + 'I', self.data, begin)
+        return int(number)
+
+    def take_string(self) -> tuple[str, slice]:
+        """Read a string; return it, and where it stands, its length included."""
+        length = self.take_uint32()
+        begin = self.skip(length, alignment=1)
+        text = self.data[begin:self.position]
+        return self._decoded(text, begin), slice(begin - 4, self.position)
+
+    def _decoded(self, text: bytes, begin: int) -> str:
+        if text and text[-1]:
+            raise WireError(f'the name at byte {begin} does not end with NUL')
+        return _text(text[:-1], begin)
+
+
+class _Ros1Cursor(_Cursor):
+    """The same in the bytes of ROS 1."""
+
+    head = 4
+    stamp = 'II'
+
+    def __init__(self, data: bytes, order: str) -> None:
+        super().__init__(data, order)
+        self.position = 0
+
+    def skip(self, size: int, alignment: int) -> int:
+        """Go past a field, which is not aligned; return where it began."""
+        return super().skip(size, 1)
+
+    def skip_stamp(self) -> int:
+        """Go past a seq and a stamp; return where the stamp began."""
+        return self.skip(12, alignment=1) + 4
+
+    def _decoded(self, text: bytes, begin: int) -> str:
+        return _text(text, begin)
+
+
+def _text(text: bytes, begin: int) -> str:
+    try:
+        return text.decode()
+    except UnicodeDecodeError:
+        raise WireError(f'the name at byte {begin} is not UTF-8: '
+                        f'{text[:_TOLD_BYTES]!r}') from None
