@@ -15,10 +15,11 @@ PACKAGE = Path(tf_tree_py.__file__).parent
 LAYERS = {
     'core': set(),
     'bag': {'core'},
+    'urdf': {'core'},
     'ros': {'core'},
-    'nodes': {'core', 'bag', 'ros'},
-    'tools': {'core', 'bag', 'ros'},
-    'labs': {'core', 'bag', 'ros'},
+    'nodes': {'core', 'bag', 'urdf', 'ros'},
+    'tools': {'core', 'bag', 'urdf', 'ros'},
+    'labs': {'core', 'bag', 'urdf', 'ros'},
     'dropin': {'core', 'bag', 'ros'},
 }
 
@@ -36,7 +37,7 @@ ORDER = {
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
         'arrivals: incidents sample received observers track frame_names layout wire '
-        'future_guard jump_back streams meters merging',
+        'stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
@@ -62,6 +63,10 @@ ORDER = {
         ': diagnostics',
     ),
     'tools': rooms(': endings arguments output source recording live tf_doctor'),
+    'urdf': rooms(
+        ': elements values visuals joints hanging following motion expanding robot states '
+        'tracks',
+    ),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}
