@@ -64,6 +64,7 @@ setup(
         'console_scripts': [
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
             *(f'{name} = {package_name}.tools.{name}:main' for name in tools),
+            f'tf_view = {package_name}.view.tf_view:main',
             f'tf_lab = {package_name}.labs.tf_lab:main',
         ],
     },

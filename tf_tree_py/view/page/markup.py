@@ -6,10 +6,12 @@ import html
 from ..shown.facts import Fact
 from ..shown.listing import Row
 
-# viser's buttons stand side by side, and in the middle; a tree is a column of lines. The list
-# of frames is the group of buttons behind the marker.
+# viser's buttons stand side by side behind a label, and in the middle; a tree is a column of
+# lines. The group of buttons behind a marker is the one that is meant.
+_BARE = 'div:has(> .tf-bare) + div'
 _LIST = 'div:has(> .tf-frames) + div'
 _STYLE = f"""
+{_BARE} div:has(> p), {_LIST} div:has(> p) {{display: none;}}
 {_LIST} {{max-height: 38vh; overflow: auto;}}
 {_LIST} div:has(> button) {{flex-direction: column; flex-wrap: nowrap; gap: 0 !important;}}
 {_LIST} button {{border: none; border-radius: 0; flex: none !important; padding: 0 2px;
@@ -42,6 +44,11 @@ def style_of_list(rows: Sequence[Row], stale: Iterable[str], hidden: Iterable[st
 def status(text: str) -> str:
     """Return the line that says which moment the page shows."""
     return f'<div class="tf-status" style="{_PADDING}"><b>{html.escape(text)}</b></div>'
+
+
+def bare() -> str:
+    """Return a marker in front of a group of buttons that has no label."""
+    return '<div class="tf-bare"></div>'
 
 
 def note(text: str) -> str:

@@ -1,6 +1,6 @@
 """The three-dimensional part of a page: axes, lines, names, marks, a trail and the ground."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -9,9 +9,11 @@ import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 
 from .labels import Labels
+from .links import Links
 from .stale_axes import StaleAxes
 from ..shown import colours
 from ..shown.moment import Moment
+from ..shown.shapes import LinkShape
 
 _RADIUS: Final = 0.04
 _THICKNESS: Final = 2.5
@@ -33,6 +35,7 @@ class Look:
     axes: bool = True
     names: bool = True
     lines: bool = True
+    links: bool = True
     hidden: set[str] = field(default_factory=set)
     chosen: str | None = None
     found: Collection[str] = ()
@@ -50,11 +53,13 @@ class Scene:
     All axes are one node, and all lines another, so that many frames cost little.
     """
 
-    def __init__(self, client: Any, on_click: Callable[[str], None]) -> None:
+    def __init__(self, client: Any, shapes: Sequence[LinkShape],
+                 on_click: Callable[[str], None]) -> None:
         """
         Begin with the ground only.
 
         :param client: viser's handle of the page.
+        :param shapes: of the links of a robot.
         :param on_click: is called with the frame that somebody clicked.
         """
         self._client = client
@@ -63,9 +68,11 @@ class Scene:
         self._frames: tuple[str, ...] = ()
         self._nodes: dict[str, Any] = {}
         self._ground = self._scene.add_grid(
-            '/ground', infinite_grid=True, fade_distance=60.0, cell_size=1.0, section_size=10.0)
+            '/ground', infinite_grid=True, fade_distance=40.0, cell_size=1.0, section_size=10.0,
+            cell_color=(225, 225, 225), section_color=(180, 180, 180))
         self._stale = StaleAxes(self._scene, self._clicked)
         self._labels = Labels(self._scene)
+        self._links = Links(self._scene, shapes)
 
     def draw(self, moment: Moment, look: Look) -> None:
         """Show a moment, all at once."""
@@ -76,6 +83,7 @@ class Scene:
             self._draw_axes(moment, look, shown, positions)
             self._draw_lines(moment, look, shown, positions)
             self._draw_marks(moment, look, positions)
+            self._links.draw(moment, positions, shown & look.links)
             self._labels.draw(moment.frames, positions, shown & look.names)
 
     # --- parts
@@ -118,11 +126,11 @@ class Scene:
         if len(points):
             self._update(name, lambda **props: self._scene.add_line_segments(
                 f'/{name}', thickness=_THICKNESS, thickness_units='screen', **props),
-                points=points, colors=segment_colours)
+                points=points, colors=_as_light(segment_colours))
 
     def _draw_marks(self, moment: Moment, look: Look, positions: Array) -> None:
         """Mark the chosen frame, and those that a finding is about."""
-        marked: Mapping[str, Any] = {frame: _FINDING for frame in look.found} | (
+        marked: Mapping[str, Any] = dict.fromkeys(look.found, _FINDING) | (
             {look.chosen: colours.CHOSEN} if look.chosen else {})
         places = [place for place, frame in enumerate(moment.frames) if frame in marked]
         if 'marks' in self._nodes and len(self._nodes['marks'].points) != len(places):
@@ -152,3 +160,8 @@ class Scene:
     def _clicked(self, index: int | None) -> None:
         if index is not None and index < len(self._frames):
             self._on_click(self._frames[index])
+
+
+def _as_light(seen: colours.Colours) -> colours.Colours:
+    """Return colours as lines take them: in amounts of light, and not as they are seen."""
+    return (255.0 * (seen / 255.0) ** 2.2).round().astype(np.uint8)

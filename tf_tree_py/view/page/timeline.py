@@ -28,8 +28,9 @@ class Timeline:
         self._slider = gui.add_slider(
             'time [s]', min=0.0, max=1.0, step=0.001, initial_value=0.0,
             hint='Seconds since the oldest sample that is kept; moving it pauses.')
+        gui.add_html(markup.bare())
         self._buttons = gui.add_button_group('', self._names())
-        self._speed = gui.add_dropdown('speed', _SPEEDS, '1')
+        self._speed = gui.add_dropdown('speed', _SPEEDS, initial_value='1')
         self._slider.on_update(lambda event: event.client and ask(self._moved))
         self._buttons.on_click(lambda event: ask(lambda: self._pressed(event.target.value)))
         self._speed.on_update(lambda _: ask(self._sped))

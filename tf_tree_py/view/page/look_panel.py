@@ -1,0 +1,43 @@
+"""What is drawn, how big, in the dark or in the light."""
+
+from collections.abc import Callable
+from typing import Any
+
+from .scene import Look
+
+
+class LookPanel:
+    """The controls of how one page looks."""
+
+    def __init__(self, gui: Any, look: Look, ask: Callable[[Callable[[], None]], None]) -> None:
+        """
+        Make the controls.
+
+        :param look: changed here.
+        :param ask: takes a function and calls it when the page is at rest.
+        """
+        self._gui = gui
+        self._look = look
+        self._length = gui.add_number('axes [m]', look.axes_length, min=0.001, step=0.01)
+        self._boxes = {name: gui.add_checkbox(label, getattr(look, name)) for name, label in (
+            ('axes', 'axes'), ('names', 'names'), ('lines', 'lines to parents'),
+            ('links', 'links of the robot'))}
+        self._dark = gui.add_checkbox('dark', False)
+        for control in (self._length, *self._boxes.values()):
+            control.on_update(lambda event: event.client and ask(self._take))
+        self._dark.on_update(lambda _: ask(self.apply_theme))
+        self.apply_theme()
+
+    def set_length(self, length: float) -> None:
+        """Begin with another size of the axes, metres."""
+        self._look.axes_length = self._length.value = length
+
+    def _take(self) -> None:
+        self._look.axes_length = max(float(self._length.value), 0.001)
+        for name, box in self._boxes.items():
+            setattr(self._look, name, box.value)
+
+    def apply_theme(self) -> None:
+        """Tell the page whether it is dark."""
+        self._gui.configure_theme(dark_mode=self._dark.value, show_logo=False,
+                                  show_share_button=False, control_width='medium')

@@ -1,0 +1,94 @@
+"""Serves the pages, and draws them anew while there are any."""
+
+import contextlib
+import io
+import threading
+import time
+from typing import Any, Final
+
+import viser
+
+from .page.page import Page
+from .subject import Subject
+
+RATE_HZ: Final = 30.0
+
+
+class _Server(viser.ViserServer):
+    """viser's server, which opens nothing to the world: a page may ask for that."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuse to tunnel the page to a public address."""
+
+
+class Serving:
+    """
+    A server of pages, with a thread that draws them.
+
+    While no page is open, that thread sleeps. A context manager.
+    """
+
+    def __init__(self, subject: Subject, host: str, port: int, title: str) -> None:
+        """
+        Begin to serve.
+
+        :param port: the first to try; those after it are tried next.
+        :raises OSError: the host is no address of this machine, or no port is free.
+        """
+        self._subject = subject
+        # Each with when it was drawn last, by the monotonic clock.
+        self._pages: dict[int, tuple[Page, float]] = {}
+        self._changed = threading.Condition()
+        self._ended = False
+        with contextlib.redirect_stdout(io.StringIO()):  # viser greets with a frame of its own
+            self._server = _Server(host=host, port=port, label=title, verbose=False)
+        self._server.on_client_connect(self._open)
+        self._server.on_client_disconnect(self._close)
+        self._thread = threading.Thread(target=self._draw, name='pages')
+        self._thread.start()
+
+    @property
+    def url(self) -> str:
+        """Return the address of the page."""
+        host = self._server.get_host()
+        return f'http://{"localhost" if host == "0.0.0.0" else host}:{self._server.get_port()}'
+
+    def __enter__(self) -> 'Serving':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+        self._thread.join()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server.stop()
+
+    def _open(self, client: Any) -> None:
+        page = Page(client, self._subject)
+        with self._changed:
+            # It may be closed again already.
+            if client.client_id in self._server.get_clients():
+                self._pages[client.client_id] = page, time.monotonic()
+                self._changed.notify()
+
+    def _close(self, client: Any) -> None:
+        with self._changed:
+            self._pages.pop(client.client_id, None)
+
+    def _draw(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._ended or self._pages)
+                if self._ended:
+                    return
+                pages = dict(self._pages)
+            begun = time.monotonic()
+            for number, (page, last) in pages.items():
+                page.tick(begun - last)
+                with self._changed:
+                    if number in self._pages:
+                        self._pages[number] = page, begun
+            with self._changed:
+                rest = begun + 1.0 / RATE_HZ - time.monotonic()
+                self._changed.wait_for(lambda: self._ended, max(rest, 0.0))
