@@ -4,6 +4,7 @@ import contextlib
 import io
 import threading
 import time
+import traceback
 from typing import Any, Final
 
 import viser
@@ -85,10 +86,20 @@ class Serving:
                 pages = dict(self._pages)
             begun = time.monotonic()
             for number, (page, last) in pages.items():
-                page.tick(begun - last)
+                self._draw_one(number, page, begun - last)
                 with self._changed:
                     if number in self._pages:
                         self._pages[number] = page, begun
             with self._changed:
                 rest = begun + 1.0 / RATE_HZ - time.monotonic()
                 self._changed.wait_for(lambda: self._ended, max(rest, 0.0))
+
+    def _draw_one(self, number: int, page: Page, seconds: float) -> None:
+        """Draw a page; one that cannot be drawn must not stop the others."""
+        try:
+            page.tick(seconds)
+        except Exception:  # noqa: B902 - a fault, unless somebody has closed the page meanwhile
+            with self._changed:
+                self._pages.pop(number, None)
+            if number in self._server.get_clients():
+                traceback.print_exc()

@@ -9,11 +9,13 @@ from .scene import Look
 class LookPanel:
     """The controls of how one page looks."""
 
-    def __init__(self, gui: Any, look: Look, ask: Callable[[Callable[[], None]], None]) -> None:
+    def __init__(self, gui: Any, look: Look, see_all: Callable[[], None],
+                 ask: Callable[[Callable[[], None]], None]) -> None:
         """
         Make the controls.
 
         :param look: changed here.
+        :param see_all: lets the camera look at all frames.
         :param ask: takes a function and calls it when the page is at rest.
         """
         self._gui = gui
@@ -22,7 +24,8 @@ class LookPanel:
         self._boxes = {name: gui.add_checkbox(label, getattr(look, name)) for name, label in (
             ('axes', 'axes'), ('names', 'names'), ('lines', 'lines to parents'),
             ('links', 'links of the robot'))}
-        self._dark = gui.add_checkbox('dark', False)
+        self._dark = gui.add_checkbox('dark', look.dark)
+        gui.add_button('see all').on_click(lambda _: ask(see_all))
         for control in (self._length, *self._boxes.values()):
             control.on_update(lambda event: event.client and ask(self._take))
         self._dark.on_update(lambda _: ask(self.apply_theme))
@@ -39,5 +42,6 @@ class LookPanel:
 
     def apply_theme(self) -> None:
         """Tell the page whether it is dark."""
+        self._look.dark = self._dark.value
         self._gui.configure_theme(dark_mode=self._dark.value, show_logo=False,
                                   show_share_button=False, control_width='medium')

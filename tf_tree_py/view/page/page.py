@@ -62,7 +62,7 @@ class Page:
         with tabs.add_tab('findings'):
             self._findings = FindingsPanel(gui, self._ask)
         with tabs.add_tab('look'):
-            self._looks = LookPanel(gui, self._look, self._ask)
+            self._looks = LookPanel(gui, self._look, self._see_all, self._ask)
 
     def _ask(self, action: Callable[[], None]) -> None:
         """Do what somebody wants, between two pictures; the next one shows it."""
@@ -84,7 +84,9 @@ class Page:
             self._untold += seconds
             tell = self._stirred or self._untold >= _TELL_EVERY_S
             if tell or not _alike(moment, self._drawn):
-                self._begin_with(moment)
+                if not self._seen and len(moment.frames) > 1:
+                    self._seen = True
+                    self._see(moment)
                 self._follow(moment)
                 self._look.chosen, self._look.found = self._chosen.frame, self._findings.frames
                 self._scene.draw(moment, self._look)
@@ -102,11 +104,8 @@ class Page:
             return biggest_root(Queries.edges(self._playhead.tree)) or ''
         return self._drawn.fixed_frame
 
-    def _begin_with(self, moment: Moment) -> None:
-        """Choose a size and a place to look from, when there is something to see at first."""
-        if self._seen or len(moment.frames) < 2:
-            return
-        self._seen = True
+    def _see(self, moment: Moment) -> None:
+        """Choose a size, and a place to look from, with all frames in sight."""
         positions = moment.poses[:, :3]
         middle = (positions.min(axis=0) + positions.max(axis=0)) / 2.0
         reach = max(float(np.linalg.norm(positions - middle, axis=1).max()), 0.1)
@@ -114,7 +113,7 @@ class Page:
             self._look.origin = middle.round()
         self._looks.set_length(float(f'{reach * 0.18:.1g}'))
         middle = middle - self._look.origin
-        self._client.camera.position = middle + reach * np.array((1.6, -1.9, 1.4))
+        self._client.camera.position = middle + reach * np.array((1.9, -2.2, 1.7))
         self._client.camera.look_at = middle
 
     def _follow(self, moment: Moment) -> None:
@@ -162,6 +161,9 @@ class Page:
 
     def _choose(self, frame: str) -> None:
         self._chosen.choose(frame)
+
+    def _see_all(self) -> None:
+        self._seen = False
 
     def _look_at(self) -> None:
         frame = self._chosen.frame

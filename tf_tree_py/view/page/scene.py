@@ -17,6 +17,10 @@ from ..shown.shapes import LinkShape
 
 _RADIUS: Final = 0.04
 _THICKNESS: Final = 2.5
+_CELLS: Final = (225, 225, 225)
+_SECTIONS: Final = (180, 180, 180)
+_DARK_CELLS: Final = (45, 45, 45)
+_DARK_SECTIONS: Final = (80, 80, 80)
 _TRAIL: Final = (0, 160, 130)
 _FINDING: Final = (225, 20, 20)
 
@@ -36,6 +40,7 @@ class Look:
     names: bool = True
     lines: bool = True
     links: bool = True
+    dark: bool = False
     hidden: set[str] = field(default_factory=set)
     chosen: str | None = None
     found: Collection[str] = ()
@@ -68,8 +73,7 @@ class Scene:
         self._frames: tuple[str, ...] = ()
         self._nodes: dict[str, Any] = {}
         self._ground = self._scene.add_grid(
-            '/ground', infinite_grid=True, fade_distance=40.0, cell_size=1.0, section_size=10.0,
-            cell_color=(225, 225, 225), section_color=(180, 180, 180))
+            '/ground', infinite_grid=True, fade_distance=40.0, cell_size=1.0, section_size=10.0)
         self._stale = StaleAxes(self._scene, self._clicked)
         self._labels = Labels(self._scene)
         self._links = Links(self._scene, shapes)
@@ -79,7 +83,7 @@ class Scene:
         shown = look.shows(moment)
         positions = moment.poses[:, :3] - look.origin
         with self._client.atomic():
-            self._ground.position = tuple(-look.origin)
+            self._draw_ground(look)
             self._draw_axes(moment, look, shown, positions)
             self._draw_lines(moment, look, shown, positions)
             self._draw_marks(moment, look, positions)
@@ -87,6 +91,11 @@ class Scene:
             self._labels.draw(moment.frames, positions, shown & look.names)
 
     # --- parts
+
+    def _draw_ground(self, look: Look) -> None:
+        self._ground.position = tuple(-look.origin)
+        self._ground.cell_color = _DARK_CELLS if look.dark else _CELLS
+        self._ground.section_color = _DARK_SECTIONS if look.dark else _SECTIONS
 
     def _draw_axes(self, moment: Moment, look: Look, shown: npt.NDArray[np.bool_],
                    positions: Array) -> None:
