@@ -54,13 +54,18 @@ class Serving:
         host = self._server.get_host()
         return f'http://{"localhost" if host == "0.0.0.0" else host}:{self._server.get_port()}'
 
+    def wait_until_nobody_looks(self) -> None:
+        """Return when no page is open."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._pages)
+
     def __enter__(self) -> 'Serving':
         return self
 
     def __exit__(self, *_: object) -> None:
         with self._changed:
             self._ended = True
-            self._changed.notify()
+            self._changed.notify_all()
         self._thread.join()
         with contextlib.redirect_stdout(io.StringIO()):
             self._server.stop()
@@ -71,11 +76,12 @@ class Serving:
             # It may be closed again already.
             if client.client_id in self._server.get_clients():
                 self._pages[client.client_id] = page, time.monotonic()
-                self._changed.notify()
+                self._changed.notify_all()
 
     def _close(self, client: Any) -> None:
         with self._changed:
             self._pages.pop(client.client_id, None)
+            self._changed.notify_all()
 
     def _draw(self) -> None:
         while True:
