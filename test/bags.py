@@ -15,6 +15,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer as Writer2
 from rosbags.typesys import get_typestore, Stores
 from serialized import serialize, serialize_ros1
+from tf_tree_py.core import BufferCore, Sample, UNLIMITED
 
 SECOND = 10**9
 LATCHED = 'latched'
@@ -127,3 +128,67 @@ def file_of(folder):
     """Return the only file with messages in a folder."""
     [file] = [file for file in folder.iterdir() if file.name != 'metadata.yaml']
     return file
+
+
+def without_index(path):
+    """Let a bag be as a recorder leaves it that is killed: it writes the index last."""
+    data = path.read_bytes()
+    if path.suffix == '.bag':
+        data = data.replace(b'index_pos=' + data.partition(b'index_pos=')[2][:8],
+                            b'index_pos=' + bytes(8), 1)
+    else:
+        data = data[:data.rindex(b'\x0c', 0, data.rindex(b'rosbag2'))]
+    path.write_bytes(data)
+    return path
+
+
+# --- a recording, and what it is to answer
+
+START = 1_700_000_000 * SECOND
+PERIOD = SECOND // 50
+RNG = np.random.default_rng(7)
+STATIC = [Message(START + SECOND, '/tf_static', [
+    ('base', 'lidar', 0, (0.1, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0)),
+    ('base', 'camera', 0, (0.2, 0.0, 0.8, 0.5, 0.5, 0.5, 0.5))], LATCHED)]
+
+
+def driving(prefix='', count=150, topic='/tf', publisher=''):
+    """Return messages of a robot that drives: odometry and an arm of two joints."""
+    messages = []
+    for number in range(count):
+        stamp = START + number * PERIOD
+        messages.append(Message(stamp + 5_000_000, topic, [
+            ('map', f'{prefix}odom', stamp, random_pose(RNG)),
+            (f'{prefix}odom', f'{prefix}base', stamp, random_pose(RNG))], publisher=publisher))
+        messages.append(Message(stamp + 6_000_000, topic, [
+            (f'{prefix}base', f'{prefix}hand', stamp + 1_000, random_pose(RNG))],
+            publisher=publisher))
+    return messages
+
+
+RUN = sorted(driving() + STATIC, key=lambda message: message.received)
+
+
+def fed(messages, **options):
+    """Return a buffer that took them one after the other."""
+    buffer = BufferCore(UNLIMITED, **options)
+    for message in messages:
+        buffer.insert_many([Sample(*edge, stamp, pose) for *edge, stamp, pose
+                            in message.transforms],
+                           static=message.topic.endswith('_static') or message.qos == LATCHED,
+                           strict=False)
+    return buffer
+
+
+def assert_same(a, b):
+    """Hold two buffers to have the same edges, and the same answers between all frames."""
+    assert [edge._replace(authority='') for edge in a.edges()] == [
+        edge._replace(authority='') for edge in b.edges()]
+    frames = b.frames()
+    assert a.frames() == frames
+    stamps = sorted({stamp + step for edge in b.edges() if not edge.static
+                     for stamp in np.linspace(edge.oldest, edge.latest, 40).astype(int).tolist()
+                     for step in (-1, 0, 1_000_003)})
+    for frame in frames:
+        for stamp in stamps:
+            assert a.lookup_tree(frame, stamp) == b.lookup_tree(frame, stamp)

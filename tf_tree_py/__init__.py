@@ -21,6 +21,7 @@ from tf_tree_py.core import (
     Incident,
     InvalidArgumentException,
     LATEST,
+    load,
     lookup_twist,
     lookup_twist_many,
     LookupException,
@@ -33,6 +34,7 @@ from tf_tree_py.core import (
     TimeoutException,
     TransformException,
     TransformWarning,
+    TreeFileError,
     UNLIMITED,
 )
 from tf_tree_py.core.deskew import deskew
@@ -108,6 +110,7 @@ __all__ = [
     'Incident',
     'InvalidArgumentException',
     'LATEST',
+    'load',
     'lookup_twist',
     'lookup_twist_many',
     'LookupException',
@@ -129,6 +132,7 @@ __all__ = [
     'TransformListener',
     'TransformRegistration',
     'TransformWarning',
+    'TreeFileError',
     'TypeException',
     'UNLIMITED',
     'velocity_stamped',

@@ -25,33 +25,38 @@ IMAGES = Path(__file__).parents[1] / 'images'
 # Each layer: where its lower edge is, how high it is, and its rooms: the middle of each, and
 # what lives there. Files that stand in no room go by the name of their box.
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
-    'core': (0.0, 7.1, {
-        'buffer': (2.2, 6.25, 'the lock, the way in, who waits'),
-        'telling': (5.5, 6.25, 'reports, diagnosis, audit'),
-        'deskew, twist': (8.8, 6.25, 'points over time, velocities'),
-        'tree': (5.5, 5.05, 'who hangs on whom, queries'),
-        'arrivals': (5.5, 3.95, 'bytes, samples, refusals'),
-        'edges': (5.5, 2.85, "one edge's samples over time"),
-        'geometry': (5.5, 1.75, 'formulas of rotations, poses'),
-        'errors, stamp': (5.5, 0.65, 'and times, text, suggestions'),
+    'core': (0.0, 8.2, {
+        'doctor': (8.9, 7.35, 'watches, tells what is wrong'),
+        'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
+        'deskew, twist': (5.45, 6.25, 'points over time, velocities'),
+        'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
+        'checks': (12.35, 6.25, 'what can be wrong with a tree'),
+        'tree': (7.2, 5.05, 'who hangs on whom, queries'),
+        'vitals': (12.35, 5.05, 'what is measured of an edge'),
+        'arrivals': (7.2, 3.95, 'bytes, samples, refusals'),
+        'edges': (7.2, 2.85, "one edge's samples over time"),
+        'geometry': (7.2, 1.75, 'formulas of rotations, poses'),
+        'errors, stamp': (7.2, 0.65, 'and times, text, suggestions'),
     }),
-    'ros': (7.7, 6.0, {
-        'filtering': (2.2, 12.85, 'messages held back'),
-        'remote': (5.5, 12.85, 'buffer server and client'),
-        'diagnostics': (8.8, 12.85, 'the health of every edge'),
-        'topics': (2.2, 11.75, '/tf and /tf_static, who sends'),
-        'buffer': (5.5, 10.65, "tf2's buffer, with messages"),
-        'waiting': (5.5, 9.55, 'clocks, timeouts, futures'),
-        'threads': (2.9, 8.45, 'our own threads and nodes'),
-        'messages': (8.1, 8.45, 'messages and plain numbers'),
+    'ros': (8.8, 6.0, {
+        'filtering': (3.9, 13.95, 'messages held back'),
+        'remote': (7.2, 13.95, 'buffer server and client'),
+        'diagnostics': (10.5, 13.95, 'the health of every edge'),
+        'topics': (3.9, 12.85, '/tf and /tf_static, who sends'),
+        'buffer': (7.2, 11.75, "tf2's buffer, with messages"),
+        'waiting': (7.2, 10.65, 'clocks, timeouts, futures'),
+        'threads': (4.6, 9.55, 'our own threads and nodes'),
+        'messages': (9.8, 9.55, 'messages and plain numbers'),
     }),
 }
-TOP, TOP_HEIGHT = 14.3, 0.9
-ABOVE = (('nodes', 2.2, 'executables'), ('labs', 5.5, 'the labs of the course'),
-         ('dropin', 8.8, 'runs code that imports tf2_ros'))
+TOP, TOP_HEIGHT = 15.4, 0.9
+PAPER = 14.4
+ABOVE = (('nodes', 2.0, 'executables that stay up'), ('tools', 5.45, 'executables to look with'),
+         ('labs', 8.9, 'the labs of the course'),
+         ('dropin', 12.35, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist'},
+LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist', 'doctor': 'doctor'},
          'ros': {'diagnostics': 'diagnostics'}}
 
 
@@ -114,7 +119,7 @@ def draw_box(axes: Axes, x: float, y: float, name: str, text: str) -> None:
 def draw_panel(axes: Axes, name: str, bottom: float, height: float, shade: str) -> None:
     """Draw the ground of a layer, its name in the upper left corner."""
     axes.add_patch(FancyBboxPatch(
-        (0.1, bottom), 10.8, height, boxstyle='round,pad=0,rounding_size=0.15',
+        (0.1, bottom), PAPER - 0.2, height, boxstyle='round,pad=0,rounding_size=0.15',
         facecolor=shade, edgecolor='none'))
     axes.text(0.3, bottom + height - 0.12, name, ha='left', va='top', fontsize=12,
               style='italic')
@@ -150,9 +155,9 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(9.0, 12.2))
+    figure = Figure(figsize=(11.8, 13.1))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_xlim(0.0, 11.0)
+    axes.set_xlim(0.0, PAPER)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)
     axes.axis('off')
     draw_panel(axes, '', TOP, TOP_HEIGHT, '0.94')
@@ -161,7 +166,7 @@ def main() -> None:
     draw_layer(axes, 'ros', '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):
-        draw_arrow(axes, (5.5, above), (5.5, below), 'layers', width=3.0)
+        draw_arrow(axes, (PAPER / 2, above), (PAPER / 2, below), 'layers', width=3.0)
     figure.savefig(IMAGES / 'rooms.svg', metadata={'Date': None})
 
 

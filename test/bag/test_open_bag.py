@@ -3,69 +3,25 @@
 import warnings
 
 from bags import (
+    assert_same,
+    driving,
+    fed,
     file_of,
     LATCHED,
     Message,
-    random_pose,
+    PERIOD,
+    RUN,
     SECOND,
+    START,
+    STATIC,
+    without_index,
     write_ros1,
     write_ros2,
     write_split,
 )
 import numpy as np
 import pytest
-from tf_tree_py.bag import open_bag
-from tf_tree_py.core import BufferCore, Sample, UNLIMITED
-
-START = 1_700_000_000 * SECOND
-PERIOD = SECOND // 50
-RNG = np.random.default_rng(7)
-STATIC = [Message(START + SECOND, '/tf_static', [
-    ('base', 'lidar', 0, (0.1, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0)),
-    ('base', 'camera', 0, (0.2, 0.0, 0.8, 0.5, 0.5, 0.5, 0.5))], LATCHED)]
-
-
-def driving(prefix='', count=150, topic='/tf', publisher=''):
-    """Return messages of a robot that drives: odometry and an arm of two joints."""
-    messages = []
-    for number in range(count):
-        stamp = START + number * PERIOD
-        messages.append(Message(stamp + 5_000_000, topic, [
-            ('map', f'{prefix}odom', stamp, random_pose(RNG)),
-            (f'{prefix}odom', f'{prefix}base', stamp, random_pose(RNG))], publisher=publisher))
-        messages.append(Message(stamp + 6_000_000, topic, [
-            (f'{prefix}base', f'{prefix}hand', stamp + 1_000, random_pose(RNG))],
-            publisher=publisher))
-    return messages
-
-
-RUN = sorted(driving() + STATIC, key=lambda message: message.received)
-
-
-def fed(messages, **options):
-    """Return a buffer that took them one after the other."""
-    buffer = BufferCore(UNLIMITED, **options)
-    for message in messages:
-        buffer.insert_many([Sample(*edge, stamp, pose) for *edge, stamp, pose
-                            in message.transforms],
-                           static=message.topic.endswith('_static') or message.qos == LATCHED,
-                           strict=False)
-    return buffer
-
-
-def assert_same(a, b):
-    """Hold two buffers to have the same edges, and the same answers between all frames."""
-    assert [edge._replace(authority='') for edge in a.edges()] == [
-        edge._replace(authority='') for edge in b.edges()]
-    frames = b.frames()
-    assert a.frames() == frames
-    stamps = sorted({stamp + step for edge in b.edges() if not edge.static
-                     for stamp in np.linspace(edge.oldest, edge.latest, 40).astype(int).tolist()
-                     for step in (-1, 0, 1_000_003)})
-    for frame in frames:
-        for stamp in stamps:
-            assert a.lookup_tree(frame, stamp) == b.lookup_tree(frame, stamp)
-
+from tf_tree_py.bag import BagError, open_bag, read_arrivals
 
 KINDS = {
     'mcap': lambda path: write_ros2(path, RUN),
@@ -98,3 +54,103 @@ def test_bag_of_any_kind_answers_as_a_buffer_that_was_fed(tmp_path, kind):
         buffer = open_bag(KINDS[kind](tmp_path / 'run'))
     assert_same(buffer, fed(RUN))
     assert buffer.statistics.accepted == sum(len(message.transforms) for message in RUN)
+
+
+# --- what is no bag
+
+def test_what_is_no_bag_is_told_in_one_sentence(tmp_path):
+    empty, wrong, text = (tmp_path / name for name in ('empty.mcap', 'wrong.bag', 'notes.txt'))
+    empty.touch()
+    wrong.write_bytes(b'hello' * 1000)
+    text.write_text('hello')
+    (tmp_path / 'folder').mkdir()
+    for path, sentence in (
+            (tmp_path / 'run.mcap', 'no such file or folder'),
+            (empty, 'no bag that can be read.*empty'),
+            (wrong, 'no bag that can be read'),
+            (text, 'its name ends in none of .mcap, .db3, .bag'),
+            (tmp_path / 'folder', 'the folder has no file .mcap, .db3, .bag')):
+        with pytest.raises(BagError, match=sentence) as raised:
+            open_bag(path)
+        assert '\n' not in str(raised.value)
+
+
+def test_bag_without_transforms_and_topics_that_are_none_are_told(tmp_path):
+    empty = write_ros2(tmp_path / 'empty', [])
+    with pytest.raises(BagError, match='no topic with transforms; it has: nothing'):
+        open_bag(empty)
+    bag = write_ros2(tmp_path / 'run', [*RUN[:5], Message(
+        START, '/chatter', [], type_name='std_msgs/msg/String', data=b'\0\1\0\0\1\0\0\0\0')])
+    for topics, sentence in ((['/tg'], 'no topic /tg; it has: /chatter, /tf'),
+                             (['/chatter'], 'type std_msgs/msg/String, not transforms'),
+                             ('/tf', "such as \\['/tf'\\]")):
+        with pytest.raises(BagError, match=sentence):
+            open_bag(bag, topics=topics)
+
+
+# --- options
+
+TWO = sorted([*driving(topic='/one/tf'), *driving(topic='/two/tf'), *(
+    message._replace(topic=f'{robot}{message.topic}') for message in STATIC
+    for robot in ('/one', '/two'))], key=lambda message: message.received)
+PREFIXES = {f'/{robot}/{topic}': f'{robot}/' for robot in ('one', 'two')
+            for topic in ('tf', 'tf_static')}
+
+
+def test_two_robots_are_told_apart_by_the_prefixes_of_their_topics(tmp_path):
+    buffer = open_bag(write_ros2(tmp_path / 'run', TWO), frame_prefix=PREFIXES,
+                      shared_frames=['map'])
+    alone = open_bag(write_ros2(tmp_path / 'alone', TWO), topics=['/two/tf', '/two/tf_static'])
+    for frame in 'hand', 'lidar':
+        assert buffer.lookup('map', f'two/{frame}', START + SECOND) == alone.lookup(
+            'map', frame, START + SECOND)
+    assert 'one/hand' in buffer.frames() and 'hand' not in buffer.frames()
+
+
+def test_frames_are_chosen_by_their_new_names(tmp_path):
+    buffer = open_bag(write_ros2(tmp_path / 'run', TWO), frame_prefix=PREFIXES,
+                      frames=['one/odom', 'one/base', 'one/lidar'])
+    assert sorted(buffer.frames()) == ['one/base', 'one/lidar', 'one/odom']
+    buffer = open_bag(write_ros2(tmp_path / 'one', RUN),
+                      frames=lambda parent, child: child == 'hand')
+    assert sorted(buffer.frames()) == ['base', 'hand']
+
+
+@pytest.mark.parametrize('write', [
+    lambda path: write_ros2(path, RUN), lambda path: write_ros2(path, RUN, 'sqlite3'),
+    lambda path: write_ros1(path.with_suffix('.bag'), RUN),
+    lambda path: without_index(file_of(write_ros2(path, RUN)))],
+    ids=['mcap', 'sqlite3', 'ros1', 'no index'])
+@pytest.mark.filterwarnings('ignore::tf_tree_py.bag.BagWarning')
+def test_static_edges_are_valid_also_outside_of_the_stretch_that_is_read(tmp_path, write):
+    start, stop = START + 2 * SECOND, START + 2 * SECOND + SECOND // 2
+    chosen = [message for message in RUN
+              if message.topic == '/tf_static' or start <= message.received < stop]
+    buffer = open_bag(write(tmp_path / 'run'), start=start, stop=np.datetime64(stop, 'ns'))
+    assert_same(buffer, fed(chosen))
+    assert buffer.lookup('base', 'lidar', start).z == 0.5
+
+
+def test_window_is_as_long_as_asked_for(tmp_path):
+    buffer = open_bag(write_ros2(tmp_path / 'run', RUN), cache_time=SECOND)
+    odometry = next(edge for edge in buffer.edges() if edge.child == 'base')
+    assert SECOND - PERIOD <= odometry.span <= SECOND + PERIOD
+
+
+def test_latched_topics_are_static_whatever_their_name(tmp_path):
+    mounted = [Message(START, '/mounts', [('base', 'gps', 77, (1, 2, 3, 0, 0, 0, 1))], LATCHED)]
+    for path in (write_ros2(tmp_path / 'run', RUN + mounted),
+                 write_ros1(tmp_path / 'run.bag', RUN + mounted)):
+        assert open_bag(path).lookup('base', 'gps', START + SECOND).y == 2.0
+
+
+def test_arrivals_are_what_was_recorded(tmp_path):
+    path = write_ros1(tmp_path / 'run.bag', driving(count=3, publisher='/drive') + STATIC)
+    arrivals = list(read_arrivals(path))
+    assert [arrival.received for arrival in arrivals] == sorted(
+        arrival.received for arrival in arrivals)
+    assert {(arrival.source.topic, arrival.source.static, arrival.source.latched,
+             arrival.source.publisher) for arrival in arrivals} == {
+        ('/tf', False, False, '/drive'), ('/tf_static', True, True, '/somebody')}
+    only = list(read_arrivals(path, ['/tf'], start=START + PERIOD, stop=START + 2 * PERIOD))
+    assert len(only) == 2

@@ -7,10 +7,7 @@ odd is looked at closely, which takes several times as long. Nobody would notice
 if the common case went the long way.
 """
 
-from collections import Counter
-from contextlib import contextmanager
-import sys
-
+from counting import calls
 import pytest
 from tf_tree_py.core import BufferCore
 from tf_tree_py.core.arrivals import layout, sample
@@ -27,23 +24,6 @@ MANY = tuple((f'link{number}', f'link{number + 1}') for number in range(12))
 FIELD_BY_FIELD = layout.find_layout
 ONE_BY_ONE = Tree.append
 CLOSER_LOOK = sample.checked
-
-
-@contextmanager
-def calls():
-    """Count the calls of every function; whoever calls it, by whatever name."""
-    counted = Counter()
-
-    def count(frame, event, _):
-        if event == 'call':
-            counted[frame.f_code] += 1
-
-    before = sys.getprofile()
-    sys.setprofile(count)
-    try:
-        yield lambda function: counted[function.__code__]
-    finally:
-        sys.setprofile(before)
 
 
 class Stream:

@@ -37,9 +37,9 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents sample received observers track frame_names layout wire '
+        'arrivals: incidents sample received observers track frame_names block layout wire '
         'stencil future_guard jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree outline queries',
+        'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
@@ -49,7 +49,10 @@ ORDER = {
         ': doctor',
     ),
     'bag': rooms(
-        ': errors files source storage reading decoding oddities assembly opening',
+        ': errors progress',
+        'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
+        'assembling: decoding window oddities order assembly',
+        ': opening stamps recorder',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
@@ -57,7 +60,7 @@ ORDER = {
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
-        'topics: qos authority rivals broadcaster listener',
+        'topics: qos authority endpoints rivals broadcaster listener',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',
@@ -70,7 +73,7 @@ ORDER = {
         'findings_panel look_panel page',
         ': serving tf_view',
     ),
-    'tools': rooms(': endings arguments output source recording live tf_doctor'),
+    'tools': rooms(': endings arguments output live recording source tf_doctor'),
     'urdf': rooms(
         ': elements values visuals joints hanging following motion expanding robot states '
         'tracks',

@@ -49,6 +49,7 @@ def test_fault_is_found_and_nothing_else(code, tmp_path):
 def test_it_makes_no_difference_when_messages_are_looked_at(code, tmp_path, monkeypatch):
     """What stands on both sides of a border between two blocks is seen all the same."""
     monkeypatch.setattr(gathering, '_ENOUGH', 40)
+    monkeypatch.setattr(gathering, '_OF_EACH', 1)
     found = worth_telling(findings_of(FAULTY[code], tmp_path / 'blocks'))
     monkeypatch.undo()
     assert list(found) == [code]

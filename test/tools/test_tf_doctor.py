@@ -69,7 +69,7 @@ def test_finding_is_told_with_cause_and_fix_as_wide_as_the_terminal(bags, width)
     assert width - 40 < max(map(len, done.stdout.splitlines())) <= width
     told = ' '.join(done.stdout.split())
     assert told.startswith('error two_parents odom, map, base_link')
-    assert 'base_link has the parents odom and map, and changed between them' in told
+    assert 'base_link has the parents odom, map, and changed between them' in told
     assert 'cause two nodes claim the frame' in told
     assert 'fix decide who owns the frame' in told
     assert told.endswith('1 error')

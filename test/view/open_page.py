@@ -73,7 +73,7 @@ class OpenPage:
         """Return the field behind a label; viser does not join them for all kinds."""
         return self.page.locator(
             '.mantine-Flex-root', has=self.page.locator('label', has_text=label)
-        ).locator('input').last
+        ).locator('input:not([type=hidden])').last
 
     # --- the scene
 

@@ -5,12 +5,13 @@ Not here: the tree and its lookups, which are ``core``'s, and reading files, whi
 does (``pip install 'tf_tree_py[bag]'``).
 """
 
-from .decoding import Decoder
+from .assembling.decoding import Decoder
+from .assembling.oddities import BagWarning, Oddity
 from .errors import BagError
-from .oddities import BagWarning, Oddity
+from .files.reading import Bag, read_arrivals
+from .files.source import Arrival, Source
 from .opening import open_bag, Recording
-from .reading import Bag, read_arrivals
-from .source import Arrival, Source
+from .stamps import stamps_of
 
 __all__ = [
     'Arrival',
@@ -23,4 +24,5 @@ __all__ = [
     'read_arrivals',
     'Recording',
     'Source',
+    'stamps_of',
 ]

@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+from tf_tree_py.core.errors import TreeFileError
 
-class BagError(Exception):
+
+class BagError(TreeFileError):
     """
-    A bag, or a frozen tree, that cannot be read or written, in one sentence.
+    A bag that cannot be read or written, in one sentence.
 
     Programs print it and end with the status 2.
     """

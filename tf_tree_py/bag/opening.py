@@ -12,11 +12,12 @@ from tf_tree_py.core.times import checked_cache_time, checked_stamp
 from tf_tree_py.core.tree.queries import Snapshot
 from tf_tree_py.core.tree.tree import Tree
 
-from .assembly import Assembly
-from .decoding import Decoder, renames
+from .assembling.assembly import Assembly
+from .assembling.decoding import Decoder, renames
+from .assembling.oddities import BagWarning, Oddity, told
 from .errors import BagError
-from .oddities import BagWarning, Oddity, told
-from .reading import Bag, PathLike
+from .files.reading import Bag, PathLike
+from .progress import progress_bar
 
 
 class Recording(Snapshot):
@@ -70,7 +71,8 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         if not bag.sources:
             there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
             raise BagError(f'{path} has no topic with transforms; it has: {there}')
-        assembly.take(bag.arrivals(begin, end))
+        with progress_bar(bag.path, bag.expected()) as tell:
+            assembly.take(bag.arrivals(begin, end), tell)
         for sentence in bag.damage:
             assembly.oddities.note('damaged file', sentence)
         recording = Recording(assembly.tree, bag.path, assembly.oddities.summed(),

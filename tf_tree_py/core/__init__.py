@@ -14,12 +14,13 @@ from .errors import (
     PastExtrapolationException,
     TimeoutException,
     TransformException,
+    TreeFileError,
 )
 from .geometry import se3
 from .geometry.pose import Pose
 from .stamp import from_seconds, LATEST, UNLIMITED
 from .tree.outline import EdgeInfo
-from .tree.queries import Snapshot
+from .tree.queries import load, Snapshot
 from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     'InvalidArgumentException',
     'Kind',
     'LATEST',
+    'load',
     'lookup_twist',
     'lookup_twist_many',
     'LookupException',
@@ -48,5 +50,6 @@ __all__ = [
     'TimeoutException',
     'TransformException',
     'TransformWarning',
+    'TreeFileError',
     'UNLIMITED',
 ]

@@ -1,6 +1,7 @@
 """The doctor: watches a buffer, and tells at any time what is wrong."""
 
 from collections.abc import Iterable, Sequence
+from itertools import islice
 import threading
 
 from .arrivals.incidents import Incident, Kind
@@ -17,6 +18,8 @@ from .vitals.limits import Limits
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing new is noted.
 _MAX_EDGES = 10_000
 _MAX_NAMES = 1_000
+# Of one code so many findings are told at most.
+_MAX_ALIKE = 100
 
 
 class Doctor(Observer):
@@ -105,16 +108,20 @@ class Doctor(Observer):
             self._digest()
             case = Case(self._edges.values(), self._parents, self._troubles, self._slashed,
                         self.endpoints, self.limits)
-            found = [finding for check in CHECKS for finding in check.findings(case)]
+            found = [finding for check in CHECKS
+                     for finding in islice(check.findings(case), _MAX_ALIKE)]
         return sorted(_causes(found), key=lambda finding: finding.severity.rank)
 
 
 def _causes(findings: Sequence[Finding]) -> Iterable[Finding]:
     """Yield the findings that no other one about the same frames explains."""
+    explained: dict[str, list[set[str]]] = {}
     for finding in findings:
-        if not finding.frames or not any(
-                finding.code in CODES[other.code].explains
-                and {*finding.frames} <= {*other.frames} for other in findings):
+        for symptom in CODES[finding.code].explains:
+            explained.setdefault(symptom, []).append({*finding.frames})
+    for finding in findings:
+        frames = {*finding.frames}
+        if not frames or not any(frames <= others for others in explained.get(finding.code, ())):
             yield finding
 
 
@@ -130,6 +137,6 @@ def examine(arrivals: Iterable[Received], doctor: Doctor,
     buffer.observers.add(doctor)
     for arrival in arrivals:
         buffer.observers.tell_received(arrival)
-        buffer.insert_batch(arrival.batch, arrival.authority or arrival.topic, arrival.static)
+        buffer.insert_batch(arrival.batch, arrival.authority, arrival.static)
     buffer.observers.remove(doctor)
     return buffer

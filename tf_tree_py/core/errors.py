@@ -30,6 +30,14 @@ ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 Hint = str | Callable[[], str]
 
 
+class TreeFileError(Exception):
+    """
+    A file with transforms that cannot be read or written, in one sentence.
+
+    Programs print it and end with the status 2.
+    """
+
+
 class JoinableException(Exception):
     """
     A base of its own, so that ``join`` can add bases to the classes below.

@@ -40,14 +40,22 @@ def run(name: str, work: Callable[[Sequence[str]], int], argv: Sequence[str] | N
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # The reader of our output has closed it, as `| head` does. The interpreter flushes
-        # stdout once more at its end, which would fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # The reader of our output has closed it, as `| head` does.
+        _give_up_output()
         return FINE
+    except OSError as error:  # the disk is full, say
+        _give_up_output()
+        print(f'{name}: {error}', file=sys.stderr)
+        return CANNOT
     finally:
         # The process ends now: another Ctrl-C must not interrupt the end of the interpreter.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_IGN)
+
+
+def _give_up_output() -> None:
+    # The interpreter flushes stdout once more at its end, which would fail again.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def needs(module: str, package: str, extra: str) -> Any:

@@ -3,16 +3,15 @@
 from argparse import Namespace
 from collections.abc import Sequence
 import threading
-from typing import Any
 
 import rclpy
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.companion import node_of_its_own
-from tf_tree_py.ros.topics.authority import node_name
+from tf_tree_py.ros.topics.endpoints import endpoints_of
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
 
@@ -39,6 +38,8 @@ class Live:
         except Exception as error:  # noqa: B902 - rcl raises several kinds, for what was typed
             rclpy.try_shutdown()
             raise Cannot(_sentence(error)) from error
+        # What is refused or odd is the tool's to tell.
+        self.node.get_logger().set_level(LoggingSeverity.ERROR)
         self.buffer = Buffer()
         for observer in observers:
             self.buffer.observers.add(observer)
@@ -72,23 +73,11 @@ class Live:
 
     def endpoints(self) -> list[Endpoint]:
         """Return who publishes and hears the topics, this tool too, as the graph says."""
-        return [self._endpoint(info, topic, static, publishes)
-                for topic, static in self._topics.items()
-                for publishes, infos in (
-                    (True, self.node.get_publishers_info_by_topic(topic)),
-                    (False, self.node.get_subscriptions_info_by_topic(topic)))
-                for info in infos]
+        return endpoints_of(self.node, self._topics)
 
     def damage(self) -> list[str]:
         """Return nothing: what cannot be read is told to the observers."""
         return []
-
-    def _endpoint(self, info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
-        qos = info.qos_profile
-        return Endpoint(
-            topic, static, node_name(info), publishes,
-            qos.reliability != ReliabilityPolicy.BEST_EFFORT,
-            qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def _sentence(error: Exception) -> str:

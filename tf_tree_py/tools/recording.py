@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 import struct
 
 import numpy as np
@@ -78,11 +79,12 @@ class Recording:
         source = arrival.source
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
-            self.buffer.intake.refuse(batch)
+            self.buffer.intake.refuse(replace(
+                batch, authority=source.publisher, detail=f'on {source.topic}: {batch.detail}'))
             return
         self.buffer.observers.tell_received(Received(
             batch, self._now, source.topic, source.static, source.publisher))
-        self.buffer.insert_batch(batch, source.authority, source.static)
+        self.buffer.insert_batch(batch, source.publisher, source.static)
 
 
 def _topics(arguments: Namespace) -> list[str] | None:

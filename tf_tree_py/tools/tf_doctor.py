@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 import sys
 from typing import Any
@@ -11,6 +11,7 @@ from tf_tree_py.core.checks.catalogue import CODES
 from tf_tree_py.core.checks.finding import Finding, Severity
 from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.text import listed, shorten
 from tf_tree_py.core.vitals.limits import Limits
 
 from .arguments import add_number, Parser
@@ -125,20 +126,37 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
         out.print(styled(sentence, 'warning'))
     told = [finding for finding in findings
             if with_notes or finding.severity is not Severity.NOTE]
-    for finding in told:
+    for finding in _first_of_each(told):
         out.print(_heading(finding))
         out.print(fields({'': finding.summary, 'from': ', '.join(finding.publishers),
                           'cause': finding.cause, 'fix': finding.fix}))
+        alike = [_frames(other) for other in told
+                 if other.code == finding.code and other is not finding and other.frames]
+        if alike:
+            out.print(fields({'also': listed(alike, longest=150)}))
         out.print()
     out.print(f'{shown(report["source"])}: {report["transforms"]} transforms of '
               f'{report["frames"]} frames in {report["watched_s"]:.1f} s', markup=False)
     out.print(_verdict(report, with_notes))
 
 
+def _first_of_each(findings: Sequence[Finding]) -> Iterable[Finding]:
+    """Return the first finding of each code: the others are told beside it."""
+    first: dict[str, Finding] = {}
+    for finding in findings:
+        first.setdefault(finding.code, finding)
+    return first.values()
+
+
+def _frames(finding: Finding) -> str:
+    frames = finding.frames
+    return ' -> '.join(shorten(frame, 60) for frame in frames) if len(frames) == 2 else listed(
+        frames, longest=60)
+
+
 def _heading(finding: Finding) -> Any:
-    frames = ' -> '.join(finding.frames) if len(finding.frames) == 2 else ', '.join(finding.frames)
     heading = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
-    return heading.append(f'  {shown(frames)}', style='bold')
+    return heading.append(f'  {shown(_frames(finding))}', style='bold')
 
 
 def _verdict(report: dict[str, Any], with_notes: bool) -> Any:

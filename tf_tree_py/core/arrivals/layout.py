@@ -14,8 +14,9 @@ seq before each stamp, whose seconds have no sign.
 from collections.abc import Callable, Iterable, Sequence
 import struct
 import sys
-from typing import Any, NamedTuple
+from typing import Any
 
+from .block import Block, Place
 from .frame_names import Rename
 from .sample import Batch
 from ..edges.packed import pack_pose, POSE_BYTES
@@ -55,15 +56,6 @@ def key_of(data: bytes) -> Key:
     return len(data), data[_FIRST_NAME:_FIRST_NAME + data[_FIRST_LENGTH]]
 
 
-class Place(NamedTuple):
-    """Where one transform stands: its stamp, its names with their lengths, its pose."""
-
-    stamp: int
-    parent: slice
-    child: slice
-    pose: int
-
-
 class Layout:
     """
     Where the numbers stand in the bytes of a message with certain names.
@@ -73,8 +65,8 @@ class Layout:
     :ivar edges: (parent, child) of each transform that is wanted.
     """
 
-    __slots__ = ('key', 'size', 'edges', '_slashed', '_names', '_unpack_names', '_unpack_numbers',
-                 '_order')
+    __slots__ = ('key', 'size', 'edges', '_slashed', '_fixed', '_names', '_unpack_names',
+                 '_unpack_numbers', '_wanted', '_order', '_stamp', '_block')
 
     def __init__(self, cursor: '_Cursor', places: Sequence[Place],
                  edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
@@ -87,24 +79,38 @@ class Layout:
         :param slashed: the names that begin with a slash in the message.
         """
         self._slashed = slashed
-        data, self._order = cursor.data, cursor.order
+        data, self._order, self._stamp = cursor.data, cursor.order, cursor.stamp
         self.key = key_of(data)
         self.edges = tuple(edge for edge in edges if edge is not None)
-        wanted = [place for place, edge in zip(places, edges, strict=True) if edge is not None]
+        self._wanted = [place for place, edge in zip(places, edges, strict=True)
+                        if edge is not None]
+        self._fixed = [slice(0, cursor.head), *(
+            name for place in places for name in (place.parent, place.child))]
         self._unpack_names = _fields(self._order, len(data), [
-            (0, f'{cursor.head}s'),
-            *((name.start, f'{name.stop - name.start}s')
-              for place in places for name in (place.parent, place.child))])
+            (part.start, f'{part.stop - part.start}s') for part in self._fixed])
         self._names = self._unpack_names(data)
         self.size = (_TRANSFORM_BYTES * (1 + len(places))
                      + _NAME_BYTES * sum(map(len, (*self._names, *slashed))))
         self._unpack_numbers = _fields(self._order, len(data), [
-            field for place in wanted
-            for field in ((place.stamp, cursor.stamp), (place.pose, f'{POSE_BYTES}s'))])
+            field for place in self._wanted
+            for field in ((place.stamp, self._stamp), (place.pose, f'{POSE_BYTES}s'))])
+        self._block: Block | None = None
+
+    def fits(self, data: bytes) -> bool:
+        """Return whether a message with the same key has these names."""
+        return self._unpack_names(data) == self._names
+
+    @property
+    def block(self) -> Block:
+        """Return what reads many of its messages together."""
+        if self._block is None:
+            self._block = Block(self.key[0], self._fixed, b''.join(self._names), self._wanted,
+                                self._order, self._stamp)
+        return self._block
 
     def read(self, data: bytes) -> Batch | None:
         """Return the transforms, or None when the message has other names."""
-        if self._unpack_names(data) != self._names:
+        if not self.fits(data):
             return None
         values = self._unpack_numbers(data)
         poses: Sequence[bytes] = values[2::3]

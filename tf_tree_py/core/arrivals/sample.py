@@ -158,20 +158,22 @@ def unit_poses(poses: Array) -> Array | None:
 
 def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
     """
-    Return a copy of poses (N, 7) with unit quaternions, and which of them are good.
+    Return poses (N, 7) with unit quaternions, and which of them are good.
 
-    The others are not finite, or too small or large to normalise: see ``checked``.
+    The others are not finite, or too small or large to normalise: see ``checked``. Unless all
+    are good and none has to be normalised, it is a copy.
     """
-    poses = poses.copy()
     q = poses[:, 3:]
     squares = np.einsum('ij,ij->i', q, q)
     # NaN where any number is NaN or infinite; a comparison with NaN is false.
     with np.errstate(invalid='ignore'):
         sizes = squares + 0.0 * np.einsum('ij->i', poses)
     good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
-    rough = good & (np.abs(squares - 1.0) >= _UNIT_TOLERANCE)
-    if rough.any():
-        q[rough] /= np.sqrt(squares[rough])[:, None]
+    unit = np.abs(squares - 1.0) < _UNIT_TOLERANCE
+    if (good & unit).all():
+        return poses, good
+    poses, rough = poses.copy(), good & ~unit
+    poses[rough, 3:] /= np.sqrt(squares[rough])[:, None]
     return poses, good
 
 

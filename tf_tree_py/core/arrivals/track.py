@@ -54,10 +54,9 @@ class Track(NamedTuple):
         """Return the samples from a number on."""
         return [self.sample(number) for number in range(begin, len(self.stamps))]
 
-    def earliest_after(self) -> list[int]:
-        """Return for each sample the earliest stamp from it to the last."""
-        earliest: list[int] = np.minimum.accumulate(self.stamps[::-1])[::-1].tolist()
-        return earliest
+    def earliest_after(self) -> Stamps:
+        """Return for each sample the earliest stamp from it to the last, (N,)."""
+        return np.minimum.accumulate(self.stamps[::-1])[::-1]
 
     def judged(self, authority: str) -> 'Judged':
         """Return which samples the tree can take, with unit quaternions, and why not the rest."""

@@ -66,11 +66,25 @@ class WireReader:
             batch = layout.read(data)
             if batch is not None:
                 return batch
-        layout = self._find(data, self._rename)
-        self._remember(layout)
-        batch = layout.read(data)
+        batch = self._found(data).read(data)
         assert batch is not None
         return batch
+
+    def layout_of(self, data: bytes) -> Layout:
+        """
+        Return where the numbers of a message stand: what reads many such ones at once.
+
+        :raises WireError: the bytes are not a TFMessage.
+        """
+        for layout in self._layouts.get(key_of(data), ()):
+            if layout.fits(data):
+                return layout
+        return self._found(data)
+
+    def _found(self, data: bytes) -> Layout:
+        layout = self._find(data, self._rename)
+        self._remember(layout)
+        return layout
 
     def read_or_refuse(self, data: bytes, authority: str) -> Batch | Incident:
         """Return the transforms of a message, or why it is none, for who counts and logs."""

@@ -174,7 +174,7 @@ class Intake:
         tree, earliest, history = self._tree, track.earliest_after(), None
         # One by one until there is an edge that only needs more samples: one, nearly always.
         for number in range(len(track.stamps)):
-            history = tree.history_to_extend(track.parent, track.child, earliest[number])
+            history = tree.history_to_extend(track.parent, track.child, int(earliest[number]))
             if history is not None:
                 break
             incidents += self._each([track.sample(number)], authority, False)

@@ -99,9 +99,20 @@ class Case:
         return found
 
     @cached_property
-    def roots(self) -> list[str]:
+    def roots(self) -> dict[str, None]:
         """Return the frames that nothing has as a child."""
-        return [frame for frame in self.frames if frame not in self.above]
+        return {frame: None for frame in self.frames if frame not in self.above}
+
+    @cached_property
+    def downward(self) -> list[EdgeRecord]:
+        """Return the edges, each behind those above it; of those to one child the first."""
+        below: dict[str, list[EdgeRecord]] = {}
+        for edges in self.above.values():
+            below.setdefault(edges[0].parent, []).append(edges[0])
+        found = [edge for root in self.roots for edge in below.get(root, ())]
+        for edge in found:  # it grows
+            found += below.get(edge.child, ())
+        return found
 
     @cached_property
     def trees(self) -> list[list[str]]:
@@ -117,22 +128,17 @@ class Case:
                 seen.update(trees[-1])
         return sorted(trees, key=len, reverse=True)
 
-    def path_up(self, edge: EdgeRecord) -> list[EdgeRecord]:
-        """Return the edges from one up to the root, itself first."""
-        path, seen = [edge], {edge.child}
-        while path[-1].parent in self.above and path[-1].parent not in seen:
-            seen.add(path[-1].parent)
-            path.append(self.above[path[-1].parent][0])
-        return path
-
     def is_correction(self, edge: EdgeRecord) -> bool:
         """
         Return whether an edge is a localiser's: it corrects what moves by itself below it.
 
         REP 105's map -> odom is one: a root above, a moving edge below.
         """
-        return edge.parent in self.roots and any(
-            below.parent == edge.child for below, _ in self.moving())
+        return edge.parent in self.roots and edge.child in self._parents_of_moving
+
+    @cached_property
+    def _parents_of_moving(self) -> set[str]:
+        return {edge.parent for edge, _ in self.moving()}
 
     # --- clocks
 
@@ -147,6 +153,14 @@ class Case:
                 groups.append([])
             groups[-1].append(edge)
         return [Clock(group) for group in sorted(groups, key=len, reverse=True)]
+
+    @cached_property
+    def _main_clock(self) -> set[Edge]:
+        return {edge.frames for edge in self.clocks[0].edges} if self.clocks else set()
+
+    def goes_by_main_clock(self, edge: EdgeRecord) -> bool:
+        """Return whether an edge is stamped by the clock of most of them."""
+        return edge.frames in self._main_clock
 
     @cached_property
     def offset(self) -> float:

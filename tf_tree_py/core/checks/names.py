@@ -7,10 +7,9 @@ from .case import Case
 from .check import check, of_trouble, publishers_of, Remark
 from .finding import Severity
 from ..arrivals.incidents import Kind
-from ..text import shorten
+from ..text import listed
 
 _SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
-_LONGEST = 80
 
 
 def likeness(name: str) -> str:
@@ -30,8 +29,8 @@ def similar_names(case: Case) -> Iterator[Remark]:
         alike.setdefault(likeness(frame), []).append(frame)
     for names in alike.values():
         if len(names) > 1:
-            told = ' and '.join(repr(shorten(name, _LONGEST)) for name in names)
             edges = [edge for edge in case.edges if {*edge.frames} & {*names}]
+            told = listed([repr(name) for name in names])
             yield Remark(f'{told} look like one frame', tuple(names), publishers_of(*edges),
                          {'names': len(names)})
 
@@ -46,9 +45,7 @@ def leading_slash(case: Case) -> Iterator[Remark]:
         names = tuple(sorted(case.slashed))
         bare = {name.removeprefix('/') for name in names}
         edges = [edge for edge in case.edges if {*edge.frames} & bare]
-        told = ', '.join(shorten(name, _LONGEST) for name in names[:5])
-        more = f' and {len(names) - 5} more' if len(names) > 5 else ''
-        yield Remark(f'published with a leading slash: {told}{more}', names,
+        yield Remark(f'published with a leading slash: {listed(names)}', names,
                      publishers_of(*edges), {'names': len(names)})
 
 

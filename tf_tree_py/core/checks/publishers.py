@@ -10,9 +10,11 @@ from ..arrivals.received import Endpoint
 from ..vitals.edge import MovingEdge
 
 # Two publishers whose values disagree make the frame go to and fro. By noise alone that happens
-# too, but most steps of noise are not taken back by the next.
+# too, but most steps of noise are not taken back by the next. A vibration or a digit that flickers
+# looks the same, but the stamps of one publisher are regular, and those of two interleave.
 _TURNS = 5
 _PART = 0.35
+_INTERLEAVED = 0.3
 
 
 @check(Severity.ERROR, textbook=True,
@@ -40,8 +42,11 @@ def two_publishers(case: Case) -> Iterator[Remark]:
 
 
 def _goes_to_and_fro(moving: MovingEdge) -> bool:
-    motion = moving.motion
-    return motion.turns >= _TURNS and motion.turns > _PART * motion.large
+    motion, timing = moving.motion, moving.timing
+    if motion.turns < _TURNS or motion.turns < _PART * motion.large:
+        return False
+    short, usual, long = timing.intervals.at(0.1, 0.5, 0.9)
+    return timing.differing >= _TURNS or long - short > _INTERLEAVED * usual
 
 
 @check(Severity.ERROR, textbook=True,

@@ -88,20 +88,30 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
              'last sample',
        fix='send the slow one more often; lookups for a stamp have to wait for it')
 def skew(case: Case) -> Iterator[Remark]:
-    """Find, on the path from each frame up, the edge that is older than the freshest by most."""
+    """Find edges that are older than another one above or below them by too much."""
     told = set()
-    ages = {edge.frames: _age(case, moving) for edge, moving in case.moving()
-            if moving.timing.delays.count}
-    for edge, _ in case.moving():
-        path = [upper for upper in case.path_up(edge) if upper.frames in ages]
-        if len(path) < 2:
+    # Of the edges above each frame: the oldest and the freshest, with their ages.
+    extremes: dict[str, tuple[_Aged, _Aged]] = {}
+    for edge in case.downward:
+        found = extremes.get(edge.parent)
+        if edge.moving is not None and edge.moving.timing.delays.count:
+            own = _age(case, edge.moving), edge
+            found = (own, own) if found is None else (
+                max(found[0], own, key=_first), min(found[1], own, key=_first))
+        if found is None:
             continue
-        oldest, freshest = (choose(path, key=lambda one: ages[one.frames])
-                            for choose in (max, min))
-        apart = ages[oldest.frames] - ages[freshest.frames]
-        if apart > case.limits.max_skew and oldest.frames not in told:
+        extremes[edge.child] = found
+        (age, oldest), (least, freshest) = found
+        if age - least > case.limits.max_skew and oldest.frames not in told:
             told.add(oldest.frames)
-            yield _older(oldest, freshest, apart)
+            yield _older(oldest, freshest, age - least)
+
+
+_Aged = tuple[float, EdgeRecord]
+
+
+def _first(aged: _Aged) -> float:
+    return aged[0]
 
 
 def _age(case: Case, moving: MovingEdge) -> float:

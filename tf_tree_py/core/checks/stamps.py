@@ -84,7 +84,8 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
 
 @check(Severity.WARNING, explains=('irregular_rate',),
        catches='stamps that are older than the one before',
-       cause='a node with several threads that publish, or a relay over a network that reorders',
+       cause='a node with several threads that publish, a relay over a network that reorders, or '
+             'two publishers whose clocks differ',
        fix='publish one edge from one thread, in order: who asks for the latest in between gets '
            'an older answer than before')
 def out_of_order(case: Case) -> Iterator[Remark]:
@@ -110,8 +111,8 @@ def delayed(case: Case) -> Iterator[Remark]:
             continue
         median, late = (delay - case.offset for delay in moving.timing.delays.at(0.5, 0.95))
         # By another clock, which may go at another pace, only what is usual can be compared.
-        if (median if case.offset else late) > case.limits.max_delay and _is_of_main_clock(
-                case, edge):
+        judged = median if case.offset else late
+        if judged > case.limits.max_delay and case.goes_by_main_clock(edge):
             yield of_edge(
                 edge, f'arrives {late / 1e6:.0f} ms after its stamp (95 of 100 are earlier; '
                 f'usually {median / 1e6:.0f} ms)',
@@ -136,7 +137,7 @@ def future_stamps(case: Case) -> Iterator[Remark]:
     """Find edges whose stamps usually lie ahead, and single stamps that lie far ahead."""
     for edge, moving in case.moving():
         delays = moving.timing.delays
-        if not delays.count or not _is_of_main_clock(case, edge):
+        if not delays.count or not case.goes_by_main_clock(edge):
             continue
         early, median, late = (delay - case.offset for delay in delays.at(0.05, 0.5, 0.95))
         furthest = case.offset - delays.least
@@ -154,6 +155,3 @@ def future_stamps(case: Case) -> Iterator[Remark]:
                 cause='a localiser that post-dates by a constant, on purpose' if harmless else '',
                 fix='nothing; max_future, where it is used, has to be more' if harmless else '')
 
-
-def _is_of_main_clock(case: Case, edge: object) -> bool:
-    return any(edge is other for other in case.clocks[0].edges)

@@ -7,11 +7,13 @@ from .case import Case
 from .check import check, of_edge, Remark
 from .finding import Severity
 from ..stamp import from_seconds
-from ..vitals.edge import EdgeRecord, MovingEdge
+from ..vitals.edge import EdgeRecord
 
 # What has not moved for so long, in so many samples, will not.
 _LONG = from_seconds(4.0)
 _MANY = 20
+# Radians: half a degree.
+_TILTED = 0.009
 
 
 @check(Severity.WARNING, textbook=True,
@@ -84,20 +86,11 @@ def kind_flips(case: Case) -> Iterator[Remark]:
            'off')
 def planar_only(case: Case) -> Iterator[Remark]:
     """Find moving edges that are exactly planar while a moving edge above them is not."""
-    above = {edge.frames: moving for edge, moving in case.moving()}
-    for edge, moving in case.moving():
-        if not moving.motion.planar or not moving.motion.moved:
-            continue
-        tilt = max((_tilt(above.get(upper.frames)) for upper in case.path_up(edge)[1:]),
-                   default=0.0)
-        if tilt > _TILTED:
+    tilts: dict[str, float] = {}  # of the frames by the edges above them
+    for edge in case.downward:
+        above = tilts.get(edge.parent, 0.0)
+        motion = edge.moving.motion if edge.moving is not None else None
+        tilts[edge.child] = max(above, motion.tilt if motion is not None else 0.0)
+        if motion is not None and motion.planar and motion.moved and above > _TILTED:
             yield of_edge(edge, 'has roll and pitch exactly zero, below an edge that tilts by '
-                          f'{degrees(tilt):.1f} deg', {'tilt_deg': degrees(tilt)})
-
-
-# Radians: half a degree.
-_TILTED = 0.009
-
-
-def _tilt(moving: MovingEdge | None) -> float:
-    return moving.motion.tilt if moving is not None else 0.0
+                          f'{degrees(above):.1f} deg', {'tilt_deg': degrees(above)})

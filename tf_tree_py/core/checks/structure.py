@@ -8,6 +8,7 @@ from .finding import Severity
 from .names import likeness
 from ..arrivals.incidents import Kind
 from ..stamp import from_seconds
+from ..text import listed, shorten
 from ..vitals.edge import EdgeRecord
 
 # A frame that is handed from one to another is a child of each for a while. In a fight it changes
@@ -45,7 +46,7 @@ def two_parents(case: Case) -> Iterator[Remark]:
         parents = tuple(edge.parent for edge in edges)
         switches = case.parents[child].switches
         yield Remark(
-            f'{child} has the parents {" and ".join(parents)}, and changed between them '
+            f'{shorten(child, 80)} has the parents {listed(parents)}, and changed between them '
             f'{switches} times', (*parents, child), publishers_of(*edges),
             {'parents': len(parents), 'switches': switches})
 
@@ -76,13 +77,16 @@ def unconnected(case: Case) -> Iterator[Remark]:
     for tree in trees[1:]:
         if any(likeness(frame) in known for frame in tree):
             continue  # they are joined once the names agree
-        roots = tuple(root for root in case.roots for one in (trees[0], tree) if root in one)
+        roots = tuple(frame for one in (trees[0], tree) for frame in one if frame in case.roots)
+        edges = [edge for frame in tree for edge in case.above.get(frame, ())]
         yield Remark(
-            f'{tree[0]} and {len(tree) - 1} more frames are not connected with '
-            f'{trees[0][0]} and its {len(trees[0]) - 1}', roots,
-            publishers_of(*(edge for edge in case.edges if edge.child in tree)),
-            {'trees': len(trees), 'frames': len(tree)},
+            f'{_told(tree)} are not connected with {_told(trees[0])}', roots,
+            publishers_of(*edges), {'trees': len(trees), 'frames': len(tree)},
             Severity.NOTE if of_robots else None)
+
+
+def _told(tree: list[str]) -> str:
+    return f'{shorten(tree[0], 80)} and {len(tree) - 1} more frames'
 
 
 def _prefix(tree: list[str]) -> str:

@@ -6,8 +6,9 @@ What a sample says between two others is the business of who reads them.
 
 from array import array
 from bisect import bisect_left, bisect_right
+from collections.abc import Collection, Sequence
 import struct
-from typing import TypeVar
+from typing import cast, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -26,6 +27,22 @@ _Kind = TypeVar('_Kind', bound='PackedSamples')
 
 # Expired samples are removed in blocks: for fewer than this, moving the rest costs too much.
 _MIN_BLOCK = 64
+
+
+class Columns(NamedTuple):
+    """
+    The memory of a history, each column as long as there are samples.
+
+    :ivar stamps: int64 nanoseconds, sorted.
+    :ivar poses: float64, seven a sample.
+    :ivar parents: of each sample; None while all name the newest's.
+    :ivar ends: stamps of the samples with which the edge ended.
+    """
+
+    stamps: 'memoryview[int]'
+    poses: 'memoryview[float]'
+    parents: Sequence[str] | None
+    ends: Collection[int]
 
 
 class PackedSamples:
@@ -179,6 +196,29 @@ class PackedSamples:
         twin._ends = set(self._ends)
         twin._horizon, twin._tidy_after = self._horizon, self._tidy_after
         return twin
+
+    def columns(self) -> Columns:
+        """Return the memory of what is in the window; while it is held, nothing can be added."""
+        first = self._first()
+        stamps = cast('memoryview[int]', memoryview(self._stamps))[first:]
+        poses = cast('memoryview[float]', memoryview(self._poses))[first * POSE_FLOATS:]
+        ends = {end for end in self._ends if stamps and end >= stamps[0]}
+        return Columns(stamps, poses,
+                       None if self._parents is None else self._parents[first:], ends)
+
+    def adopt(self, columns: Columns, parent: str | None) -> None:
+        """
+        Answer from memory that is somebody else's, such as a file's; nothing can be added.
+
+        :param parent: the newest sample's; None after an end.
+        """
+        # Whoever only reads finds no difference to arrays and lists.
+        self._stamps = cast('array[int]', columns.stamps)
+        self._poses = cast('array[float]', columns.poses)
+        self._parents = cast('list[str] | None', columns.parents)
+        self._ends = set(columns.ends)
+        self.parent = parent
+        self.latest_stamp = self._stamps[-1] if self._stamps else None
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """

@@ -5,12 +5,15 @@ The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 """
 
 from collections.abc import Callable
+import importlib
+import os
 import threading
 from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .tree import Tree
@@ -368,6 +371,34 @@ class Queries:
         with self._lock:
             return Snapshot(self._tree.copy())
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """
+        Write everything as it is now into a file, which ``load`` opens in no time.
+
+        :param path: such as ``run.tftree``; a file that is there is replaced, in one step.
+        :raises TreeFileError: no place for the file.
+        """
+        write_frozen(self._frozen(), path)
+
+    def record(self, path: str | os.PathLike[str]) -> None:
+        """
+        Write everything as it is now as a bag, which ``ros2 bag play`` and viewers open.
+
+        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it.
+
+        :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
+        :raises TreeFileError: something is there already, or there is no place for it.
+        """
+        with self._lock:
+            still = self._tree.copy()
+        # The layer that knows bags stands above this one, so nothing here imports it by itself.
+        importlib.import_module('tf_tree_py.bag.recorder').record(still, path)
+
+    def _frozen(self) -> Frozen:
+        with self._lock:
+            still = self._tree.copy()
+        return freeze(still)
+
     def frames(self) -> list[str]:
         """Return every frame name, in order of first appearance."""
         with self._lock:
@@ -426,15 +457,30 @@ class Snapshot(Queries):
     send it to another process.
     """
 
+    def _frozen(self) -> Frozen:
+        with self._lock:  # for what histories keep to themselves; the samples never change
+            return freeze(self._tree)
+
     def __getstate__(self) -> dict[str, Any]:
-        with self._lock:
-            state = {**self.__dict__, '_tree': self._tree.copy()}
+        state = {**self.__dict__, '_tree': self._frozen().as_bytes()}
         del state['_lock']
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
+        self.__dict__.update(state, _tree=thaw(state['_tree']))
         self._lock = threading.RLock()
+
+
+def load(path: str | os.PathLike[str]) -> Snapshot:
+    """
+    Open what ``save`` of a buffer wrote: it answers exactly as the buffer did then.
+
+    Opening takes a few milliseconds, whatever the size; what lookups need is read from the
+    file when they need it, so the file has to stay.
+
+    :raises TreeFileError: nothing that can be read, what is no frozen tree, or half of one.
+    """
+    return Snapshot(read_tree(path))
 
 
 class _Naming:

@@ -11,11 +11,14 @@ from .stretch import Rows, Steps, TAIL
 from .timing import Timing
 from ..geometry import se3
 from ..geometry.so3 import Array
+from ..text import shorten
 
 Edge = tuple[str, str]
 
 # An edge's publishers beyond this number are not named.
 _MAX_AUTHORITIES = 8
+# Characters of a name that a sentence shows.
+_LONGEST = 80
 # A static transform that differs by less than this, metres and radians together, is the same.
 _SAME = 1e-6
 
@@ -106,7 +109,7 @@ class EdgeRecord:
         return self.parent, self.child
 
     def __str__(self) -> str:
-        return f'{self.parent} -> {self.child}'
+        return f'{shorten(self.parent, _LONGEST)} -> {shorten(self.child, _LONGEST)}'
 
     def add(self, column: Column, limits: Limits) -> None:
         """Take what has arrived."""

@@ -11,8 +11,9 @@ from ..arrivals.received import Received
 
 Edge = tuple[str, str]
 
-# A block of this many transforms costs little memory, and numpy little for each.
-_ENOUGH = 20_000
+# Enough for numpy to cost little for each: so many transforms, and so many of each edge; but no
+# more than takes some megabytes.
+_ENOUGH, _OF_EACH, _MOST = 20_000, 100, 100_000
 
 
 class Column(NamedTuple):
@@ -39,13 +40,14 @@ class Gathering:
     def __init__(self) -> None:
         self._arrivals: list[Received] = []
         self._count = 0
+        self._enough = _ENOUGH
 
     def add(self, arrival: Received) -> bool:
         """Take a message; return whether it is time to take the columns."""
         self._arrivals.append(arrival)
         # An empty message takes memory too.
         self._count += 1 + len(arrival.batch.edges)
-        return self._count >= _ENOUGH
+        return self._count >= self._enough
 
     def take(self) -> list[Column]:
         """Return all that has come since the last time, by edge."""
@@ -53,6 +55,7 @@ class Gathering:
         parts: dict[tuple[Edge, bool], list[Column]] = {}
         for column in _columns(arrivals):
             parts.setdefault((column.edge, column.static), []).append(column)
+        self._enough = min(max(_ENOUGH, _OF_EACH * len(parts)), _MOST)
         return [_joined(columns) for columns in parts.values()]
 
 

@@ -16,7 +16,9 @@ _LENGTH_TOLERANCE = 1e-3
 # A step of less is noise. One that is so many times as fast as both its neighbours is alone.
 _NOISE = 1e-3
 _ISOLATED = 10.0
-# Such a step is no motion from so much on, metres and radians together; and if it takes so long,
+# Two who send one edge and differ by less do little harm.
+_DISPUTE = 5e-3
+# A step alone is no motion from so much on, metres and radians together; and if it takes so long,
 # many lookups fall into it.
 _LARGE = 0.2
 _LONG = from_seconds(0.09)
@@ -110,11 +112,14 @@ class Motion:
                     | (steps.turned[1:-1] > self._limits.max_turn_rate * seconds))
             self.fast.add(steps, alone & fast & (size > _NOISE))
             self.slow.add(steps, alone & ~fast & (size > _LARGE) & (time > _LONG))
-        self._add_turns(size, steps.size[2:], steps.size_of_two[1:])
+        self._add_turns(steps)
 
-    def _add_turns(self, size: Array, after: Array, both: Array) -> None:
+    def _add_turns(self, steps: Steps) -> None:
+        size, after = steps.size[1:-1], steps.size[2:]
         smaller = np.minimum(size, after)
-        turns = (smaller > _NOISE) & (both < 0.3 * smaller)
+        # What arrives late goes back too.
+        in_order = (steps.time[1:-1] >= 0) & (steps.time[2:] >= 0)
+        turns = in_order & (smaller > _DISPUTE) & (steps.size_of_two[1:] < 0.3 * smaller)
         if turns.any():
             self.turns += int(np.count_nonzero(turns))
             self.size_of_turns.add(smaller[turns])

@@ -20,7 +20,7 @@ class Spread:
     :ivar most: the largest.
     """
 
-    __slots__ = ('count', 'least', 'most', '_kept', '_every')
+    __slots__ = ('count', 'least', 'most', '_kept', '_every', '_sorted')
 
     def __init__(self) -> None:
         self.count = 0
@@ -28,6 +28,8 @@ class Spread:
         self.most = -np.inf
         self._kept: Array = np.empty(0)
         self._every = 1
+        # What is kept, in order; made when it is first asked for.
+        self._sorted: list[float] | None = None
 
     def add(self, numbers: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> None:
         """Take (N,) numbers, in order."""
@@ -37,16 +39,19 @@ class Spread:
         self.most = max(self.most, float(numbers.max()))
         self._kept = np.concatenate([self._kept, numbers[-self.count % self._every::self._every]])
         self.count += len(numbers)
+        self._sorted = None
         while len(self._kept) > 2 * _KEPT:
             self._kept = self._kept[::2]
             self._every *= 2
 
     def at(self, *parts: float) -> list[float]:
         """Return quantiles; each part is from 0 to 1. Zeros before any number came."""
-        if not len(self._kept):
+        if self._sorted is None:
+            self._sorted = np.sort(self._kept).tolist()
+        if not self._sorted:
             return [0.0] * len(parts)
-        found: list[float] = np.quantile(self._kept, parts).tolist()
-        return found
+        last = len(self._sorted) - 1
+        return [self._sorted[round(part * last)] for part in parts]
 
     @property
     def median(self) -> float:

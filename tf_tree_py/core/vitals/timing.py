@@ -17,7 +17,6 @@ class Timing:
     :ivar count: samples.
     :ivar first: when the first one arrived.
     :ivar last: when the last one did.
-    :ivar newest: the newest stamp since the last jump back.
     :ivar zeros: samples whose stamp is zero; nothing else is asked of them.
     :ivar delays: from the stamp to the arrival.
     :ivar intervals: from one stamp to the next.
@@ -29,7 +28,7 @@ class Timing:
 
     def __init__(self) -> None:
         self.count = self.zeros = 0
-        self.first = self.last = self.newest = self.longest = 0
+        self.first = self.last = self.longest = 0
         self.delays, self.intervals = Spread(), Spread()
         self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
 
@@ -61,24 +60,22 @@ class Timing:
         self.last = int(rows.received[-1])
         timed = rows.stamps != 0
         self.zeros += len(rows) - int(np.count_nonzero(timed))
-        if not timed.any():
-            return
-        self.newest = int(rows.stamps[timed].max())
         heard = timed & (rows.received > 0)
         self.delays.add(rows.received[heard] - rows.stamps[heard])
 
     def add_steps(self, steps: Steps) -> None:
         """Take steps: those between the first and the last, which are judged by both."""
-        time, after = steps.time[1:-1], steps.time[2:]
-        onward = time > 0
+        before, time, after = steps.time[:-2], steps.time[1:-1], steps.time[2:]
         back = time <= -JUMP
-        strays = back & (after >= JUMP // 2)
+        # One that is late goes back and comes again; one that is ahead goes on and comes back.
+        late, ahead = back & (after >= -time // 2), back & (before >= -time // 2)
+        onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
         self._add_intervals(steps.stamps[1:-2][onward], time[onward])
         same = time == 0
         self.duplicates += int(np.count_nonzero(same))
         self.differing += int(np.count_nonzero(same & (steps.size[1:-1] > 0.0)))
-        self.disorders += int(np.count_nonzero((time < 0) & ~back | strays))
-        jumps = back & ~strays
+        self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
+        jumps = back & ~late & ~ahead
         if jumps.any():
             self.jumps += int(np.count_nonzero(jumps))
             self.back = max(self.back, -int(time[jumps].min()))

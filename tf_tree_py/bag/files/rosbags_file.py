@@ -2,19 +2,37 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 import shutil
+import sqlite3
 import struct
 import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import apsw
-from rosbags.interfaces import Connection, ConnectionExtRosbag1, QosDurability, QosReliability
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag1,
+    MessageDefinition,
+    MessageDefinitionFormat,
+    Nodetype,
+    Qos,
+    QosDurability,
+    QosReliability,
+)
 from rosbags.rosbag1 import Reader as Reader1, ReaderError as Reader1Error
 from rosbags.rosbag2 import Reader as Reader2, ReaderError as Reader2Error
+from rosbags.typesys import (
+    get_types_from_idl,
+    get_types_from_msg,
+    get_typestore,
+    Stores,
+    TypesysError,
+)
 
-from .files import PACKED
+from .finding import PACKED
 from .source import Arrival, Source
 
 if sys.version_info >= (3, 14):
@@ -25,8 +43,11 @@ else:
 _ZSTD = b'\x28\xb5\x2f\xfd'
 """How what zstd has compressed begins; no message of ROS does."""
 
-UNREADABLE = (Reader1Error, Reader2Error, apsw.Error, zstd.ZstdError, struct.error, OSError,
-              EOFError, RuntimeError, ValueError, TypeError, LookupError, AssertionError,
+decompressor = zstd.ZstdDecompressor
+"""Decompresses what zstd compressed, or the first part of it."""
+
+UNREADABLE = (Reader1Error, Reader2Error, apsw.Error, zstd.ZstdError, struct.error, sqlite3.Error,
+              OSError, EOFError, RuntimeError, ValueError, TypeError, LookupError, AssertionError,
               OverflowError)
 """What rosbags, and what it is built on, raise where a file is not as it should be."""
 
@@ -61,17 +82,25 @@ class RosbagsFile:
                        if self._source_of[each.id] in sources]
         if not connections:
             return
-        given = 0
+        source_of, given = self._source_of, 0
+        # What the class itself does to make one, without its checks: there are millions.
+        make = partial(tuple.__new__, Arrival)
         try:
             for connection, received, data in self._reader.messages(connections, start, stop):
-                if data[:4] == _ZSTD:  # a recorder may compress each message for itself
+                if data.startswith(_ZSTD):  # a recorder may compress each message for itself
                     data = zstd.decompress(data)
-                yield Arrival(received, self._source_of[connection.id], data)
+                yield make((received, source_of[connection.id], data))
                 given += 1
         except UNREADABLE as error:
             expected = sum(each.msgcount for each in connections)
             self.damage.append(f'{self.path.name} is damaged behind message {given} of '
                                f'{expected}: {error}')
+
+    def first_field(self, source: Source) -> str:
+        """Return the type of the first field of a source's messages; '' if it is not known."""
+        return next((first_field_of(source, connection.msgdef)
+                     for connection in self._reader.connections
+                     if self._source_of[connection.id] == source), '')
 
     def close(self) -> None:
         """Close the file."""
@@ -88,14 +117,40 @@ def _unpacked(path: Path, folder: Path) -> Path:
     return target
 
 
+def first_field_of(source: Source, definition: MessageDefinition) -> str:
+    """Return the type of a message's first field; old bags have no definitions of messages."""
+    try:
+        if definition.format is MessageDefinitionFormat.MSG:
+            types = get_types_from_msg(definition.data, source.type_name)
+        elif definition.format is MessageDefinitionFormat.IDL:
+            types = get_types_from_idl(definition.data.split('\n', 2)[-1])
+        else:
+            types = get_typestore(Stores.ROS2_JAZZY).fielddefs
+    except TypesysError:
+        return ''
+    _, fields = types.get(source.type_name, ([], []))
+    if not fields:
+        return ''
+    kind, of = fields[0][1]
+    return str(of if kind is Nodetype.NAME else of[0] if kind is Nodetype.BASE else 'a sequence')
+
+
 def _source(connection: Connection) -> Source:
     extension = connection.ext
     if isinstance(extension, ConnectionExtRosbag1):
         return Source(connection.topic, connection.msgtype, bool(extension.latching),
                       extension.callerid or '', True)
     profiles = extension.offered_qos_profiles
-    latched = bool(profiles) and all(
+    return Source(connection.topic, connection.msgtype, is_transient_local(profiles), '',
+                  extension.serialization_format == 'ros1', is_reliable(profiles))
+
+
+def is_transient_local(profiles: Sequence[Qos]) -> bool:
+    """Return whether all publishers of a topic keep what they sent for those who come late."""
+    return bool(profiles) and all(
         profile.durability is QosDurability.TRANSIENT_LOCAL for profile in profiles)
-    reliable = all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles)
-    return Source(connection.topic, connection.msgtype, latched, '',
-                  extension.serialization_format == 'ros1', reliable)
+
+
+def is_reliable(profiles: Sequence[Qos]) -> bool:
+    """Return whether all publishers of a topic send reliably, as far as that was recorded."""
+    return all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles)

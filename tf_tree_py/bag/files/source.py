@@ -80,5 +80,8 @@ class Storage(Protocol):
         :param stop: until when, without that; None: to the end.
         """
 
+    def first_field(self, source: Source) -> str:
+        """Return the type of the first field of a source's messages; '' if it is not known."""
+
     def close(self) -> None:
         """Close the file."""

@@ -11,9 +11,9 @@ import heapq
 import os
 from pathlib import Path
 
-from .errors import BagError, needs_extra
-from .files import files_of
+from .finding import files_of
 from .source import Arrival, Source, Storage
+from ..errors import BagError, needs_extra
 
 PathLike = str | os.PathLike[str]
 
@@ -69,13 +69,25 @@ class Bag:
         moving = self._read([source for source in self.sources if not source.static], start, stop)
         yield from heapq.merge(list(static), moving, key=lambda arrival: arrival.received)
 
+    def sources_of(self, topic: str) -> list[Source]:
+        """
+        Return the sources of one topic, of whatever type.
+
+        :raises BagError: the bag does not have it.
+        """
+        return _of_topic(self.path, self.everything, topic)
+
     def messages(self, topic: str) -> Iterator[Arrival]:
         """
         Yield every message of one topic, of whatever type.
 
         :raises BagError: the bag does not have it.
         """
-        yield from self._read(_of_topic(self.path, self.everything, topic), None, None)
+        yield from self._read(self.sources_of(topic), None, None)
+
+    def first_field(self, source: Source) -> str:
+        """Return the type of the first field of a source's messages; '' if nobody knows it."""
+        return next(filter(None, (storage.first_field(source) for storage in self._storages)), '')
 
     def expected(self) -> int:
         """Return how many messages there should be."""
@@ -119,7 +131,7 @@ def read_arrivals(path: PathLike, topics: Sequence[str] | None = None, *,
 def _open_all(path: Path, damage: list[str]) -> list[Storage]:
     """Open the files of a bag, in the order in which they were recorded."""
     try:
-        from .storage import RosbagsFile, UNREADABLE
+        from .kinds import open_file, UNREADABLE
     except ImportError as error:
         raise needs_extra(error) from error
     files = files_of(path)
@@ -127,7 +139,7 @@ def _open_all(path: Path, damage: list[str]) -> list[Storage]:
     storages: list[Storage] = []
     for file in files.present:
         try:
-            storages.append(RosbagsFile(file))
+            storages.append(open_file(file))
         except UNREADABLE as error:
             damage.append(f'{file.name} cannot be read: {error}')
     if not storages:

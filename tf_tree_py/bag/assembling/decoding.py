@@ -8,7 +8,7 @@ from tf_tree_py.core.arrivals.layout import find_layout, find_ros1_layout
 from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.arrivals.wire import WireReader
 
-from .source import Arrival, Source
+from ..files.source import Arrival, Source
 
 
 class Decoder:

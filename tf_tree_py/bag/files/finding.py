@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 from typing import NamedTuple
 
-from .errors import BagError, no_such_file
+from ..errors import BagError, no_such_file
 
 SUFFIXES = ('.mcap', '.db3', '.bag')
 """Of files with messages: rosbag2's two kinds, and ROS 1's."""

@@ -1,0 +1,26 @@
+"""Bags to measure with: 38 moving edges in one message at 100 Hz, as MCAP."""
+
+from pathlib import Path
+
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import get_typestore, Stores
+
+from . import motion, wire
+
+TRANSFORMS = 38
+RATE_HZ = 1_000_000_000 // motion.PERIOD
+TYPE = 'tf2_msgs/msg/TFMessage'
+
+
+def write_bag(folder: Path, seconds: int, *, compressed: bool) -> Path:
+    """Write a bag of so many seconds, and return its MCAP file."""
+    writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+    if compressed:
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    edges = motion.chain(TRANSFORMS).edges
+    with writer:
+        topic = writer.add_connection('/tf', TYPE, typestore=get_typestore(Stores.ROS2_JAZZY))
+        for sample in range(seconds * RATE_HZ):
+            writer.write(topic, edges[0].stamp_of(sample), wire.message_at(edges, sample))
+    [file] = folder.glob('*.mcap')
+    return file

@@ -1,0 +1,108 @@
+"""What a buffer holds becomes a bag that opens as the same buffer, to the bit."""
+
+from bags import fed, random_pose, RNG, RUN, SECOND, START, write_ros2
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosDurability
+from tf_tree_py.bag import BagError, open_bag, read_arrivals
+from tf_tree_py.core import BufferCore, load, Pose, UNLIMITED
+from tf_tree_py.core.tree.frozen import freeze
+
+
+def content(buffer):
+    """Return what a buffer holds, as bytes; not who sent it, and in what order frames came."""
+    tree = buffer.snapshot()._tree
+    for history in tree.histories.values():
+        history.authority = ''
+    tree.histories = dict(sorted(tree.histories.items()))
+    tree.frames = dict.fromkeys(sorted(tree.frames))
+    tree.cache_time = 0
+    return freeze(tree).as_bytes()
+
+
+@pytest.mark.parametrize('name', ['incident.mcap', 'incident'])
+def test_recording_opens_as_the_buffer_to_the_bit(tmp_path, name):
+    buffer = fed(RUN)
+    buffer.record(tmp_path / name)
+    assert content(open_bag(tmp_path / name)) == content(buffer)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_recordings_and_loaded_trees_are_recorded_too(tmp_path):
+    first = open_bag(write_ros2(tmp_path / 'run', RUN))
+    first.record(tmp_path / 'second.mcap')
+    first.save(tmp_path / 'run.tftree')
+    load(tmp_path / 'run.tftree').record(tmp_path / 'third.mcap')
+    assert content(first) == content(open_bag(tmp_path / 'second.mcap')) == content(
+        open_bag(tmp_path / 'third.mcap'))
+
+
+def test_window_of_a_live_buffer_is_recorded_and_no_more(tmp_path):
+    buffer = BufferCore(SECOND)
+    for number in range(500):
+        buffer.insert('map', 'base', START + number * SECOND // 100, random_pose(RNG))
+    buffer.insert('map', 'table', START, Pose(x=1.0), static=True)
+    buffer.record(tmp_path / 'incident.mcap')
+    again = open_bag(tmp_path / 'incident.mcap')
+    assert content(again) == content(buffer)
+    assert len(again.edges()) == 2
+
+
+def test_frame_that_was_hung_elsewhere_and_a_corrected_sample_are_recorded(tmp_path):
+    buffer = BufferCore(UNLIMITED)
+    for number in range(20):
+        buffer.insert('map', 'base', START + number * SECOND, random_pose(RNG))
+        buffer.insert('table' if number < 8 else 'base', 'cup', START + number * SECOND,
+                      random_pose(RNG))
+    buffer.insert('map', 'base', START + 19 * SECOND, random_pose(RNG))
+    buffer.insert('base', 'cup', START + 12 * SECOND, random_pose(RNG))
+    buffer.record(tmp_path / 'incident.mcap')
+    with pytest.warns(UserWarning, match='repeated stamp'):
+        assert content(open_bag(tmp_path / 'incident.mcap')) == content(buffer)
+
+
+@pytest.mark.parametrize('edges', [[], [('map', 'table', True)], [('map', 'base', False)]],
+                         ids=['nothing', 'static only', 'moving only'])
+def test_little_is_recorded_as_well(tmp_path, edges):
+    buffer = BufferCore()
+    for parent, child, static in edges:
+        buffer.insert(parent, child, START, random_pose(RNG), static=static)
+    buffer.record(tmp_path / 'little.mcap')
+    assert content(open_bag(tmp_path / 'little.mcap')) == content(buffer)
+
+
+def test_static_edges_come_first_and_are_kept_for_late_listeners(tmp_path):
+    fed(RUN).record(tmp_path / 'incident')
+    arrivals = list(read_arrivals(tmp_path / 'incident'))
+    assert [arrival.source.topic for arrival in arrivals[:2]] == ['/tf_static', '/tf']
+    received = [arrival.received for arrival in arrivals]
+    assert received == sorted(received)
+    assert received[0] == received[1] == START
+
+
+def test_other_readers_find_messages_of_the_official_type(tmp_path):
+    """The reader checks the type's hash, and reads every message field by field."""
+    fed(RUN).record(tmp_path / 'incident')
+    with AnyReader([tmp_path / 'incident']) as reader:
+        durable = {connection.topic: connection.ext.offered_qos_profiles[0].durability
+                   for connection in reader.connections}
+        assert durable == {'/tf': QosDurability.VOLATILE,
+                           '/tf_static': QosDurability.TRANSIENT_LOCAL}
+        stamps = [transform.header.stamp.sec * SECOND + transform.header.stamp.nanosec
+                  for connection, _, data in reader.messages() if connection.topic == '/tf'
+                  for transform in reader.deserialize(data, connection.msgtype).transforms]
+    assert stamps == sorted(stamps)
+    assert len(stamps) == sum(len(message.transforms) for message in RUN
+                              if message.topic == '/tf')
+
+
+def test_what_is_there_is_not_replaced_and_what_cannot_be_written_is_told(tmp_path):
+    buffer = fed(RUN[:4])
+    (tmp_path / 'there.mcap').write_text('precious')
+    for name, sentence in (('there.mcap', 'there already'),
+                           ('incident.bag', 'a file .mcap, or a folder'),
+                           ('nowhere/incident.mcap', 'cannot be written: No such file')):
+        with pytest.raises(BagError, match=sentence):
+            buffer.record(tmp_path / name)
+    assert (tmp_path / 'there.mcap').read_text() == 'precious'
+    assert [path.name for path in tmp_path.iterdir()] == ['there.mcap']

@@ -1,0 +1,144 @@
+"""A buffer that is saved and loaded answers as it did; what is no whole file is told."""
+
+import copy
+import json
+import pickle
+import struct
+
+import numpy as np
+import pytest
+from tf_tree_py.core import BufferCore, load, Pose, TransformException, TreeFileError, UNLIMITED
+from tf_tree_py.core.edges.discrete import HeldHistory
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.tree.frozen import thaw
+
+SECOND = 10**9
+RNG = np.random.default_rng(3)
+
+
+def pose():
+    return se3.exp(tuple(RNG.normal(size=6).tolist()))
+
+
+def fill(buffer):
+    """Insert edges that move, stay, are hung elsewhere, and are turned round."""
+    for number in range(200):
+        stamp = SECOND + number * SECOND // 20
+        buffer.insert('map', 'odom', stamp, pose(), authority='slam')
+        buffer.insert('odom', 'base', stamp + 7, pose())
+        buffer.insert('table' if number < 90 else 'base', 'cup', stamp, pose(), strict=False)
+    buffer.insert('base', 'lidar', 0, pose(), static=True)
+    buffer.insert('a', 'b', SECOND, pose())
+    buffer.insert('a', 'b', 2 * SECOND, pose())
+    buffer.insert('b', 'a', 9 * SECOND, pose(), strict=False)
+    buffer.insert('map', 'näme', 5, pose())
+    return buffer
+
+
+def answers(buffer):
+    """Return all that can be asked of all pairs, at samples, between and beyond them."""
+    found = []
+    for stamp in [0, 5, SECOND, SECOND + 7, 3 * SECOND // 2, 5 * SECOND + 3, 8 * SECOND,
+                  99 * SECOND]:
+        for target in buffer.frames():
+            found.append(buffer.lookup_tree(target, stamp))
+            for source in buffer.frames():
+                try:
+                    found.append(buffer.lookup_at(target, source, stamp))
+                except TransformException as error:
+                    found.append(str(error))
+    stamps = np.arange(SECOND, 12 * SECOND, SECOND // 7)
+    for source in ('cup', 'lidar'):
+        found.append([part.tobytes() for part in
+                      buffer.lookup_many('map', source, stamps, outside='mask')])
+    return [*found, buffer.edges(), buffer.frames(), buffer.cache_time]
+
+
+@pytest.fixture(params=[UNLIMITED, 3 * SECOND], ids=['everything', 'a window'])
+def buffer(request):
+    return fill(BufferCore(request.param))
+
+
+@pytest.mark.parametrize('again', [
+    lambda saved: saved,
+    lambda saved: pickle.loads(pickle.dumps(saved)),
+    copy.copy,
+    copy.deepcopy,
+    lambda saved: saved.snapshot(),
+], ids=['loaded', 'pickled', 'copied', 'copied deeply', 'its snapshot'])
+def test_loaded_buffer_answers_exactly_as_the_saved_one(tmp_path, buffer, again):
+    buffer.save(tmp_path / 'run.tftree')
+    assert answers(again(load(tmp_path / 'run.tftree'))) == answers(buffer)
+
+
+def test_loaded_buffer_can_be_saved_again(tmp_path, buffer):
+    buffer.save(tmp_path / 'one.tftree')
+    load(tmp_path / 'one.tftree').save(tmp_path / 'two.tftree')
+    assert (tmp_path / 'one.tftree').read_bytes() == (tmp_path / 'two.tftree').read_bytes()
+
+
+def test_edge_that_jumps_goes_on_jumping(tmp_path):
+    buffer = BufferCore()
+    buffer.insert('map', 'odom', 1, Pose())
+    held = HeldHistory('gripper', buffer.cache_time)
+    for stamp, height in (1, 0.5), (3, 0.7):
+        held.insert(stamp, 'odom', Pose(z=height))
+    buffer._tree.histories['gripper'] = held
+    buffer._tree.frames['gripper'] = None
+    buffer.save(tmp_path / 'run.tftree')
+    assert load(tmp_path / 'run.tftree').lookup('odom', 'gripper', 2).z == 0.5
+
+
+def test_buffer_that_lives_can_be_saved_and_goes_on(tmp_path, buffer):
+    buffer.save(tmp_path / 'run.tftree')
+    buffer.insert('odom', 'base', 20 * SECOND, pose())
+    assert buffer.latest_common_time('odom', 'base') == 20 * SECOND
+    assert load(tmp_path / 'run.tftree').latest_common_time('odom', 'base') < 20 * SECOND
+
+
+def test_empty_buffer_is_saved_too(tmp_path):
+    BufferCore().save(tmp_path / 'empty.tftree')
+    assert load(tmp_path / 'empty.tftree').frames() == []
+
+
+# --- what is no frozen tree
+
+def test_file_that_ends_early_anywhere_is_told(tmp_path, buffer):
+    path = tmp_path / 'run.tftree'
+    buffer.save(path)
+    whole = path.read_bytes()
+    for size in (*range(40), 400, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:size])
+        with pytest.raises(TreeFileError, match='run.tftree.*(no frozen tree|damaged)'):
+            load(path)
+    path.write_bytes(whole + b'more')
+    with pytest.raises(TreeFileError, match='damaged'):
+        load(path)
+
+
+def test_header_that_was_changed_is_told(tmp_path, buffer):
+    path = tmp_path / 'run.tftree'
+    buffer.save(path)
+    path.write_bytes(path.read_bytes().replace(b'"base"', b'"bass"', 1))
+    with pytest.raises(TreeFileError, match='damaged: the header'):
+        load(path)
+
+
+def test_newer_version_is_told():
+    data = struct.pack('<8sIII', b'tf_tree\0', 2, 2, 0) + json.dumps({}).encode()
+    with pytest.raises(TreeFileError, match='version 2.*takes a newer one'):
+        thaw(data)
+
+
+def test_foreign_missing_and_unwritable_files_are_told(tmp_path):
+    foreign = tmp_path / 'run.mcap'
+    foreign.write_bytes(b'\x89MCAP0\r\n' * 10)
+    with pytest.raises(TreeFileError, match='run.mcap is no frozen tree'):
+        load(foreign)
+    with pytest.raises(TreeFileError, match='cannot be read: No such file'):
+        load(tmp_path / 'missing.tftree')
+    with pytest.raises(TreeFileError, match='cannot be read: Is a directory'):
+        load(tmp_path)
+    with pytest.raises(TreeFileError, match='cannot be written: No such file'):
+        BufferCore().save(tmp_path / 'nowhere' / 'run.tftree')
+    assert [path.name for path in tmp_path.iterdir()] == ['run.mcap']

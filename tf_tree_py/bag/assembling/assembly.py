@@ -1,0 +1,181 @@
+"""
+Messages become the histories of a tree, by the rules of a buffer.
+
+Samples that only continue edges cannot change what others may do: those of a whole window
+are taken edge by edge. Whatever else arrives (new edges, static ones, what is unreadable,
+what another parent claims) is taken at its turn, message by message.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+import math
+import threading
+
+from tf_tree_py.core.arrivals.future_guard import FutureGuard
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.observers import Observers
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
+from tf_tree_py.core.buffer.intake import Intake
+from tf_tree_py.core.buffer.waiting import Waiting
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.stamp import FOREVER, LATEST
+from tf_tree_py.core.tree.tree import Tree
+
+from .decoding import Decoder
+from .oddities import Oddities
+from .order import Order
+from .window import decode, Edge, Samples, Window
+from ..files.source import Arrival
+
+# Of a window: enough samples of each edge for numpy, and little beside what they become.
+_WINDOW_BYTES = 16_000_000
+
+
+class Assembly:
+    """
+    A tree that is being filled with what was recorded.
+
+    :ivar tree: what there is so far.
+    :ivar intake: the way in, which counts.
+    :ivar oddities: what was odd so far.
+    """
+
+    def __init__(self, decoder: Decoder, cache_time: int) -> None:
+        self.tree = Tree(cache_time, DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES)
+        self.intake = Intake(self.tree, Waiting(threading.RLock()), Observers(),
+                             FutureGuard(None, None), None)
+        self.oddities = Oddities()
+        self._decoder = decoder
+        self._order = Order(self.oddities)
+        # How many messages to take one by one before the next look at what can be taken together.
+        self._stride = 0
+        # Static messages that changed nothing the last time, by the tree's version then.
+        self._repeated: dict[tuple[str, bytes], int] = {}
+
+    def take(self, arrivals: Iterable[Arrival],
+             tell: Callable[[int], None] = lambda _: None) -> None:
+        """
+        Take messages in their order.
+
+        :param tell: is called from time to time with how many were taken since.
+        """
+        for window in _windows(arrivals):
+            self._take_window(window)
+            tell(len(window))
+
+    def _take_window(self, arrivals: Sequence[Arrival]) -> None:
+        window = decode(arrivals, self._decoder)
+        begin = 0
+        while begin < len(arrivals):
+            end = self._first_other(arrivals, window, begin)
+            self._take_together(arrivals, window, begin, end)
+            # Where nearly nothing fits, looking for what does would cost more than it saves.
+            self._stride = 1 if end - begin >= self._stride else 2 * self._stride
+            begin = min(end + self._stride, len(arrivals))
+            for arrival in arrivals[end:begin]:
+                self._take_one(arrival)
+
+    # --- edge by edge
+
+    def _first_other(self, arrivals: Sequence[Arrival], window: Window, begin: int) -> int:
+        """Return the number of the first message that has to be taken at its turn."""
+        end = next((number for number in window.others if number >= begin
+                    and not self._is_repeated(arrivals[number])), len(arrivals))
+        for edge, samples in window.edges.items():
+            end = self._first_that_does_not_go_on(edge, samples.between(begin, end), end)
+        return end
+
+    def _first_that_does_not_go_on(self, edge: Edge, samples: Samples, end: int) -> int:
+        """Return the message of the first sample that does more than add to its edge's."""
+        if not len(samples.messages):
+            return end
+        # As if its stamp were the last of all: whether older ones fit, is looked at below.
+        history = self.tree.history_to_extend(*edge, FOREVER)
+        if history is None or history.oldest_stamp is None:
+            return int(samples.messages[0])
+        older = samples.stamps < history.oldest_stamp
+        return int(samples.messages[older.argmax()]) if older.any() else end
+
+    def _take_together(self, arrivals: Sequence[Arrival], window: Window, begin: int,
+                       end: int) -> None:
+        """Take messages that change nothing but how long the histories are."""
+        for number in window.others:
+            if begin <= number < end:
+                self._take_one(arrivals[number])
+        for edge, samples in window.edges.items():
+            some = samples.between(begin, end)
+            if not len(some.messages):
+                continue
+            self._order.note_many(edge, some.stamps)
+            authority = arrivals[some.messages[-1]].source.authority
+            self.oddities.note_incidents(self.intake.take_track(some.as_track(edge), authority))
+
+    # --- message by message
+
+    def _take_one(self, arrival: Arrival) -> None:
+        source = arrival.source
+        batch = self._decoder.read(arrival)
+        if isinstance(batch, Incident):
+            self.intake.refuse(batch)
+            self.oddities.note_incidents([batch])
+            return
+        if source.static:
+            self._note_changes(batch)
+        else:
+            for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
+                self._order.note(edge, stamp)
+        incidents = self.intake.take_batch(batch, source.authority, source.static)
+        self.oddities.note_incidents(incidents)
+        if source.static and not incidents:
+            self._repeated[source.topic, arrival.data] = self.tree.version
+
+    def _is_repeated(self, arrival: Arrival) -> bool:
+        """Return whether a static message says what the tree has from it already."""
+        known = self._repeated.get((arrival.source.topic, arrival.data))
+        return known == self.tree.version
+
+    def _note_changes(self, batch: Batch) -> None:
+        """Note static edges that are sent again with another value."""
+        for sample in batch.samples():
+            history = self.tree.histories.get(sample.child)
+            if history is None or not history.is_static:
+                continue
+            was = history.sample(LATEST)
+            if history.parent != sample.parent or not _same(was, sample.pose):
+                self.oddities.note(
+                    'static edge sent again with another value',
+                    f'it was {_shown(was)} below {history.parent!r}, and is now '
+                    f'{_shown(sample.pose)}; the last one answers, at all times',
+                    (sample.parent, sample.child))
+
+
+def _windows(arrivals: Iterable[Arrival]) -> Iterator[list[Arrival]]:
+    """Yield messages in lists of about the same size."""
+    window: list[Arrival] = []
+    size = 0
+    for arrival in arrivals:
+        window.append(arrival)
+        size += len(arrival.data)
+        if size > _WINDOW_BYTES:
+            yield window
+            window, size = [], 0
+    if window:
+        yield window
+
+
+def _same(pose: PoseTuple, other: PoseTuple) -> bool:
+    """Return whether two poses are one, however long their quaternions were sent."""
+    return all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12)
+               for a, b in zip(pose, _unit(other), strict=True))
+
+
+def _unit(pose: PoseTuple) -> PoseTuple:
+    length = math.hypot(*pose[3:])
+    x, y, z, qx, qy, qz, qw = pose
+    if not length:
+        return pose
+    return x, y, z, qx / length, qy / length, qz / length, qw / length
+
+
+def _shown(pose: PoseTuple) -> str:
+    return f'({", ".join(f"{value:.6g}" for value in pose)})'

@@ -1,0 +1,105 @@
+"""
+Messages decoded together: many that were received one after the other, edge by edge.
+
+The bytes of all messages of one layout are one array, in which numpy reads the numbers
+where they stand. What cannot be read so is left to be read one by one.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.arrivals.layout import Key, key_of, WireError
+from tf_tree_py.core.arrivals.track import Track
+from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.times import Stamps
+
+from .decoding import Decoder
+from ..files.source import Arrival, Source
+
+# Messages of one size and first name that have other names in so many ways are read one by one.
+_MAX_LAYOUTS = 8
+
+Edge = tuple[str, str]
+_Numbers = npt.NDArray[np.intp]
+
+
+class Samples(NamedTuple):
+    """
+    One edge's samples in a window, in order of arrival.
+
+    :ivar messages: (n,) the number of each sample's message in the window, sorted.
+    :ivar stamps: (n,) nanoseconds.
+    :ivar poses: (n, 7) ``parent_T_child``, not checked yet.
+    """
+
+    messages: _Numbers
+    stamps: Stamps
+    poses: Array
+
+    def between(self, begin: int, end: int) -> 'Samples':
+        """Return those of the messages from one number up to, but without, another."""
+        some = slice(*self.messages.searchsorted((begin, end)).tolist())
+        return Samples(self.messages[some], self.stamps[some], self.poses[some])
+
+    def as_track(self, edge: Edge) -> Track:
+        """Return them as the core takes them."""
+        return Track(*edge, self.stamps, self.poses)
+
+
+class Window(NamedTuple):
+    """
+    Messages that were received one after the other, decoded.
+
+    :ivar edges: the samples of every edge.
+    :ivar others: numbers of the messages that are not in ``edges``, sorted: what is static,
+        and what cannot be read together with others.
+    """
+
+    edges: dict[Edge, Samples]
+    others: list[int]
+
+
+def decode(arrivals: Sequence[Arrival], decoder: Decoder) -> Window:
+    """Return messages, decoded together."""
+    alike: dict[tuple[Source, Key], list[int]] = defaultdict(list)
+    others: list[int] = []
+    for number, (_, source, data) in enumerate(arrivals):
+        if source.static:
+            others.append(number)
+        else:
+            alike[source, key_of(data)].append(number)
+    parts: dict[Edge, list[Samples]] = defaultdict(list)
+    for (source, _), numbers in alike.items():
+        others += _add_alike(arrivals, numbers, decoder.reader_of(source), parts)
+    return Window({edge: _joined(samples) for edge, samples in parts.items()}, sorted(others))
+
+
+def _add_alike(arrivals: Sequence[Arrival], numbers: list[int], reader: WireReader,
+               parts: dict[Edge, list[Samples]]) -> list[int]:
+    """Decode messages of one size and first name; return the numbers of those it cannot."""
+    left = np.array(numbers)
+    for _ in range(_MAX_LAYOUTS):
+        try:
+            layout = reader.layout_of(arrivals[left[0]].data)
+        except WireError:
+            break
+        fits, stamps, poses = layout.block.read([arrivals[number].data for number in left])
+        for edge, *columns in zip(layout.edges, stamps, poses, strict=True):
+            parts[edge].append(Samples(left[fits], *columns))
+        left = left[~fits]
+        if not len(left):
+            break
+    return [int(number) for number in left]
+
+
+def _joined(samples: list[Samples]) -> Samples:
+    """Return samples of one edge in order of arrival; those of one message keep theirs."""
+    if len(samples) == 1:
+        return samples[0]
+    messages, stamps, poses = (np.concatenate(column) for column in zip(*samples, strict=True))
+    order = np.argsort(messages, kind='stable')
+    return Samples(messages[order], stamps[order], poses[order])

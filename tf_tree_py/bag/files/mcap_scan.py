@@ -1,0 +1,123 @@
+"""
+MCAP files without an end, record by record.
+
+The format: https://mcap.dev/spec. A record is its kind (one byte), its length (uint64)
+and its content; chunks hold records, mostly compressed.
+"""
+
+from collections.abc import Iterator
+import mmap
+from pathlib import Path
+
+from lz4.frame import LZ4FrameDecompressor
+from rosbags.interfaces import MessageDefinition, Qos
+from rosbags.rosbag2.metadata import parse_qos
+
+from .rosbags_file import decompressor, is_reliable, is_transient_local, UNREADABLE
+from .salvage import Bytes, Cut, definition, lost_bytes
+from .source import Arrival, Source
+
+_MAGIC = b'\x89MCAP0\r\n'
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
+
+
+class McapScan:
+    """Reads one file; see ``Scan``."""
+
+    def __init__(self, path: Path) -> None:
+        """
+        Begin with nothing read.
+
+        :raises ValueError: it is no MCAP file.
+        """
+        with path.open('rb') as file:
+            self._data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        if self._data[:len(_MAGIC)] != _MAGIC:
+            raise ValueError('it does not begin as MCAP does')
+        self.definitions: dict[Source, MessageDefinition] = {}
+        self.lost = ''
+        self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
+        self._channels: dict[int, Source] = {}
+        self._lost_bytes = 0
+
+    def __iter__(self) -> Iterator[Arrival]:
+        """Yield every message, in the order in which they stand in the file."""
+        file = Bytes(self._data)
+        file.take(len(_MAGIC))
+        yield from self._records(file)
+        self.lost = lost_bytes(self._lost_bytes, len(self._data))
+
+    def _records(self, data: Bytes) -> Iterator[Arrival]:
+        while data:
+            begin = data.position
+            try:
+                kind, length = data.number('B'), data.number('Q')
+                if kind == _DATA_END:
+                    return
+                content = Bytes(data.take(min(length, data.left)))
+                if kind == _CHUNK:
+                    yield from self._chunk(content)
+                if length > len(content.data):
+                    raise Cut
+                if kind == _MESSAGE:
+                    yield from self._message(content)
+                else:
+                    self._describe(kind, content)
+            except Cut:
+                self._lost_bytes += len(data.data) - begin
+                return
+
+    def _chunk(self, chunk: Bytes) -> Iterator[Arrival]:
+        """Yield the messages of a chunk, or of the first part of it that is there."""
+        begin = chunk.position
+        chunk.take(8 + 8 + 8 + 4)  # times of the first and last message, size, checksum
+        compression = chunk.text()
+        packed = chunk.take(min(chunk.number('Q'), chunk.left))
+        try:
+            unpacked = _unpack(compression, packed)
+        except UNREADABLE:
+            self._lost_bytes += chunk.position - begin
+            return
+        yield from self._records(Bytes(memoryview(unpacked)))
+
+    def _describe(self, kind: int, content: Bytes) -> None:
+        if kind == _SCHEMA:
+            number, name, encoding = content.number('H'), content.text(), content.text()
+            self._schemas[number] = name, definition(content.text(), encoding)
+        elif kind == _CHANNEL:
+            number, schema = content.number('H'), content.number('H')
+            topic, encoding = content.text(), content.text()
+            name, fields = self._schemas.get(schema, ('', definition('', '')))
+            profiles = _profiles(Bytes(content.sized()))
+            source = Source(topic, name, is_transient_local(profiles), '', encoding == 'ros1',
+                            is_reliable(profiles))
+            self._channels[number] = source
+            self.definitions[source] = fields
+
+    def _message(self, content: Bytes) -> Iterator[Arrival]:
+        source = self._channels.get(content.number('H'))
+        content.take(4)  # a sequence number
+        received = content.number('Q')
+        content.take(8)  # when it was published
+        if source is not None:
+            yield Arrival(received, source, bytes(content.take(content.left)))
+
+
+def _profiles(metadata: Bytes) -> list[Qos]:
+    """Return the quality of service that a channel's publishers offered."""
+    while metadata:
+        name, value = metadata.text(), metadata.text()
+        if name == 'offered_qos_profiles':
+            return parse_qos(value)
+    return []
+
+
+def _unpack(compression: str, packed: memoryview) -> bytes | memoryview:
+    """Return as much of a chunk as can be decompressed."""
+    if compression == 'zstd':
+        return decompressor().decompress(packed)
+    if compression == 'lz4':
+        return bytes(LZ4FrameDecompressor().decompress(packed))
+    if compression:
+        raise ValueError(f'a chunk is compressed with {compression}')
+    return packed

@@ -1,0 +1,133 @@
+"""
+Files that rosbags refuses: cut off, never finished, without an index.
+
+They are read from the beginning, record by record, as far as that goes. Each kind has a
+scan; what all of them need stands here.
+"""
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from pathlib import Path
+import struct
+from typing import Protocol
+
+from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+
+from .rosbags_file import first_field_of
+from .source import Arrival, Source
+
+
+class Scan(Protocol):
+    """
+    Reads one file, record by record.
+
+    :ivar definitions: of the messages of each source, once it was met.
+    :ivar lost: how much could not be read, in words; complete after the last arrival.
+    """
+
+    definitions: dict[Source, MessageDefinition]
+    lost: str
+
+    def __init__(self, path: Path) -> None: ...
+
+    def __iter__(self) -> Iterator[Arrival]:
+        """Yield every message, in the order in which they stand in the file."""
+
+
+class SalvagedFile:
+    """What can be read of one file."""
+
+    def __init__(self, path: Path, scan: type[Scan], why: object) -> None:
+        """
+        Read it once, to see what there is.
+
+        :param why: it cannot be read as it should be.
+        :raises ValueError: nothing can be read.
+        """
+        self._path = path
+        self._kind = scan
+        first = scan(path)
+        self.counts: Counter[Source] = Counter()
+        received: list[int] = []
+        for arrival in first:
+            self.counts[arrival.source] += 1
+            received = [*received[:1], arrival.received]
+        self.began = received[0] if received else 0
+        self._definitions = first.definitions
+        self.damage = [f'{path.name} is not whole ({str(why).rstrip(".")}): '
+                       f'{self.counts.total()} messages could be read, {first.lost}']
+
+    def arrivals(self, sources: Collection[Source], start: int | None,
+                 stop: int | None) -> Iterator[Arrival]:
+        """Yield the messages of some of its sources, as they stand in the file."""
+        for arrival in self._kind(self._path):
+            if (arrival.source in sources and (start is None or arrival.received >= start)
+                    and (stop is None or arrival.received < stop)):
+                yield arrival
+
+    def first_field(self, source: Source) -> str:
+        """Return the type of the first field of a source's messages; '' if it is not known."""
+        if source not in self._definitions:
+            return ''
+        return first_field_of(source, self._definitions[source])
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def definition(text: str, encoding: str = 'ros2msg') -> MessageDefinition:
+    """Return a definition of messages, from the text and the encoding that a file has."""
+    kind = {'ros2msg': MessageDefinitionFormat.MSG, 'ros1msg': MessageDefinitionFormat.MSG,
+            'ros2idl': MessageDefinitionFormat.IDL}.get(encoding, MessageDefinitionFormat.NONE)
+    return MessageDefinition(kind, text)
+
+
+def lost_bytes(lost: int, size: int) -> str:
+    """Say how much of a file could not be read."""
+    if not lost:
+        return 'and nothing is missing but its end with the index'
+    return f'and {lost:,} of its {size:,} bytes could not'
+
+
+class Cut(Exception):
+    """The bytes end in the middle of something."""
+
+
+class Bytes:
+    """A position in bytes, and methods that read on from there; numbers are little-endian."""
+
+    def __init__(self, data: memoryview) -> None:
+        self.data = data
+        self.position = 0
+
+    def __bool__(self) -> bool:
+        return self.position < len(self.data)
+
+    @property
+    def left(self) -> int:
+        """Return how many bytes there are behind the position."""
+        return len(self.data) - self.position
+
+    def take(self, size: int) -> memoryview:
+        """
+        Return the next bytes.
+
+        :raises Cut: there are not as many.
+        """
+        if size > self.left:
+            raise Cut
+        self.position += size
+        return self.data[self.position - size:self.position]
+
+    def number(self, letter: str) -> int:
+        """Return the next number, of struct's letter."""
+        (value,) = struct.unpack('<' + letter, self.take(struct.calcsize(letter)))
+        return int(value)
+
+    def sized(self) -> memoryview:
+        """Return bytes that stand behind their number."""
+        return self.take(self.number('I'))
+
+    def text(self) -> str:
+        """Return a string that stands behind its number of bytes."""
+        return bytes(self.sized()).decode(errors='replace')

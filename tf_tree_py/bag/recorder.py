@@ -1,0 +1,127 @@
+"""What a buffer holds becomes a bag, which players and viewers of ROS 2 open."""
+
+from collections.abc import Iterator
+import heapq
+import itertools
+import os
+from pathlib import Path
+import shutil
+from tempfile import mkdtemp
+from typing import NamedTuple
+
+from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pose
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.tree.tree import Tree
+
+from .errors import BagError, needs_extra
+
+_TYPE = 'tf2_msgs/msg/TFMessage'
+_SUFFIX = '.mcap'
+# Transforms of one stamp that go into one message; more go into several.
+_MOST = 1000
+
+
+class Message(NamedTuple):
+    """One message to record: when it is to be played, nanoseconds, and its bytes."""
+
+    time: int
+    static: bool
+    data: bytes
+
+
+def record(tree: Tree, path: str | os.PathLike[str]) -> None:
+    """
+    Write a tree, that nobody changes meanwhile, as a bag of MCAP.
+
+    ``/tf_static`` first, transient local, so that a player serves who comes late; then
+    ``/tf`` in order of the stamps, which are also the times at which it is played.
+
+    :param path: of the file, such as ``incident.mcap``; without that suffix, of a folder as
+        rosbag2 writes it.
+    :raises BagError: something is there already, or there is no place for it.
+    :raises InvalidArgumentException: a stamp that no message can hold.
+    """
+    path = Path(path)
+    if path.suffix not in (_SUFFIX, ''):
+        raise BagError(f'{path}: a recording is a file {_SUFFIX}, or a folder without a suffix')
+    if path.exists():
+        raise BagError(f'{path} is there already, and recordings are not replaced')
+    try:
+        unfinished = Path(mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
+        try:
+            folder = unfinished / path.stem
+            _write(folder, messages_of(tree))
+            written = folder if not path.suffix else folder / f'{path.stem}{_SUFFIX}'
+            written.rename(path)
+        finally:
+            shutil.rmtree(unfinished)
+    except OSError as error:
+        raise BagError(f'{path} cannot be written: {error.strerror}') from error
+
+
+def messages_of(tree: Tree) -> Iterator[Message]:
+    """Yield what a tree holds as messages, in the order in which they are to be played."""
+    static = [Sample(str(history.parent), history.child, LATEST, history.sample(LATEST))
+              for history in tree.histories.values() if history.is_static]
+    moving = heapq.merge(*map(_samples, _moving(tree)), key=lambda sample: sample.stamp)
+    first = next(moving, None)
+    if static:
+        yield Message(LATEST if first is None else max(first.stamp, LATEST), True, write(static))
+    if first is None:
+        return
+    for stamp, alike in itertools.groupby(itertools.chain([first], moving),
+                                          key=lambda sample: sample.stamp):
+        while some := list(itertools.islice(alike, _MOST)):
+            yield Message(max(stamp, LATEST), False, write(some))
+
+
+def _moving(tree: Tree) -> Iterator[PackedSamples]:
+    for history in tree.histories.values():
+        if isinstance(history, PackedSamples):
+            yield history
+        elif not history.is_static:
+            raise BagError(f'the edge above {history.child!r} cannot be recorded: it is a '
+                           f'{type(history).__name__}')
+
+
+def _samples(history: PackedSamples) -> Iterator[Sample]:
+    """Yield the samples of an edge, those of one stamp in order of arrival."""
+    stamps, poses, parents, _ = history.columns()
+    data = poses.cast('B')
+    named = itertools.repeat(str(history.parent)) if parents is None else parents
+    for number, (stamp, parent) in enumerate(zip(stamps, named)):  # noqa: B905 - no end
+        yield Sample(parent, history.child, stamp, unpack_pose(data, number * POSE_BYTES))
+
+
+def _write(folder: Path, messages: Iterator[Message]) -> None:
+    try:
+        from rosbags.interfaces import (
+            Qos,
+            QosDurability,
+            QosHistory,
+            QosLiveliness,
+            QosReliability,
+            QosTime,
+        )
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.typesys import get_typestore, Stores
+    except ImportError as error:
+        raise needs_extra(error) from error
+
+    def quality(durability: QosDurability, depth: int) -> Qos:
+        never = QosTime(0, 0)
+        return Qos(QosHistory.KEEP_LAST, depth, QosReliability.RELIABLE, durability, never,
+                   never, QosLiveliness.AUTOMATIC, never, False)
+
+    types = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {
+            static: writer.add_connection(topic, _TYPE, typestore=types,
+                                          offered_qos_profiles=[quality(durability, depth)])
+            for static, topic, durability, depth in (
+                (True, '/tf_static', QosDurability.TRANSIENT_LOCAL, 1),
+                (False, '/tf', QosDurability.VOLATILE, 100))}
+        for message in messages:
+            writer.write(topics[message.static], message.time, message.data)

@@ -1,0 +1,89 @@
+"""Many messages with the same names, read together: their bytes are one array for numpy."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..edges.packed import POSE_FLOATS
+from ..geometry.so3 import Array
+from ..stamp import NANOSECONDS_PER_SECOND
+from ..times import Stamps
+
+# struct's letters for numbers, as numpy writes them.
+_TYPES = {'i': 'i4', 'I': 'u4'}
+
+# So many bytes of messages are read at a time: every cache has room for them.
+_CACHED_BYTES = 500_000
+
+Bools = npt.NDArray[np.bool_]
+
+
+class Place(NamedTuple):
+    """Where one transform stands: its stamp, its names with their lengths, its pose."""
+
+    stamp: int
+    parent: slice
+    child: slice
+    pose: int
+
+
+class Block:
+    """Reads messages of one size, and tells which of them have the names that it knows."""
+
+    def __init__(self, size: int, fixed: Iterable[slice], names: bytes,
+                 places: Sequence[Place], order: str, stamp: str) -> None:
+        """
+        Prepare to read.
+
+        :param size: of a message, bytes.
+        :param fixed: what all messages share: the head and the names.
+        :param names: what stands there.
+        :param places: of the transforms that are wanted.
+        :param order: struct's letter for the byte order.
+        :param stamp: struct's format of a stamp.
+        """
+        self._fixed = np.concatenate([np.arange(part.start, part.stop) for part in fixed])
+        self._names = np.frombuffer(names, dtype=np.uint8)
+        sec, nanosec = (np.dtype(order + _TYPES[letter]) for letter in stamp)
+        pose = np.dtype((f'{order}f8', POSE_FLOATS))
+        fields = [('bytes', np.dtype((np.uint8, size)), 0)]
+        for number, place in enumerate(places):
+            fields += [(f'sec{number}', sec, place.stamp),
+                       (f'nanosec{number}', nanosec, place.stamp + sec.itemsize),
+                       (f'pose{number}', pose, place.pose)]
+        names_of, types, offsets = zip(*fields, strict=True)
+        self._type = np.dtype({'names': names_of, 'formats': types, 'offsets': offsets,
+                               'itemsize': size})
+        self._count = len(places)
+
+    def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
+        """
+        Return which messages have the names, and the samples of those.
+
+        :param messages: n, each of the same size.
+        :return: (n,) booleans; of the k transforms that are wanted the stamps (k, m) and the
+            poses (k, m, 7), not checked yet.
+        """
+        count = len(messages)
+        fits = np.empty(count, dtype=np.bool_)
+        stamps = np.empty((self._count, count), dtype=np.int64)
+        poses = np.empty((self._count, count, POSE_FLOATS))
+        step = max(_CACHED_BYTES // self._type.itemsize, 1)
+        for begin in range(0, count, step):
+            some = slice(begin, begin + step)
+            rows = np.frombuffer(b''.join(messages[some]), dtype=self._type)
+            fits[some] = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
+            for number in range(self._count):
+                stamps[number, some] = self._stamps(rows, number)
+                poses[number, some] = rows[f'pose{number}']
+        if fits.all():
+            return fits, stamps, poses
+        return fits, stamps[:, fits], poses[:, fits]
+
+    def _stamps(self, rows: npt.NDArray[np.void], number: int) -> Stamps:
+        stamps: Stamps = rows[f'sec{number}'].astype(np.int64)
+        stamps *= NANOSECONDS_PER_SECOND
+        stamps += rows[f'nanosec{number}']
+        return stamps
