@@ -58,7 +58,7 @@ setup(
         'plot': ['matplotlib'],
         'tools': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'pytest'],
-        'view': ['viser'],
+        'view': ['pycollada', 'trimesh', 'viser>=1.1'],
     },
     entry_points={
         'console_scripts': [

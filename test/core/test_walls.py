@@ -69,7 +69,7 @@ ORDER = {
     'view': rooms(
         'shown: living moment playhead trail colours listing facts shapes',
         ': subject',
-        'page: markup labels links stale_axes scene timeline frames_panel chosen_panel '
+        'page: asking markup labels links stale_axes scene timeline frames_panel chosen_panel '
         'findings_panel look_panel page',
         ': serving tf_view',
     ),

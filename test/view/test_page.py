@@ -1,15 +1,13 @@
 """Pages in a real Chromium: what is drawn is read back from the browser's own scene."""
 
 import numpy as np
+from open_page import OpenPage
 import pytest
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
 from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.geometry import se3
-
 from tf_tree_py.core.checks.finding import Finding, Severity
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.view.shown.shapes import LinkShape
-
-from open_page import OpenPage
 
 pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
 
@@ -222,7 +220,8 @@ def test_links_of_a_robot_stand_on_their_frames(page, robot):
 
 
 POINTS = 'node.isPoints ? node.geometry.attributes.position.count : 0'
-LINK = 'node.isMesh && !node.isInstancedMesh && node.geometry.attributes.position.count === 3 ? 1 : 0'
+LINK = ('node.isMesh && !node.isInstancedMesh && node.geometry.attributes.position.count === 3'
+        ' ? 1 : 0')
 
 
 def test_page_fits_a_phone_in_the_dark(page):

@@ -8,6 +8,7 @@ import socket
 import sys
 import threading
 
+from tf_tree_py.core.checks.finding import Finding
 from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.tools.arguments import Parser
@@ -82,7 +83,7 @@ def _serve(arguments: Namespace, source: TreeSource, doctor: Doctor,
     """Serve pages until Ctrl-C."""
     from .serving import Serving
 
-    def diagnose() -> Sequence[object]:
+    def diagnose() -> Sequence[Finding]:
         doctor.endpoints = source.endpoints()
         return doctor.findings()
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from . import markup
+from .asking import Ask, nothing_else, when_changed
 from ..shown.facts import Fact
 
 
@@ -15,13 +16,13 @@ class ChosenPanel:
     """
 
     def __init__(self, gui: Any, hidden: set[str], look_at: Callable[[], None],
-                 ask: Callable[[Callable[[], None]], None]) -> None:
+                 ask: Ask) -> None:
         """
         Make the controls.
 
         :param hidden: the frames that are switched off; changed here.
         :param look_at: turns the camera to the chosen frame.
-        :param ask: takes a function and calls it when the page is at rest.
+        :param ask: lets something be done between two pictures.
         """
         self.frame: str | None = None
         self._hidden = hidden
@@ -31,9 +32,9 @@ class ChosenPanel:
         self._follow = gui.add_checkbox('follow', False, hint='It stays where it is on the page, '
                                         'and everything else moves.')
         self._look_at = gui.add_button('look at it', disabled=True)
-        self._shown.on_update(lambda event: event.client and ask(self._show))
-        self._trail.on_update(lambda event: event.client and ask(lambda: None))
-        self._follow.on_update(lambda event: event.client and ask(lambda: None))
+        when_changed(self._shown, ask, self._show)
+        when_changed(self._trail, ask, nothing_else)
+        when_changed(self._follow, ask, nothing_else)
         self._look_at.on_click(lambda _: ask(look_at))
 
     @property

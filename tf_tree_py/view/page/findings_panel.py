@@ -1,11 +1,12 @@
 """What is wrong with the tree, on one page; each finding marks its frames."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 from tf_tree_py.core.checks.finding import Finding
 
 from . import markup
+from .asking import Ask
 
 _MOST: Final = 12
 
@@ -17,11 +18,11 @@ class FindingsPanel:
     :ivar frames: those of the finding that somebody chose, to be marked.
     """
 
-    def __init__(self, gui: Any, ask: Callable[[Callable[[], None]], None]) -> None:
+    def __init__(self, gui: Any, ask: Ask) -> None:
         """
         Make the controls.
 
-        :param ask: takes a function and calls it when the page is at rest.
+        :param ask: lets something be done between two pictures.
         """
         self.frames: tuple[str, ...] = ()
         self._by_text: dict[str, Finding] = {}

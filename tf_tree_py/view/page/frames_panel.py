@@ -6,6 +6,7 @@ from typing import Any, Final
 from tf_tree_py.core import EdgeInfo
 
 from . import markup
+from .asking import Ask, nothing_else, when_changed
 from ..shown.listing import MOST_ROWS, Row, rows
 
 _NONE: Final = '(none yet)'
@@ -19,12 +20,12 @@ class FramesPanel:
     """
 
     def __init__(self, gui: Any, fixed_frame: str | None, on_choice: Callable[[str], None],
-                 ask: Callable[[Callable[[], None]], None]) -> None:
+                 ask: Ask) -> None:
         """
         Make the controls.
 
         :param on_choice: is called with the frame that somebody clicked in the list.
-        :param ask: takes a function and calls it when the page is at rest.
+        :param ask: lets something be done between two pictures.
         """
         self.fixed_frame = fixed_frame
         self._rows: dict[str, Row] = {}
@@ -35,8 +36,8 @@ class FramesPanel:
         self._style = gui.add_html(markup.style_of_list((), (), (), None))
         self._list = gui.add_button_group('', (_NONE,), visible=False)
         self._more = gui.add_html('')
-        self._fixed.on_update(lambda event: event.client and ask(self._fix))
-        self._search.on_update(lambda event: event.client and ask(lambda: None))
+        when_changed(self._fixed, ask, self._fix)
+        when_changed(self._search, ask, nothing_else)
         self._list.on_click(lambda event: ask(lambda: self._pressed(event.target.value)))
 
     def refresh(self, edges: Sequence[EdgeInfo], fixed_frame: str, stale: Iterable[str],

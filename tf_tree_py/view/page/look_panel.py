@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from .asking import Ask, when_changed
 from .scene import Look
 
 
@@ -10,13 +11,13 @@ class LookPanel:
     """The controls of how one page looks."""
 
     def __init__(self, gui: Any, look: Look, see_all: Callable[[], None],
-                 ask: Callable[[Callable[[], None]], None]) -> None:
+                 ask: Ask) -> None:
         """
         Make the controls.
 
         :param look: changed here.
         :param see_all: lets the camera look at all frames.
-        :param ask: takes a function and calls it when the page is at rest.
+        :param ask: lets something be done between two pictures.
         """
         self._gui = gui
         self._look = look
@@ -27,8 +28,8 @@ class LookPanel:
         self._dark = gui.add_checkbox('dark', look.dark)
         gui.add_button('see all').on_click(lambda _: ask(see_all))
         for control in (self._length, *self._boxes.values()):
-            control.on_update(lambda event: event.client and ask(self._take))
-        self._dark.on_update(lambda _: ask(self.apply_theme))
+            when_changed(control, ask, self._take)
+        when_changed(self._dark, ask, self.apply_theme)
         self.apply_theme()
 
     def set_length(self, length: float) -> None:

@@ -127,7 +127,7 @@ class Scene:
     def draw_trail(self, points: Array, look: Look) -> None:
         """Show where a frame has been, (N, 2, 3)."""
         shifted = points - look.origin
-        self._draw_segments('trail', shifted, np.broadcast_to(np.uint8(_TRAIL), shifted.shape))
+        self._draw_segments('trail', shifted, np.full(shifted.shape, _TRAIL, np.uint8))
 
     def _draw_segments(self, name: str, points: Array, segment_colours: colours.Colours) -> None:
         if name in self._nodes and len(self._nodes[name].points) != len(points):

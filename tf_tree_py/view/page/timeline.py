@@ -5,6 +5,7 @@ from typing import Any, Final
 from tf_tree_py.core.stamp import format_stamp
 
 from . import markup
+from .asking import Ask, when_changed
 from ..shown.moment import Moment
 from ..shown.playhead import Playhead
 
@@ -16,11 +17,11 @@ _SPEEDS: Final = ('0.1', '0.25', '0.5', '1', '2', '5', '10')
 class Timeline:
     """Where a page is in time, and what changes that."""
 
-    def __init__(self, gui: Any, playhead: Playhead, ask: Any) -> None:
+    def __init__(self, gui: Any, playhead: Playhead, ask: Ask) -> None:
         """
         Make the controls.
 
-        :param ask: takes a function and calls it when the page is at rest.
+        :param ask: lets something be done between two pictures.
         """
         self._playhead = playhead
         self._chosen: str | None = None
@@ -31,9 +32,9 @@ class Timeline:
         gui.add_html(markup.bare())
         self._buttons = gui.add_button_group('', self._names())
         self._speed = gui.add_dropdown('speed', _SPEEDS, initial_value='1')
-        self._slider.on_update(lambda event: event.client and ask(self._moved))
+        when_changed(self._slider, ask, self._moved)
         self._buttons.on_click(lambda event: ask(lambda: self._pressed(event.target.value)))
-        self._speed.on_update(lambda _: ask(self._sped))
+        when_changed(self._speed, ask, self._sped)
 
     def refresh(self, moment: Moment, chosen: str | None, remark: str) -> None:
         """Show where the page is; what is the same already costs nothing."""

@@ -26,6 +26,6 @@ def greys(ages: npt.NDArray[np.int64]) -> Colours:
 
 def of_edges(moment: Moment) -> Colours:
     """Return the colour of the line from each frame to its parent, (N, 3)."""
-    colours = np.where(moment.static[:, None], np.uint8(STATIC), np.uint8(MOVING))
+    colours: Colours = np.array([MOVING, STATIC], np.uint8)[moment.static.astype(int)]
     colours[moment.stale] = greys(moment.ages[moment.stale])
     return colours

@@ -98,8 +98,8 @@ class Playhead:
         stamps = self._samples(frame)
         if not len(stamps):
             return
-        side = 'right' if count > 0 else 'left'
-        place = int(np.searchsorted(stamps, self.stamp, side)) + count - (count > 0)
+        first = stamps.searchsorted(self.stamp, 'right' if count > 0 else 'left')
+        place = int(first) + count - (count > 0)
         self.seek(int(stamps[min(max(place, 0), len(stamps) - 1)]))
 
     def _samples(self, frame: str | None) -> Stamps:

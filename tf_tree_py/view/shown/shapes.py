@@ -76,7 +76,7 @@ def _triangles(visual: Visual, path: Path) -> Any:
     if file.suffix.lower() not in _SUFFIXES:
         raise ValueError(f'only {", ".join(_SUFFIXES)} can be shown')
     # With a resolver of its own a mesh might name other files, or addresses.
-    triangles = trimesh.load(file, force='mesh', skip_materials=True)
+    triangles: Any = trimesh.load(file, force='mesh', skip_materials=True)
     triangles.apply_scale(shape.scale)
     return triangles
 
