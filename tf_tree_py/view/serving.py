@@ -6,6 +6,7 @@ import threading
 import time
 import traceback
 from typing import Any, Final
+import warnings
 
 import viser
 
@@ -41,6 +42,8 @@ class Serving:
         self._pages: dict[int, tuple[Page, float]] = {}
         self._changed = threading.Condition()
         self._ended = False
+        # What is drawn until a closed page is known to be closed goes nowhere, as it should.
+        warnings.filterwarnings('ignore', 'Queued a .* on a closed connection', UserWarning)
         with contextlib.redirect_stdout(io.StringIO()):  # viser greets with a frame of its own
             self._server = _Server(host=host, port=port, label=title, verbose=False)
         self._server.on_client_connect(self._open)
