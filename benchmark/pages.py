@@ -78,10 +78,12 @@ class Robot:
     def insert(self) -> None:
         """Insert where all frames are now: in rows, the first one higher than the others."""
         now = time.time()
+        heights = [now - self.begin, *[(now - self.begin) / 2.0] * (len(self.names) - 1)]
         self.buffer.insert_many([
-            Sample('world', name, int(now * 1e9), Pose(
-                x=0.01 * (number % 20), y=0.01 * (number // 20), z=(now - self.begin) / (1 if number == 0 else 2)))
-            for number, name in enumerate(self.names)], strict=False)
+            Sample('world', name, int(now * 1e9),
+                   Pose(x=0.01 * (number % 20), y=0.01 * (number // 20), z=height))
+            for number, (name, height) in enumerate(zip(self.names, heights, strict=True))],
+            strict=False)
 
     def __enter__(self) -> 'Robot':
         self.insert()
