@@ -12,8 +12,10 @@ executables = [
     'five_frame_demo',
     'five_frame_listener',
     'five_frame_publisher',
+    'robot_state_publisher',
     'static_transform_publisher',
     'tf_relay',
+    'urdf_broadcaster',
 ]
 
 tools = [
@@ -57,8 +59,9 @@ setup(
         'bag': ['rich', 'rosbags>=0.11'],
         'plot': ['matplotlib'],
         'tools': ['rich', 'rosbags>=0.11'],
-        'test': ['hypothesis', 'pytest'],
+        'test': ['hypothesis', 'pin', 'pytest'],
         'view': ['pycollada', 'trimesh', 'viser>=1.1'],
+        'xacro': ['xacro'],
     },
     entry_points={
         'console_scripts': [

@@ -80,7 +80,11 @@ ORDER = {
     ),
 }
 
-WITHOUT_ROS = {'numpy', 'scipy'}
+# Layers that know no ROS, and what they may need beside Python itself.
+WITHOUT_ROS = {
+    'core': {'numpy', 'scipy'},
+    'urdf': {'numpy', 'tf_tree_py', 'xacro'},
+}
 
 # What lies in dropin/packages is imported under other names, and imports as users do.
 FILES = sorted(path for path in PACKAGE.rglob('*.py')
@@ -175,9 +179,10 @@ def test_a_room_says_what_lives_there_and_what_does_not():
         assert summary.endswith('.') and rest.endswith('.'), room
 
 
-def test_core_needs_nothing_but_numpy_and_scipy():
-    allowed = sys.stdlib_module_names | WITHOUT_ROS
-    wrong = [f'{named(path)} imports {module}' for path in (PACKAGE / 'core').rglob('*.py')
+@pytest.mark.parametrize('layer', WITHOUT_ROS)
+def test_layer_without_ros_needs_little(layer):
+    allowed = sys.stdlib_module_names | WITHOUT_ROS[layer]
+    wrong = [f'{named(path)} imports {module}' for path in (PACKAGE / layer).rglob('*.py')
              for level, module in imports_of(path)
              if level == 0 and module.split('.')[0] not in allowed]
     assert not wrong
@@ -204,9 +209,9 @@ def run_without_ros(program):
         env={'PYTHONPATH': str(PACKAGE.parent), 'PATH': '/usr/bin:/bin'}, check=False)
 
 
-def test_core_imports_where_there_is_no_ros():
-    modules = [f'tf_tree_py.core.{name}' for name in modules_of('core')]
-    assert len(modules) >= 30
+def test_layers_without_ros_import_where_there_is_none():
+    modules = [f'tf_tree_py.{layer}.{name}' for layer in WITHOUT_ROS for name in modules_of(layer)]
+    assert len(modules) >= 40
     result = run_without_ros(f'for name in {modules}: importlib.import_module(name)')
     assert result.returncode == 0, result.stderr
 

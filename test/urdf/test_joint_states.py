@@ -3,7 +3,7 @@
 from descriptions import joint, parsed
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, UNLIMITED
+from tf_tree_py.core import BufferCore, InvalidArgumentException, UNLIMITED
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.states import JointStates
 
@@ -141,7 +141,21 @@ def test_recorded_joint_states_become_the_moving_edges_of_a_buffer():
     assert buffer.lookup('o', 'd', 505 * MS).x == pytest.approx(5.0 + 0.505 + 3.0)
 
 
+def test_recorded_joint_has_its_own_stamps_and_positions():
+    states = [JointState(ms * MS, ['j', 'k'] if ms <= 50 else ['j'], [ms, ms][:1 + (ms <= 50)])
+              for ms in range(10, 101, 10)]
+    j, k, _ = joint_tracks(parsed(*ARM), states)
+    assert (j.stamps // MS).tolist() == j.poses[:, 0].tolist() == list(range(10, 101, 10))
+    # Three periods after its last report it is said where it was.
+    assert (k.stamps // MS).tolist() == [10, 20, 30, 40, 50, 90, 100]
+    assert k.poses[:, 0].tolist() == [10, 20, 30, 40, 50, 50, 50]
+
+
 def test_recording_without_anything_of_the_robot_has_no_tracks():
     assert joint_tracks(Robot.parse('<robot name="r"><link name="a"/></robot>'), []) == []
     with pytest.warns(UserWarning, match="'x'"):
         assert joint_tracks(parsed(*ARM), [JointState(1, ['x'], [1.0])]) == []
+    with pytest.warns(UserWarning, match='1 names and 2 positions'):
+        assert joint_tracks(parsed(*ARM), [JointState(1, ['j'], [[1.0, 2.0]])]) == []
+    with pytest.raises(InvalidArgumentException, match='stamps are integer nanoseconds'):
+        joint_tracks(parsed(*ARM), [JointState(1.5, ['j'], [1.0])])

@@ -92,7 +92,7 @@ def listed(texts: Iterable[str]) -> str:
     return ', '.join(names[:_LISTED]) + more
 
 
-def read(text: str, source: str) -> Element:
+def read(text: str | bytes, source: str) -> Element:
     """
     Return the outermost element of a text.
 
@@ -108,15 +108,17 @@ class _Reader:
         self._source = source
         self._open: list[Element] = []
         self._root: Element | None = None
+        # Whatever the text says of its encoding: it is UTF-8 by now.
         self._parser = expat.ParserCreate('utf-8')
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
         self._parser.StartDoctypeDeclHandler = self._refuse_doctype
 
-    def read(self, text: str) -> Element:
+    def read(self, text: str | bytes) -> Element:
+        if isinstance(text, str):
+            text = text.encode('utf-8', 'surrogatepass')
         try:
-            # As bytes, so that what the text says of its encoding does not matter any more.
-            self._parser.Parse(text.encode('utf-8', 'surrogatepass'), True)
+            self._parser.Parse(text, True)
         except expat.ExpatError as error:
             raise self._not_xml(error) from None
         assert self._root is not None

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from .elements import DescriptionError
 
-INSTALL = 'pip install xacro, or apt install ros-jazzy-xacro'
+INSTALL = 'pip install "tf_tree_py[xacro]", or apt install ros-jazzy-xacro'
 
 
 def text_of(path: str | Path) -> str:
@@ -32,7 +32,7 @@ def _expanded(path: Path) -> str:
         import xacro
     except ModuleNotFoundError:
         raise DescriptionError(str(path), 0, '', 'the package xacro is not installed',
-                               f'{INSTALL}') from None
+                               INSTALL) from None
     try:
         return str(xacro.process_file(str(path)).toprettyxml(indent='  '))
     except Exception as error:  # noqa: B902 - it evaluates Python that is written in the file

@@ -1,6 +1,6 @@
 """Who mimics whom: joints whose position is that of another, times something plus something."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ class Followers(NamedTuple):
                 values[..., self.leaders] * self.multipliers + self.offsets)
 
 
-def followers(joints: Iterable[Joint], given: Sequence[str], columns: Mapping[str, int]
+def followers(joints: Iterable[Joint], given: Collection[str], columns: Mapping[str, int]
               ) -> Followers:
     """
     Return what follows the variables that are given, also through others that follow.
@@ -42,14 +42,14 @@ def followers(joints: Iterable[Joint], given: Sequence[str], columns: Mapping[st
     :param columns: the index of every variable.
     """
     mimics = {joint.name: joint.mimic for joint in joints if joint.mimic is not None}
-    found = []
+    leaders, found = frozenset(given), []
     for name in mimics:
         leader, multiplier, offset = Mimic(name, 1.0, 0.0)
-        while leader not in given and leader in mimics:
+        while leader not in leaders and leader in mimics:
             step = mimics[leader]
             leader, offset = step.joint, offset + multiplier * step.offset
             multiplier *= step.multiplier
-        if leader in given and leader != name:
+        if leader in leaders and leader != name:
             found.append((columns[name], columns[leader], multiplier, offset))
     parts = list(zip(*found, strict=True)) or [()] * 4
     return Followers(np.array(parts[0], np.intp), np.array(parts[1], np.intp),
@@ -69,10 +69,10 @@ def check_mimics(joints: Sequence[tuple[Joint, Element]]) -> None:
         if joint.mimic is None or mimic is None:
             continue
         _check_leader(mimic, joint.mimic.joint, by_name)
-        seen = [joint.name]
+        seen = {joint.name: None}
         leader: Mimic | None = joint.mimic
         while leader is not None and leader.joint not in seen:
-            seen.append(leader.joint)
+            seen[leader.joint] = None
             leader = by_name[leader.joint].mimic if leader.joint in by_name else None
         if leader is not None:
             raise mimic.error(f'it mimics itself: {" -> ".join(map(quoted, seen))} -> '

@@ -57,10 +57,11 @@ class Robot:
         return cls.parse(text_of(path), str(path))
 
     @classmethod
-    def parse(cls, text: str, source: str = 'the robot description') -> 'Robot':
+    def parse(cls, text: str | bytes, source: str = 'the robot description') -> 'Robot':
         """
         Return the robot that a text describes.
 
+        :param text: a string, or bytes of UTF-8.
         :param source: what errors call the text.
         :raises DescriptionError: it describes none; the error names the line and the mend.
         """
@@ -122,7 +123,7 @@ class Robot:
             if not np.isfinite(array).all():
                 raise InvalidArgumentException(f'a position of {name!r} is not finite')
             values[..., self.columns[name]] = array
-        followers(self.moving, tuple(named), self.columns).follow(values)
+        followers(self.moving, named, self.columns).follow(values)
         if not self.motion.has_turns(values):
             raise InvalidArgumentException(
                 'the quaternion of a floating joint is all zero; for no rotation give 0 0 0 1')

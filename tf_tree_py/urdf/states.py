@@ -45,7 +45,7 @@ class Reading:
         self.unknown = [name for name in places if name not in known and name not in fixed]
         self.picks = np.array(list(known.values()), np.intp)
         self.columns = np.array([robot.columns[name] for name in known], np.intp)
-        self.followers = followers(robot.moving, tuple(known), robot.columns)
+        self.followers = followers(robot.moving, known, robot.columns)
         reached = {*self.columns.tolist(), *self.followers.columns.tolist()}
         self.rows = np.array([any(robot.columns[name] in reached for name in joint.variables)
                               for joint in robot.moving], bool)
@@ -91,8 +91,8 @@ class JointStates:
             None: no matter when.
         :return: (moving joints,); None: there is nothing to send.
         """
-        if len(names) != len(positions):
-            self._tell(f'{len(names)} names and {len(positions)} positions: such joint states '
+        if positions.shape != (len(names),):
+            self._tell(f'{len(names)} names and {positions.size} positions: such joint states '
                        'are ignored')
             return None
         reading = self._reading(names)

@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.arrivals.track import Track
+from tf_tree_py.core.times import checked_stamp, Stamps
 
 from .motion import Motion
 from .robot import Robot
@@ -36,15 +37,17 @@ def joint_tracks(robot: Robot, states: Iterable[JointState],
     them, and of the others those that nobody reports any more stay where they were. What
     does not move is in ``robot.joints``, with its origin.
 
-    :param states: in the order in which they came.
+    :param states: in the order in which they came; stamps are what a buffer takes.
     :param tell: hears in a sentence what cannot be used, each once; warns unless given.
+    :raises InvalidArgumentException: a stamp that is none.
     """
     known = JointStates(robot, tell)
     stamps, values, sent = [], [], []
-    for stamp, names, positions in states:
-        rows = known.take(int(stamp), tuple(names), np.asarray(positions, float))
+    for when, names, positions in states:
+        stamp = checked_stamp(when)
+        rows = known.take(stamp, tuple(names), np.asarray(positions, float))
         if rows is not None:
-            stamps.append(int(stamp))
+            stamps.append(stamp)
             values.append(known.values)
             sent.append(rows)
     if not stamps:
@@ -55,7 +58,7 @@ def joint_tracks(robot: Robot, states: Iterable[JointState],
             for row, when in enumerate(moved) if when.any()]
 
 
-def _track(robot: Robot, row: int, stamps: npt.NDArray[np.int64],
+def _track(robot: Robot, row: int, stamps: Stamps,
            values: npt.NDArray[np.float64]) -> Track:
     """Return the samples of one joint: one after the other, they take less memory at a time."""
     motion = Motion([robot.moving[row]])
