@@ -113,7 +113,7 @@ class Page:
             self._look.origin = middle.round()
         self._looks.set_length(float(f'{reach * 0.18:.1g}'))
         middle = middle - self._look.origin
-        self._client.camera.position = middle + reach * np.array((1.9, -2.2, 1.7))
+        self._client.camera.position = middle + reach * np.array((1.6, -1.85, 1.4))
         self._client.camera.look_at = middle
 
     def _follow(self, moment: Moment) -> None:
