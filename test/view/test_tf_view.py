@@ -107,8 +107,9 @@ def test_it_listens_on_this_machine_only_and_ends_in_order(start, bag, number):
     assert address(program) == f'http://127.0.0.1:{PORT}'
     assert listening(PORT) == {'0100007F'}
     program.interrupt(number)
+    program.interrupt(signal.SIGTERM)  # as from somebody who is in a hurry
     assert program.end() == 0
-    assert program.output.count('\n') == 1
+    assert 'Traceback' not in program.output
 
 
 def test_slider_spans_the_recording(start, bag, window):

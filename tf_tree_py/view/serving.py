@@ -48,7 +48,8 @@ class Serving:
             self._server = _Server(host=host, port=port, label=title, verbose=False)
         self._server.on_client_connect(self._open)
         self._server.on_client_disconnect(self._close)
-        self._thread = threading.Thread(target=self._draw, name='pages')
+        # A second Ctrl-C may interrupt the end of this: then the process must end all the same.
+        self._thread = threading.Thread(target=self._draw, name='pages', daemon=True)
         self._thread.start()
 
     @property

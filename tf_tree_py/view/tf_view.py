@@ -3,10 +3,11 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from contextlib import suppress
+import os
 from pathlib import Path
+import signal
 import socket
 import sys
-import threading
 
 from tf_tree_py.core.checks.finding import Finding
 from tf_tree_py.core.doctor import Doctor
@@ -89,9 +90,23 @@ def _serve(arguments: Namespace, source: TreeSource, doctor: Doctor,
 
     subject = Subject(source.buffer, arguments.bag is None, source.now, diagnose, shapes,
                       arguments.fixed_frame)
+    signalled = _signals()
     with Serving(subject, arguments.host, arguments.port or _PORT, source.name) as serving:
         print(f'{NAME}: {source.name} is to be seen at {serving.url} (Ctrl-C ends)', flush=True)
-        threading.Event().wait()
+        os.read(signalled, 1)
+
+
+def _signals() -> int:
+    """
+    Return a file that can be read as soon as a signal has come.
+
+    Of several signals that come at once, the system may give all to other threads, which
+    does not wake this one from any other wait.
+    """
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
+    signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
+    return read_end
 
 
 def _check_recording(source: TreeSource) -> None:
