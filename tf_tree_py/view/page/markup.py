@@ -63,4 +63,3 @@ def table(facts: Iterable[Fact]) -> str:
         f'{html.escape(name)}</td><td style="overflow-wrap: anywhere;">{html.escape(value)}</td>'
         '</tr>' for name, value in facts)
     return f'<table class="tf-facts" style="{_PADDING} font-size: 0.85em;">{rows}</table>'
-
