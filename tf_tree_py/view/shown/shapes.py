@@ -75,8 +75,10 @@ def _triangles(visual: Visual, path: Path) -> Any:
         raise FileNotFoundError('no such file is there')
     if file.suffix.lower() not in _SUFFIXES:
         raise ValueError(f'only {", ".join(_SUFFIXES)} can be shown')
-    # With a resolver of its own a mesh might name other files, or addresses.
+    # Materials name other files, which a description could use to have any file read.
     triangles: Any = trimesh.load(file, force='mesh', skip_materials=True)
+    if not len(getattr(triangles, 'faces', ())):
+        raise ValueError('it holds no triangle')
     triangles.apply_scale(shape.scale)
     return triangles
 
