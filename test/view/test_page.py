@@ -198,6 +198,22 @@ def test_chosen_frame_can_be_hidden_and_leave_a_trail(page):
     page.wait_for_axes(lambda _, scale, __: (scale > 0.0).all())
 
 
+def test_followed_frame_stays_where_it_is_on_the_page(page, robot):
+    position, _, _ = page.wait_for_axes(stand_as(robot, LAST))
+    gripper = list(robot.lookup_tree('world', LAST)).index('gripper')
+    page.choose('gripper')
+    page.turn_to('chosen')
+    page.page.get_by_role('checkbox', name='follow').check()
+    feed(robot, LAST, LAST + SECOND)
+    robot.time = LAST + SECOND
+    page.wait_for_axes(lambda now, _, __: np.allclose(now[gripper], position[gripper], atol=1e-5)
+                       and np.linalg.norm(now[0] - position[0]) > 0.1)
+    page.page.get_by_role('checkbox', name='follow').uncheck()
+    page.turn_to('look')
+    page.press('see all')
+    page.wait_for_axes(stand_as(robot, LAST + SECOND))
+
+
 def test_search_leaves_what_it_finds(page):
     page.field('search').fill('CAM')
     page.frame_button('gripper').wait_for(state='detached')

@@ -109,8 +109,9 @@ class Page:
         positions = moment.poses[:, :3]
         middle = (positions.min(axis=0) + positions.max(axis=0)) / 2.0
         reach = max(float(np.linalg.norm(positions - middle, axis=1).max()), 0.1)
-        if np.linalg.norm(middle) > 1_000.0 * reach:
-            self._look.origin = middle.round()
+        far = np.linalg.norm(middle) > 1_000.0 * reach
+        self._look.origin = middle.round() if far else np.zeros(3)
+        self._anchor = None
         self._looks.set_length(float(f'{reach * 0.18:.1g}'))
         middle = middle - self._look.origin
         self._client.camera.position = middle + reach * np.array((1.6, -1.85, 1.4))
