@@ -60,13 +60,14 @@ setup(
         'plot': ['matplotlib'],
         'tools': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'pytest'],
-        'view': ['viser'],
+        'view': ['pycollada', 'trimesh', 'viser>=1.1'],
         'xacro': ['xacro'],
     },
     entry_points={
         'console_scripts': [
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
             *(f'{name} = {package_name}.tools.{name}:main' for name in tools),
+            f'tf_view = {package_name}.view.tf_view:main',
             f'tf_lab = {package_name}.labs.tf_lab:main',
         ],
     },

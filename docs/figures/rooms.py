@@ -48,19 +48,23 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
         'threads': (2.9, 9.55, 'our own threads and nodes'),
         'messages': (8.1, 9.55, 'messages and plain numbers'),
     }),
-    'bag': (8.8, 6.0, {
-        'open_bag, record': (12.85, 13.4, 'a bag as a buffer, and back'),
-        'assembling': (12.85, 11.75, 'messages become a tree'),
-        'files': (12.85, 10.1, 'messages out of files'),
+    'bag': (10.3, 4.5, {
+        'open_bag, record': (12.85, 13.75, 'a bag as a buffer, and back'),
+        'assembling': (12.85, 12.4, 'messages become a tree'),
+        'files': (12.85, 11.05, 'messages out of files'),
+    }),
+    'urdf': (8.8, 1.3, {
+        'Robot': (12.85, 9.3, 'descriptions, joint states'),
     }),
 }
-# Where each panel begins, and how wide it is; bag stands beside ros.
-SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), '': (0.1, 14.5)}
+# Where each panel begins, and how wide it is; bag and urdf stand beside ros.
+SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), 'urdf': (11.1, 3.5),
+         '': (0.1, 14.5)}
 TOP, TOP_HEIGHT = 15.4, 0.9
-ABOVE = (('nodes', 2.0, 'executables that stay up'), ('tools', 5.45, 'executables to look with'),
-         ('labs', 8.9, 'the labs of the course'),
-         ('dropin', 12.35, 'runs code that imports tf2_ros'))
-WIDTH, HEIGHT = 3.1, 0.74
+ABOVE = (('nodes', 1.6, 'executables that stay up'), ('tools', 4.45, 'to look at a tree with'),
+         ('view', 7.3, 'a page in the browser'), ('labs', 10.15, 'the labs of the course'),
+         ('dropin', 13.0, 'runs what imports tf2_ros'))
+WIDTH, WIDTH_ABOVE, HEIGHT = 3.1, 2.65, 0.74
 # Which box the files outside of rooms belong to.
 LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist', 'doctor': 'doctor'},
          'ros': {'diagnostics': 'diagnostics'},
@@ -92,7 +96,7 @@ def room_of(parts: tuple[str, ...], layer: str) -> str | None:
     if (PACKAGE / layer / name).is_dir():
         assert name in rooms, f'{layer}/{name} has no place in the picture'
         return name
-    return LOOSE[layer].get(name, 'errors, stamp' if layer == 'core' else None)
+    return LOOSE.get(layer, {}).get(name, 'errors, stamp' if layer == 'core' else None)
 
 
 def arrows(layer: str) -> set[tuple[str, str]]:
@@ -114,10 +118,10 @@ def arrows(layer: str) -> set[tuple[str, str]]:
             if not any(near in reachable(other) for other in direct[room] - {near})}
 
 
-def draw_box(axes: Axes, x: float, y: float, name: str, text: str) -> None:
+def draw_box(axes: Axes, x: float, y: float, name: str, text: str, width: float = WIDTH) -> None:
     """Draw a room: its name, and below it what lives there."""
     axes.add_patch(FancyBboxPatch(
-        (x - WIDTH / 2, y - HEIGHT / 2), WIDTH, HEIGHT, boxstyle='round,pad=0,rounding_size=0.1',
+        (x - width / 2, y - HEIGHT / 2), width, HEIGHT, boxstyle='round,pad=0,rounding_size=0.1',
         facecolor='white', edgecolor='black', lw=1.2))
     axes.text(x, y + 0.14, name, ha='center', va='center', fontweight='bold', fontsize=12)
     axes.text(x, y - 0.17, text, ha='center', va='center', fontsize=10.5)
@@ -170,9 +174,10 @@ def main() -> None:
     axes.axis('off')
     draw_panel(axes, '', TOP, TOP_HEIGHT, '0.94')
     for name, x, text in ABOVE:
-        draw_box(axes, x, TOP + TOP_HEIGHT / 2, name, text)
+        draw_box(axes, x, TOP + TOP_HEIGHT / 2, name, text, WIDTH_ABOVE)
     draw_layer(axes, 'ros', '0.9')
     draw_layer(axes, 'bag', '0.9')
+    draw_layer(axes, 'urdf', '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):
         for x in (5.5, 12.85):

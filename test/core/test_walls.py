@@ -19,6 +19,7 @@ LAYERS = {
     'ros': {'core'},
     'nodes': {'core', 'bag', 'urdf', 'ros'},
     'tools': {'core', 'bag', 'urdf', 'ros'},
+    'view': {'core', 'bag', 'urdf', 'ros', 'tools'},
     'labs': {'core', 'bag', 'urdf', 'ros'},
     'dropin': {'core', 'bag', 'ros'},
 }
@@ -66,6 +67,13 @@ ORDER = {
         'buffer_server',
         'filtering: drop_reasons message_filter',
         ': diagnostics',
+    ),
+    'view': rooms(
+        'shown: living moment playhead trail colours listing facts shapes',
+        ': subject',
+        'page: asking markup labels links stale_axes scene timeline frames_panel chosen_panel '
+        'findings_panel look_panel page',
+        ': serving tf_view',
     ),
     'urdf': rooms(
         ': elements values visuals joints hanging following motion expanding robot states '

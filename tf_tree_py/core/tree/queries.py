@@ -541,6 +541,30 @@ class Queries:
             return [_info(history.parent, history)
                     for history in histories if history.parent is not None]
 
+    def parents_at(self, stamp: int) -> dict[str, str]:
+        """
+        Return the parent of each frame at a stamp; a frame hangs on none without data for it.
+
+        :param stamp: nanoseconds; 0 is a time here.
+        """
+        stamp = self._stamp_of(stamp)
+        with self._lock:
+            parents = {child: history.parent_at(stamp)
+                       for child, history in self._tree.histories.items()}
+        return {child: parent for child, parent in parents.items() if parent is not None}
+
+    def stamps_of(self, frame: str) -> Stamps:
+        """
+        Return the stamps of the samples that say where a frame is in its parent.
+
+        :return: (N,) nanoseconds, in order; none of a static edge, or of a root.
+        """
+        with self._lock:
+            history = self._tree.histories.get(frame)
+            if history is None or history.oldest_stamp is None or history.latest_stamp is None:
+                return np.empty(0, dtype=np.int64)
+            return history.track(history.oldest_stamp, history.latest_stamp).knots
+
     def __repr__(self) -> str:
         return f'<{self._summary()}>'
 

@@ -1,0 +1,46 @@
+"""A real Chromium, in which tests open pages; without one they skip and say what is missing."""
+
+import os
+import shutil
+
+import pytest
+
+_PROGRAMS = ('chromium', 'chromium-browser', 'google-chrome')
+# Without a graphics card, pictures are drawn by the processor.
+_OPTIONS = ('--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
+            *(['--no-sandbox'] if os.geteuid() == 0 else []))
+
+# What three.js has made tells of itself where its developers' tools listen.
+_LISTEN = """
+window.scenes = [];
+window.__THREE_DEVTOOLS__ = new EventTarget();
+window.__THREE_DEVTOOLS__.addEventListener(
+  'observe', event => event.detail.isScene && window.scenes.push(event.detail));
+"""
+
+
+@pytest.fixture(scope='session')
+def chromium():
+    """Return a headless Chromium."""
+    pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
+    playwright = pytest.importorskip(
+        'playwright.sync_api', reason='Chromium is driven by playwright: pip install playwright')
+    with playwright.sync_playwright() as driver:
+        own = driver.chromium.executable_path
+        program = next(filter(None, map(shutil.which, _PROGRAMS)),
+                       own if os.path.exists(own) else None)
+        if program is None:
+            pytest.skip('pages are tested in Chromium, and there is none: apt install chromium, '
+                        'or playwright install chromium')
+        browser = driver.chromium.launch(executable_path=program, args=_OPTIONS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope='module')
+def window(chromium):
+    """Return a browser window that nothing is open in: a small one, for its pictures take time."""
+    context = chromium.new_context(viewport={'width': 640, 'height': 480})
+    context.add_init_script(_LISTEN)
+    yield context
+    context.close()

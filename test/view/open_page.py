@@ -1,0 +1,113 @@
+"""A page in the browser: what stands in its scene, read back from three.js, and its controls."""
+
+import numpy as np
+
+# viser draws the axes of N frames as 3 N instances of one cylinder, and lines as segments.
+_READ = """() => {
+  const found = {axes: [], stale: [], lines: [], points: []};
+  const nodes = [];
+  window.scenes.forEach(scene => scene.traverse(node => nodes.push(node)));
+  for (const node of nodes) {
+    let visible = true;
+    for (let up = node; up; up = up.parent) visible = visible && up.visible;
+    if (!visible || !node.geometry) continue;
+    const attributes = node.geometry.attributes;
+    if (node.isInstancedMesh && node.geometry.type === 'CylinderGeometry')
+      found.axes.push(Array.from(node.instanceMatrix.array.slice(0, 16 * node.count)));
+    else if (node.isInstancedMesh || node.isInstancedMesh2)
+      found.stale.push(node.count);
+    else if (attributes.instanceStart)
+      found.lines.push({
+        points: Array.from(attributes.instanceStart.data.array),
+        colors: Array.from(attributes.instanceColorStart.data.array)});
+    else if (node.isPoints)
+      found.points.push(Array.from(attributes.position.array));
+  }
+  return found;
+}"""
+
+
+class OpenPage:
+    """
+    A page that is open in a browser window.
+
+    :ivar complaints: errors in its console.
+    """
+
+    def __init__(self, window, url):
+        self.page = window.new_page()
+        self.complaints = []
+        self.page.on('console', lambda message: message.type == 'error'
+                     and self.complaints.append(message.text))
+        self.page.on('pageerror', lambda error: self.complaints.append(str(error)))
+        self.page.goto(f'{url}/?fixedDpr=0.5')  # pictures of fewer points take less time
+        self.wait_for_text('frames')
+
+    def wait_for_text(self, text):
+        """Wait until the line that says which moment is shown has a text in it."""
+        self.page.locator('.tf-status', has_text=text).wait_for()
+
+    def status(self):
+        return self.page.locator('.tf-status').inner_text()
+
+    def press(self, name):
+        self.page.get_by_role('button', name=name, exact=True).click()
+
+    def turn_to(self, tab):
+        self.page.get_by_role('tab', name=tab).click()
+
+    def choose(self, frame):
+        self.turn_to('frames')
+        self.frame_button(frame).click()
+
+    def frame_button(self, frame):
+        return self.page.get_by_role('button').filter(has_text=frame)
+
+    def go_to(self, seconds):
+        """Move the slider, by writing into the field beside it."""
+        field = self.field('time [s]')
+        field.fill(f'{seconds}')
+        field.press('Enter')
+
+    def field(self, label):
+        """Return the field behind a label; viser does not join them for all kinds."""
+        return self.page.locator(
+            '.mantine-Flex-root', has=self.page.locator('label', has_text=label)
+        ).locator('input:not([type=hidden])').last
+
+    # --- the scene
+
+    def scene(self):
+        """Return what is drawn."""
+        return self.page.evaluate(_READ)
+
+    def axes(self):
+        """Return position, scale and rotation (N, 3, 3) of the axes that are drawn."""
+        matrices = np.array(self.scene()['axes'][0]).reshape(-1, 3, 4, 4)
+        # Columns come first. A cylinder lies along its own y, its middle half a length from
+        # the frame.
+        along, middle = matrices[:, :, 1, :3], matrices[:, :, 3, :3]
+        scale = np.linalg.norm(along[:, 0], axis=1)
+        with np.errstate(invalid='ignore'):
+            rotation = (along / scale[:, None, None]).swapaxes(1, 2)
+        return middle[:, 0] - along[:, 0] / 2.0, scale, rotation
+
+    def wait_for_axes(self, right):
+        """Return the axes as soon as they are right, which a function of them says."""
+        for _ in range(600):
+            if self.scene()['axes']:
+                axes = self.axes()
+                if right(*axes):
+                    return axes
+            # Until the next picture.
+            self.page.evaluate('() => new Promise(requestAnimationFrame)')
+        raise AssertionError(f'the axes stand elsewhere: {self.axes()}')
+
+    def wait_for_count(self, what, count):
+        """Wait until so many nodes of the scene can be seen, by a JavaScript expression."""
+        self.page.wait_for_function(f"""() => {{
+          let count = 0;
+          window.scenes.forEach(scene => scene.traverseVisible(
+            node => count += Number({what} || 0)));
+          return count === {count};
+        }}""")

@@ -1,0 +1,275 @@
+"""Pages in a real Chromium: what is drawn is read back from the browser's own scene."""
+
+import numpy as np
+from open_page import OpenPage
+import pytest
+from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.checks.finding import Finding, Severity
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.view.shown.shapes import LinkShape
+
+pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
+# One browser is enough for a machine.
+pytestmark = pytest.mark.xdist_group('browser')
+
+SECOND = 1_000_000_000
+FIRST, LAST = 100 * SECOND, 110 * SECOND
+SHAPES = [LinkShape(link, np.eye(3), np.array([(0, 1, 2)]), (1.0, 0.0, 0.0, 1.0))
+          for link in ('camera', 'no_frame')]
+
+
+def pose_at(stamp, turn):
+    time_s = stamp / SECOND
+    return Pose(*se3.exp((np.cos(time_s), 0.3 * turn, 0.2, 0.0, 0.1 * turn, 0.3 * time_s % 1.0)))
+
+
+def feed(buffer, begin, end, children=('odom', 'base_link', 'gripper')):
+    parents = {'odom': 'world', 'base_link': 'odom', 'gripper': 'base_link'}
+    buffer.insert_many([
+        Sample(parents[child], child, stamp, pose_at(stamp, turn))
+        for turn, child in enumerate(children) for stamp in range(begin, end + 1, SECOND // 20)],
+        strict=False)
+
+
+class Robot(BufferCore):
+    """A buffer of five frames, with a clock that tests set, that counts who looks at it."""
+
+    def __init__(self):
+        super().__init__(UNLIMITED)
+        self.looked = 0
+        self.findings = []
+        self.stand_anew()
+
+    def stand_anew(self):
+        self.time = LAST
+        self.insert('base_link', 'camera', 0, Pose(x=0.2, z=0.5), static=True)
+        feed(self, FIRST, LAST)
+
+    def lookup_tree(self, *arguments):
+        self.looked += 1
+        return super().lookup_tree(*arguments)
+
+
+@pytest.fixture(scope='module')
+def serving():
+    """Return what serves pages of a robot, whose tree every test begins anew."""
+    from tf_tree_py.view.serving import Serving
+    from tf_tree_py.view.subject import Subject
+    robot = Robot()
+    subject = Subject(robot, True, lambda: robot.time, lambda: robot.findings, SHAPES)
+    with Serving(subject, '127.0.0.1', 18200, 'test') as serving:
+        serving.robot = robot
+        yield serving
+
+
+@pytest.fixture(scope='module')
+def opened(window, serving):
+    """Return a page; to load one takes some seconds, so the tests share it."""
+    return OpenPage(window, serving.url)
+
+
+@pytest.fixture
+def robot(serving):
+    robot = serving.robot
+    for frame in robot.frames():
+        robot.remove_frame(frame)
+    robot.stand_anew()
+    return robot
+
+
+@pytest.fixture
+def page(opened, robot):
+    opened.turn_to('frames')
+    opened.press('live')
+    opened.wait_for_text('live at 110')
+    yield opened
+    assert not opened.complaints
+
+
+def stand_as(robot, stamp, fixed_frame='world'):
+    """Return what says whether axes stand where the lookup says, to what a float32 holds."""
+    poses = np.array(list(robot.lookup_tree(fixed_frame, stamp).values()))
+    rotations = np.array([se3.as_matrix(pose)[:3, :3] for pose in poses.tolist()])
+    return lambda position, scale, rotation: (
+        position.shape == poses[:, :3].shape and np.allclose(position, poses[:, :3], atol=1e-5)
+        and np.allclose(rotation, rotations, atol=1e-5) and (scale > 0.0).all())
+
+
+def test_five_frames_stand_where_the_lookup_says_and_follow(page, robot):
+    page.wait_for_axes(stand_as(robot, LAST))
+    lines = np.array(page.scene()['lines'][0]['points']).reshape(-1, 2, 3)
+    tree = robot.lookup_tree('world', LAST)
+    np.testing.assert_allclose(
+        lines, [[tree[parent][:3], tree[child][:3]] for parent, child in (
+            ('world', 'odom'), ('odom', 'base_link'), ('base_link', 'camera'),
+            ('base_link', 'gripper'))], atol=1e-5)
+    feed(robot, LAST, LAST + SECOND)
+    robot.time = LAST + SECOND
+    page.wait_for_axes(stand_as(robot, LAST + SECOND))
+
+
+def test_slider_moves_them_to_where_they_were_and_live_back(page, robot):
+    page.go_to(2.525)
+    page.wait_for_text('paused at 102.525')
+    page.wait_for_axes(stand_as(robot, FIRST + 2_525_000_000))
+    page.press('step ▶')
+    page.wait_for_axes(stand_as(robot, FIRST + 2_550_000_000))
+    page.press('live')
+    page.wait_for_axes(stand_as(robot, LAST))
+    page.press('pause')
+    page.wait_for_text('paused at 110')
+    page.press('play')
+    page.wait_for_text('playing')
+
+
+def test_another_fixed_frame_can_be_chosen(page, robot):
+    for frame in ('gripper', 'world'):
+        page.field('fixed frame').fill(frame)
+        page.page.keyboard.press('ArrowDown')
+        page.page.keyboard.press('Enter')
+        page.wait_for_axes(stand_as(robot, LAST, frame))
+
+
+def test_frame_that_stops_turns_grey_where_it_was(page, robot):
+    page.wait_for_axes(stand_as(robot, LAST))
+    feed(robot, LAST, LAST + 3 * SECOND, ['odom', 'base_link'])
+    robot.time = LAST + 3 * SECOND
+    page.wait_for_text('5 frames, 1 stale')
+    scale = page.wait_for_axes(lambda _, scale, __: (scale == 0.0).any())[1]
+    assert len(scale) == 5 and (scale == 0.0).sum() == 1
+    assert page.scene()['stale'] == [1]
+    segments = page.scene()['lines'][0]
+    points = np.array(segments['points']).reshape(-1, 2, 3)
+    gripper = np.isclose(points[:, 1], robot.lookup('world', 'gripper', LAST)[:3],
+                         atol=1e-5).all(axis=1)
+    red, green, blue = np.array(segments['colors']).reshape(-1, 2, 3)[gripper][0, 0]
+    assert red == green == blue
+    assert 'italic' in page.frame_button('gripper').evaluate('x => getComputedStyle(x).fontStyle')
+
+
+def test_tree_may_change_while_it_is_looked_at(page, robot):
+    page.wait_for_axes(stand_as(robot, LAST))
+    robot.insert('gripper', 'tool', 0, Pose(z=0.1), static=True)
+    page.wait_for_text('6 frames')
+    page.wait_for_axes(stand_as(robot, LAST))
+    for stamp in range(LAST, LAST + SECOND, SECOND // 20):
+        robot.insert('world', 'gripper', stamp, Pose(x=5.0), strict=False)
+    feed(robot, LAST, LAST + SECOND, ['odom', 'base_link'])
+    robot.time = LAST + SECOND
+    page.wait_for_axes(stand_as(robot, LAST + SECOND - SECOND // 20))
+    robot.clear()
+    feed(robot, SECOND, 2 * SECOND)
+    robot.time = 2 * SECOND
+    page.wait_for_text('live at 2.0')
+    page.wait_for_axes(stand_as(robot, 2 * SECOND))
+    robot.remove_frame('tool')
+    page.wait_for_text('5 frames')
+
+
+def test_click_in_the_list_or_on_the_axes_tells_of_a_frame(page):
+    facts = page.page.locator('.tf-facts')
+    page.choose('camera')
+    page.turn_to('chosen')
+    facts.filter(has_text='static').wait_for()
+    assert 'base_link' in facts.inner_text()
+    # The camera turns to the frame, which then is in the middle of the window.
+    page.page.set_viewport_size({'width': 1000, 'height': 480})
+    page.press('look at it')
+    page.choose('world')
+    page.turn_to('chosen')
+    facts.filter(has_text='it is a root').wait_for()
+    for _ in range(100):
+        page.page.mouse.click(500, 240)
+        page.page.evaluate('() => new Promise(requestAnimationFrame)')
+        if 'root' not in facts.inner_text():
+            break
+    facts.filter(has_text='static').wait_for()
+    page.page.set_viewport_size({'width': 640, 'height': 480})
+
+
+def test_chosen_frame_can_be_hidden_and_leave_a_trail(page):
+    page.choose('gripper')
+    page.turn_to('chosen')
+    page.page.get_by_role('checkbox', name='show it').uncheck()
+    page.wait_for_axes(lambda _, scale, __: (scale == 0.0).sum() == 1)
+    page.page.get_by_role('checkbox', name='trail').check()
+    page.wait_for_count('node.geometry?.attributes?.instanceStart ? 1 : 0', 2)
+    page.page.get_by_role('checkbox', name='trail').uncheck()
+    page.page.get_by_role('checkbox', name='show it').check()
+    page.wait_for_axes(lambda _, scale, __: (scale > 0.0).all())
+
+
+def test_followed_frame_stays_where_it_is_on_the_page(page, robot):
+    position, _, _ = page.wait_for_axes(stand_as(robot, LAST))
+    gripper = list(robot.lookup_tree('world', LAST)).index('gripper')
+    page.choose('gripper')
+    page.turn_to('chosen')
+    page.page.get_by_role('checkbox', name='follow').check()
+    feed(robot, LAST, LAST + SECOND)
+    robot.time = LAST + SECOND
+    page.wait_for_axes(lambda now, _, __: np.allclose(now[gripper], position[gripper], atol=1e-5)
+                       and np.linalg.norm(now[0] - position[0]) > 0.1)
+    page.page.get_by_role('checkbox', name='follow').uncheck()
+    page.turn_to('look')
+    page.press('see all')
+    page.wait_for_axes(stand_as(robot, LAST + SECOND))
+
+
+def test_search_leaves_what_it_finds(page):
+    page.field('search').fill('CAM')
+    page.frame_button('gripper').wait_for(state='detached')
+    assert page.frame_button('camera').count() == 1
+    page.field('search').fill('')
+    page.frame_button('gripper').wait_for()
+
+
+def test_finding_marks_its_frames(page, robot):
+    robot.findings = [Finding('made-up', Severity.WARNING, ('odom', 'base_link'), ('/wheels',),
+                              'It is <i>not</i> so.')]
+    page.choose('odom')
+    page.turn_to('findings')
+    page.frame_button('made-up').click()
+    page.page.get_by_text('It is <i>not</i> so.').wait_for()
+    page.wait_for_count(POINTS, 2)
+    robot.findings = []
+    page.page.get_by_text('nothing is wrong').wait_for()
+    page.wait_for_count(POINTS, 1)
+
+
+def test_links_of_a_robot_stand_on_their_frames(page, robot):
+    page.wait_for_count(LINK, 1)
+    robot.remove_frame('camera')
+    page.wait_for_count(LINK, 0)
+
+
+POINTS = 'node.isPoints ? node.geometry.attributes.position.count : 0'
+LINK = ('node.isMesh && !node.isInstancedMesh && node.geometry.attributes.position.count === 3'
+        ' ? 1 : 0')
+
+
+def test_page_fits_a_phone_in_the_dark(page):
+    page.page.set_viewport_size({'width': 390, 'height': 800})
+    page.turn_to('look')
+    page.page.get_by_role('checkbox', name='dark', exact=True).check()
+    page.page.wait_for_function(
+        "document.documentElement.getAttribute('data-mantine-color-scheme') === 'dark'")
+    assert page.page.evaluate('document.documentElement.scrollWidth') <= 390
+    for name in ('pause', 'live'):
+        box = page.page.get_by_role('button', name=name, exact=True).bounding_box()
+        assert box['x'] >= 0 and box['x'] + box['width'] <= 390
+    page.page.set_viewport_size({'width': 640, 'height': 480})
+
+
+def test_pages_are_independent_and_a_closed_one_costs_nothing(page, window, serving, robot):
+    second = OpenPage(window, serving.url)
+    page.go_to(1.0)
+    page.wait_for_text('paused at 101.0')
+    second.wait_for_text('live at 110.0')
+    second.wait_for_axes(stand_as(robot, LAST))
+    second.page.close()
+    page.page.close()
+    serving.wait_until_nobody_looks()
+    looked = robot.looked
+    feed(robot, LAST, LAST + SECOND)
+    assert robot.looked == looked

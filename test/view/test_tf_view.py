@@ -1,0 +1,135 @@
+"""The command tf_view: its arguments, what it listens on, how it ends, live and recorded."""
+
+from contextlib import closing
+import re
+import signal
+import socket
+import subprocess
+import sys
+
+from bags import Message, SECOND, write_ros2
+from domains import isolate
+import numpy as np
+from open_page import OpenPage
+from programs import executable, PATIENCE_S, Program
+import pytest
+
+pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
+# One browser is enough for a machine.
+pytestmark = pytest.mark.xdist_group('browser')
+isolate()
+
+COMMAND = (sys.executable, '-m', 'tf_tree_py.view.tf_view')
+SAID = 'is to be seen at'
+PORT = 18700
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    pose = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    return write_ros2(tmp_path_factory.mktemp('bags') / 'drive', [
+        Message(stamp, '/tf', [('map', 'base', stamp, pose)])
+        for stamp in range(SECOND, 3 * SECOND, SECOND // 10)])
+
+
+@pytest.fixture
+def start():
+    """Start programs that are gone at the end of the test."""
+    programs = []
+
+    def started(*command):
+        programs.append(Program(*command))
+        return programs[-1]
+
+    yield started
+    for program in programs:
+        program.kill()
+
+
+def address(program):
+    program.wait_for(SAID)
+    return re.search(r'http://\S+', program.output)[0]
+
+
+def listening(port):
+    """Return the addresses on which this machine listens on a port, as the kernel writes them."""
+    found = set()
+    for table in ('/proc/net/tcp', '/proc/net/tcp6'):
+        with open(table) as file:
+            for line in list(file)[1:]:
+                _, local, _, state, *_ = line.split()
+                where, _, number = local.partition(':')
+                if state == '0A' and int(number, 16) == port:
+                    found.add(where)
+    return found
+
+
+@pytest.mark.parametrize(('arguments', 'sentence'), [
+    (['--port', '0'], '0 is not a number from 1 to 65535'),
+    (['--port', 'x'], "invalid int value: 'x'"),
+    (['--nonsense'], 'unrecognized arguments: --nonsense'),
+    (['--host', '203.0.113.7'], 'cannot answer on 203.0.113.7'),
+    (['--host', 'no such host'], 'cannot answer on no such host'),
+    (['--urdf', 'nowhere.urdf'], 'nowhere.urdf'),
+    (['--urdf', __file__], 'test_tf_view.py'),
+    (['--bag', 'nowhere.mcap'], 'there is no such file'),
+    (['--bag', __file__], 'no bag'),
+    (['--ros-args', '--nonsense'], 'unknown ROS arguments'),
+])
+def test_mistake_gets_one_sentence(arguments, sentence):
+    done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False,
+                          timeout=PATIENCE_S)
+    assert done.returncode == 2, done.stdout
+    assert sentence in done.stderr
+    assert done.stderr.count('\n') == 1 and done.stdout == ''
+
+
+def test_port_that_is_taken_gets_one_sentence(bag):
+    with closing(socket.create_server(('127.0.0.1', 0))) as taken:
+        port = taken.getsockname()[1]
+        done = subprocess.run([*COMMAND, '--bag', bag, '--port', str(port)], capture_output=True,
+                              text=True, check=False, timeout=PATIENCE_S)
+    assert done.returncode == 2
+    assert f'cannot answer on 127.0.0.1:{port}: ' in done.stderr
+
+
+def test_without_viser_it_says_what_to_install(bag):
+    program = ("import sys; sys.modules['viser'] = None; "
+               'from tf_tree_py.view.tf_view import main; '
+               f'sys.exit(main(["tf_view", "--bag", {str(bag)!r}]))')
+    done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
+                          check=False, timeout=PATIENCE_S)
+    assert done.returncode == 2
+    assert "pip install 'tf_tree_py[view]'" in done.stderr and done.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_it_listens_on_this_machine_only_and_ends_in_order(start, bag, number):
+    program = start(*COMMAND, '--bag', str(bag), '--port', str(PORT))
+    assert address(program) == f'http://127.0.0.1:{PORT}'
+    assert listening(PORT) == {'0100007F'}
+    program.interrupt(number)
+    program.interrupt(signal.SIGTERM)  # as from somebody who is in a hurry
+    assert program.end() == 0
+    assert 'Traceback' not in program.output
+
+
+def test_slider_spans_the_recording(start, bag, window):
+    page = OpenPage(window, address(start(*COMMAND, '--bag', str(bag))))
+    page.wait_for_text('paused at 1.0')
+    page.go_to(1.5)
+    page.wait_for_text('paused at 2.5')
+    assert page.page.get_by_role('button', name='live', exact=True).count() == 0
+    assert not page.complaints
+
+
+def test_five_frames_of_a_live_robot_are_seen(start, window):
+    start(*executable('five_frame_publisher'))
+    page = OpenPage(window, address(start(*COMMAND, '--fixed-frame', 'odom')))
+    page.wait_for_text('5 frames')
+    page.wait_for_axes(lambda position, scale, _: len(scale) == 5 and (scale > 0.0).all()
+                       and np.allclose(position[0], 0.0))
+    page.choose('gripper')
+    page.turn_to('chosen')
+    page.page.locator('.tf-facts', has_text='/five_frame_publisher').wait_for()
+    assert not page.complaints
