@@ -141,7 +141,7 @@ def test_planner_gets_the_margin_of_all_that_is_uncertain(start_program, context
         assert wider.wait(PATIENCE_S), (answers, program.output)
         program.wait_for('m more away from it')
     program.interrupt()
-    assert program.end() == 0
+    assert program.end() == 0, program.output
     assert 'Traceback' not in program.output
 
 
