@@ -16,6 +16,10 @@ executables = [
     'tf_relay',
 ]
 
+tools = [
+    'tf_doctor',
+]
+
 
 class BuildAfresh(build_py):
     """Build without what an earlier build has left, such as modules that were deleted since."""
@@ -52,12 +56,14 @@ setup(
     extras_require={
         'bag': ['rich', 'rosbags>=0.11'],
         'plot': ['matplotlib'],
+        'tools': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'pytest'],
         'view': ['viser'],
     },
     entry_points={
         'console_scripts': [
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
+            *(f'{name} = {package_name}.tools.{name}:main' for name in tools),
             f'tf_lab = {package_name}.labs.tf_lab:main',
         ],
     },

@@ -30,6 +30,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'tree': lookups.whole_tree,
     'many': many.many,
     'listener': listening.listening,
+    'doctor': listening.watching,
     'wait': waiting.waiting,
     'insert': inserting.inserting,
     'memory': memory.memory,

@@ -18,6 +18,7 @@ _TITLES = {
     'tree': 'All 38 frames of the humanoid relative to one',
     'many': 'Many stamps at depth 3, 10 s of history',
     'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
+    'doctor': 'CPU of a listener that a doctor watches: transforms in a message x rate',
     'wait': 'From an insertion until a blocked lookup returns',
     'insert': 'Inserting one transform',
     'memory': 'Memory',

@@ -8,6 +8,7 @@ from .timing import ratios, Rounds, Spread, spread
 
 # The contestants, by the names under which the report shows them.
 OURS = 'tf_tree_py'
+DOCTOR = 'with a doctor'
 CORE = 'tf_tree_py core'
 DEBIAN = 'C++ tf2'
 JAZZY = 'C++ tf2 (Jazzy)'

@@ -19,6 +19,7 @@ from tf_tree_py.core import BufferCore, Sample, UNLIMITED
 
 SECOND = 10**9
 LATCHED = 'latched'
+BEST_EFFORT = 'best effort'
 TF_MESSAGE = 'tf2_msgs/msg/TFMessage'
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
@@ -32,7 +33,7 @@ class Message(NamedTuple):
 
     :ivar received: nanoseconds.
     :ivar transforms: (parent, child, stamp in nanoseconds, pose) of each.
-    :ivar qos: ``LATCHED`` or nothing.
+    :ivar qos: ``LATCHED``, ``BEST_EFFORT`` or nothing.
     :ivar publisher: of a ROS 1 bag.
     """
 
@@ -62,10 +63,13 @@ def as_ros1(transforms):
                            for parent, child, stamp, pose in transforms])
 
 
-def profile(durability):
+def profile(qos):
     zero = QosTime(0, 0)
-    return Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, durability, zero, zero,
-               QosLiveliness.AUTOMATIC, zero, False)
+    return Qos(
+        QosHistory.KEEP_LAST, 10,
+        QosReliability.BEST_EFFORT if qos == BEST_EFFORT else QosReliability.RELIABLE,
+        QosDurability.TRANSIENT_LOCAL if qos == LATCHED else QosDurability.VOLATILE,
+        zero, zero, QosLiveliness.AUTOMATIC, zero, False)
 
 
 def write_ros2(path, messages, storage='mcap', compression=None):
@@ -79,11 +83,9 @@ def write_ros2(path, messages, storage='mcap', compression=None):
         for message in messages:
             key = message.topic, message.qos
             if key not in connections:
-                durability = (QosDurability.TRANSIENT_LOCAL if message.qos == LATCHED
-                              else QosDurability.VOLATILE)
                 connections[key] = writer.add_connection(
                     message.topic, message.type_name, typestore=JAZZY,
-                    offered_qos_profiles=[profile(durability)])
+                    offered_qos_profiles=[profile(message.qos)])
             data = as_cdr(message.transforms) if message.data is None else message.data
             writer.write(connections[key], message.received, data)
     return path

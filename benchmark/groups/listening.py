@@ -1,40 +1,54 @@
 """What listening to /tf costs: CPU of a process that does nothing else."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 import sys
 import time
 
 from ..effort import Effort
 from ..peers.finding import Contestants
-from ..rows import OURS, PLAIN, Row, TF2_ROS
+from ..rows import DOCTOR, OURS, PLAIN, Row, TF2_ROS
 from ..worker import Worker
 
 # Transforms in a message, and messages a second.
 STREAMS = [(1, 1000), (5, 500), (38, 100), (38, 500)]
 
 _OF_PLAIN = 1 / 6
+_OF_BARE = 2.0
 
 
 def listening(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure all listeners on the same streams, at the same time."""
     ways = [OURS, PLAIN, *([TF2_ROS] if contestants.tf2_ros else [])]
     for transforms, rate_hz in STREAMS:
-        with ExitStack() as processes:
-            publisher = processes.enter_context(start('publisher'))
-            ears = {way: processes.enter_context(start('subscriber', way)) for way in ways}
-            stream = _Stream(publisher, ears, transforms, rate_hz)
-            stream.await_all()
-            rounds = [stream.play(effort.stream_s) for _ in range(effort.streams)]
-        row = Row('listener', f'{transforms} x {rate_hz} Hz', 'us a message',
-                  {way: [one.cpu_us[way] for one in rounds] for way in ways})
+        row = _row('listener', ways, transforms, rate_hz, effort)
         row.compare(OURS, PLAIN, _OF_PLAIN)
         row.compare(OURS, TF2_ROS)
-        # However often nothing was lost: it is the sum that counts.
-        row.values |= {f'{way}, lost of all': [sum(one.lost[way] for one in rounds)]
-                       for way in ways if way != TF2_ROS}
         row.judge(f'{OURS}, lost of all', 0, name=f'{row.name}: messages lost', unit='')
         yield row
+
+
+def watching(_: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure what a doctor costs that watches all the time."""
+    row = _row('doctor', [OURS, DOCTOR], *STREAMS[-1], effort)
+    row.compare(DOCTOR, OURS, _OF_BARE)
+    yield row
+
+
+def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort: Effort) -> Row:
+    """Let all listen to one stream, several times."""
+    with ExitStack() as processes:
+        publisher = processes.enter_context(start('publisher'))
+        ears = {way: processes.enter_context(start('subscriber', way)) for way in ways}
+        stream = _Stream(publisher, ears, transforms, rate_hz)
+        stream.await_all()
+        rounds = [stream.play(effort.stream_s) for _ in range(effort.streams)]
+    row = Row(group, f'{transforms} x {rate_hz} Hz', 'us a message',
+              {way: [one.cpu_us[way] for one in rounds] for way in ways})
+    # However often nothing was lost: it is the sum that counts.
+    row.values |= {f'{way}, lost of all': [sum(one.lost[way] for one in rounds)]
+                   for way in ways if way != TF2_ROS}
+    return row
 
 
 def start(process: str, *arguments: str) -> Worker:

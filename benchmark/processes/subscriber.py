@@ -13,10 +13,11 @@ import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
+from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .spinning import spin_beside
-from ..rows import OURS, PLAIN, TF2_ROS
+from ..rows import DOCTOR, OURS, PLAIN, TF2_ROS
 from ..worker import serve
 
 
@@ -30,6 +31,14 @@ class OurEar:
     def received(self, transforms: int) -> float:
         """Return how many messages of so many transforms the buffer took."""
         return self._buffer.statistics().accepted / transforms
+
+
+class DoctorsEar(OurEar):
+    """The same, watched by a doctor."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__(node)
+        self._buffer.observers.add(Doctor())
 
 
 class PlainEar:
@@ -61,7 +70,7 @@ class Tf2Ear:
         """Return nothing."""
 
 
-WAYS = {OURS: OurEar, PLAIN: PlainEar, TF2_ROS: Tf2Ear}
+WAYS = {OURS: OurEar, DOCTOR: DoctorsEar, PLAIN: PlainEar, TF2_ROS: Tf2Ear}
 
 
 def usage(ear: Any, transforms: int) -> dict[str, float | None]:

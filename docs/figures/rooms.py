@@ -25,40 +25,46 @@ IMAGES = Path(__file__).parents[1] / 'images'
 # Each layer: where its lower edge is, how high it is, and its rooms: the middle of each, and
 # what lives there. Files that stand in no room go by the name of their box.
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
-    'core': (0.0, 7.1, {
-        'buffer': (2.2, 6.25, 'the lock, the way in, who waits'),
-        'telling': (5.5, 6.25, 'reports, diagnosis, audit'),
-        'deskew, twist': (8.8, 6.25, 'points over time, velocities'),
-        'tree': (5.5, 5.05, 'who hangs on whom, queries'),
-        'arrivals': (5.5, 3.95, 'bytes, samples, refusals'),
-        'edges': (5.5, 2.85, "one edge's samples over time"),
-        'geometry': (5.5, 1.75, 'formulas of rotations, poses'),
-        'errors, stamp': (5.5, 0.65, 'and times, text, suggestions'),
+    'core': (0.0, 8.2, {
+        'doctor': (8.9, 7.35, 'watches, tells what is wrong'),
+        'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
+        'deskew, twist': (5.45, 6.25, 'points over time, velocities'),
+        'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
+        'checks': (12.35, 6.25, 'what can be wrong with a tree'),
+        'tree': (7.2, 5.05, 'who hangs on whom, queries'),
+        'vitals': (12.35, 5.05, 'what is measured of an edge'),
+        'arrivals': (7.2, 3.95, 'bytes, samples, refusals'),
+        'edges': (7.2, 2.85, "one edge's samples over time"),
+        'geometry': (7.2, 1.75, 'formulas of rotations, poses'),
+        'errors, stamp': (7.2, 0.65, 'and times, text, suggestions'),
     }),
-    'ros': (7.7, 6.0, {
-        'filtering': (2.2, 12.85, 'messages held back'),
-        'remote': (5.5, 12.85, 'buffer server and client'),
-        'diagnostics': (8.8, 12.85, 'the health of every edge'),
-        'topics': (2.2, 11.75, '/tf and /tf_static, who sends'),
-        'buffer': (5.5, 10.65, "tf2's buffer, with messages"),
-        'waiting': (5.5, 9.55, 'clocks, timeouts, futures'),
-        'threads': (2.9, 8.45, 'our own threads and nodes'),
-        'messages': (8.1, 8.45, 'messages and plain numbers'),
+    'ros': (8.8, 6.0, {
+        'filtering': (2.1, 13.95, 'messages held back'),
+        'remote': (5.4, 13.95, 'buffer server and client'),
+        'diagnostics': (8.7, 13.95, 'the health of every edge'),
+        'topics': (2.1, 12.85, '/tf and /tf_static, who sends'),
+        'buffer': (5.4, 11.75, "tf2's buffer, with messages"),
+        'waiting': (5.4, 10.65, 'clocks, timeouts, futures'),
+        'threads': (2.8, 9.55, 'our own threads and nodes'),
+        'messages': (8.0, 9.55, 'messages and plain numbers'),
     }),
-    'bag': (7.7, 6.0, {
-        'open_bag, record': (12.85, 12.3, 'a bag as a buffer, and back'),
-        'assembling': (12.85, 10.65, 'messages become a tree'),
-        'files': (12.85, 9.0, 'messages out of files'),
+    'bag': (8.8, 6.0, {
+        'open_bag, record': (12.7, 13.4, 'a bag as a buffer, and back'),
+        'assembling': (12.7, 11.75, 'messages become a tree'),
+        'files': (12.7, 10.1, 'messages out of files'),
     }),
 }
 # Where each panel begins, and how wide it is; bag stands beside ros.
-SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), '': (0.1, 14.5)}
-TOP, TOP_HEIGHT = 14.3, 0.9
-ABOVE = (('nodes', 2.2, 'executables'), ('labs', 5.5, 'the labs of the course'),
-         ('dropin', 8.8, 'runs code that imports tf2_ros'))
+PAPER = 14.6
+SIDES = {'core': (0.1, PAPER - 0.2), 'ros': (0.1, 10.6), 'bag': (10.9, PAPER - 11.0),
+         '': (0.1, PAPER - 0.2)}
+TOP, TOP_HEIGHT = 15.4, 0.9
+ABOVE = (('nodes', 2.0, 'executables that stay up'), ('tools', 5.45, 'executables to look with'),
+         ('labs', 8.9, 'the labs of the course'),
+         ('dropin', 12.35, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist'},
+LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist', 'doctor': 'doctor'},
          'ros': {'diagnostics': 'diagnostics'},
          'bag': dict.fromkeys(('opening', 'stamps', 'recorder'), 'open_bag, record')}
 
@@ -159,9 +165,9 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(12.0, 12.2))
+    figure = Figure(figsize=(11.9, 13.1))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_xlim(0.0, 14.7)
+    axes.set_xlim(0.0, PAPER)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)
     axes.axis('off')
     draw_panel(axes, '', TOP, TOP_HEIGHT, '0.94')
@@ -171,7 +177,7 @@ def main() -> None:
     draw_layer(axes, 'bag', '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):
-        for x in (5.5, 12.85):
+        for x in (5.4, 12.7):
             draw_arrow(axes, (x, above), (x, below), 'layers', width=3.0)
     figure.savefig(IMAGES / 'rooms.svg', metadata={'Date': None})
 

@@ -147,6 +147,13 @@ def test_hint_for_the_future_is_the_sensors_stamp_or_a_timeout(buffer):
     assert str(raised).endswith(f'. {raised.hint}')
 
 
+def test_hint_for_what_is_long_silent_is_to_have_it_watched(buffer):
+    newest = min(edge.latest for edge in buffer.edges_between('map', 'base'))
+    doctor = 'tf_doctor tells whether it is late, silent, or stamped by another clock'
+    assert doctor not in error_of(buffer, 'map', 'base', newest + SECOND).hint
+    assert doctor in error_of(buffer, 'map', 'base', newest + SECOND + 1).hint
+
+
 def test_hint_for_what_has_expired_is_a_longer_cache_time(buffer):
     assert 'keeps 10.000 s' in error_of(buffer, 'map', 'base', SECOND - 1).hint
 
@@ -198,7 +205,8 @@ def test_hint_does_not_list_a_thousand_frames():
 
 
 def test_hint_for_two_trees_asks_who_joins_them(buffer):
-    assert 'who should publish the edge between them?' in error_of(buffer, 'map', 'tree').hint
+    hint = error_of(buffer, 'map', 'tree').hint
+    assert 'who should publish the edge between them? tf_doctor tells which there are' in hint
 
 
 def test_time_that_was_waited_stands_before_the_hint():

@@ -35,12 +35,16 @@ ORDER = {
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws pose poses se2',
         'edges: track protocol packed static discrete',
-        'arrivals: incidents observers sample track frame_names block layout wire '
+        'arrivals: incidents sample received observers track frame_names block layout wire '
         'future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
+        'vitals: limits spread stretch timing motion gathering edge',
+        'checks: finding case check names structure numbers stamps statics rates motions '
+        'publishers catalogue',
+        ': doctor',
     ),
     'bag': rooms(
         ': errors progress',
@@ -54,12 +58,13 @@ ORDER = {
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
         'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
-        'topics: qos authority rivals broadcaster listener',
+        'topics: qos authority endpoints rivals broadcaster listener',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
+    'tools': rooms(': endings arguments output live recording source tf_doctor'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

@@ -14,7 +14,7 @@ from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, Qos
 from rosbags.rosbag2.metadata import parse_qos
 
-from .rosbags_file import decompressor, is_transient_local, UNREADABLE
+from .rosbags_file import decompressor, is_reliable, is_transient_local, UNREADABLE
 from .salvage import Bytes, Cut, definition, lost_bytes
 from .source import Arrival, Source
 
@@ -111,8 +111,9 @@ class McapScan:
             number, schema = content.number('H'), content.number('H')
             topic, encoding = content.text(), content.text()
             name, fields = self._schemas.get(schema, ('', definition('', '')))
-            source = Source(topic, name, is_transient_local(_profiles(Bytes(content.sized()))),
-                            '', encoding == 'ros1')
+            profiles = _profiles(Bytes(content.sized()))
+            source = Source(topic, name, is_transient_local(profiles), '', encoding == 'ros1',
+                            is_reliable(profiles))
             self._channels[number] = source
             self.definitions[source] = fields
 

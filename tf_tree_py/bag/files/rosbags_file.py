@@ -20,6 +20,7 @@ from rosbags.interfaces import (
     Nodetype,
     Qos,
     QosDurability,
+    QosReliability,
 )
 from rosbags.rosbag1 import Reader as Reader1, ReaderError as Reader1Error
 from rosbags.rosbag2 import Reader as Reader2, ReaderError as Reader2Error
@@ -147,11 +148,17 @@ def _source(connection: Connection) -> Source:
     if isinstance(extension, ConnectionExtRosbag1):
         return Source(connection.topic, connection.msgtype, bool(extension.latching),
                       extension.callerid or '', True)
-    return Source(connection.topic, connection.msgtype, is_transient_local(
-        extension.offered_qos_profiles), '', extension.serialization_format == 'ros1')
+    profiles = extension.offered_qos_profiles
+    return Source(connection.topic, connection.msgtype, is_transient_local(profiles), '',
+                  extension.serialization_format == 'ros1', is_reliable(profiles))
 
 
 def is_transient_local(profiles: Sequence[Qos]) -> bool:
     """Return whether all publishers of a topic keep what they sent for those who come late."""
     return bool(profiles) and all(
         profile.durability is QosDurability.TRANSIENT_LOCAL for profile in profiles)
+
+
+def is_reliable(profiles: Sequence[Qos]) -> bool:
+    """Return whether all publishers of a topic send reliably, as far as that was recorded."""
+    return all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles)

@@ -18,6 +18,7 @@ class Source(NamedTuple):
         latched.
     :ivar publisher: the node that published, where the bag tells; else ''.
     :ivar ros1: whether the messages are ROS 1's bytes; else they are CDR.
+    :ivar reliable: whether the publisher was; one of best effort is not heard by tf2.
     """
 
     topic: str
@@ -25,6 +26,7 @@ class Source(NamedTuple):
     latched: bool
     publisher: str
     ros1: bool
+    reliable: bool = True
 
     @property
     def has_transforms(self) -> bool:

@@ -7,7 +7,7 @@ import sqlite3
 from rosbags.interfaces import MessageDefinition
 from rosbags.rosbag2.metadata import parse_qos
 
-from .rosbags_file import is_transient_local
+from .rosbags_file import is_reliable, is_transient_local
 from .source import Arrival, Source
 
 
@@ -25,9 +25,11 @@ class SqliteScan:
         # Otherwise SQLite opens no file that is shorter than it says.
         self._database.execute('PRAGMA writable_schema = ON')
         self._sources = {
-            number: Source(topic, kind, is_transient_local(parse_qos(profiles)), '', False)
-            for number, topic, kind, profiles in self._database.execute(
-                'SELECT id, name, type, offered_qos_profiles FROM topics')}
+            number: Source(topic, kind, is_transient_local(profiles), '', False,
+                           is_reliable(profiles))
+            for number, topic, kind, offered in self._database.execute(
+                'SELECT id, name, type, offered_qos_profiles FROM topics')
+            for profiles in [parse_qos(offered)]}
         self.definitions: dict[Source, MessageDefinition] = {}
         self.lost = ''
 

@@ -86,6 +86,14 @@ def is_ambiguous(authority: str) -> bool:
     return authority.startswith(_ONE_OF)
 
 
+def candidates(authority: str) -> list[str]:
+    """Return all who may be meant by an authority; those beyond a number are not told."""
+    if not is_ambiguous(authority):
+        return [authority] if authority else []
+    names = authority.removeprefix(_ONE_OF).split(', ')
+    return [*names[:-1], names[-1].partition(' and ')[0]]
+
+
 @dataclass(frozen=True)
 class Incident:
     """

@@ -65,18 +65,20 @@ class Layout:
     :ivar edges: (parent, child) of each transform that is wanted.
     """
 
-    __slots__ = ('key', 'size', 'edges', '_fixed', '_names', '_unpack_names', '_unpack_numbers',
-                 '_wanted', '_order', '_stamp', '_block')
+    __slots__ = ('key', 'size', 'edges', '_slashed', '_fixed', '_names', '_unpack_names',
+                 '_unpack_numbers', '_wanted', '_order', '_stamp', '_block')
 
     def __init__(self, cursor: '_Cursor', places: Sequence[Place],
-                 edges: Sequence[tuple[str, str] | None]) -> None:
+                 edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
         """
         Make the layout of a message that was read.
 
         :param cursor: what it was read with.
         :param places: where each of its transforms stands.
         :param edges: (parent, child) of each; None: it is left out.
+        :param slashed: the names that begin with a slash in the message.
         """
+        self._slashed = slashed
         data, self._order, self._stamp = cursor.data, cursor.order, cursor.stamp
         self.key = key_of(data)
         self.edges = tuple(edge for edge in edges if edge is not None)
@@ -88,7 +90,7 @@ class Layout:
             (part.start, f'{part.stop - part.start}s') for part in self._fixed])
         self._names = self._unpack_names(data)
         self.size = (_TRANSFORM_BYTES * (1 + len(places))
-                     + _NAME_BYTES * sum(map(len, self._names)))
+                     + _NAME_BYTES * sum(map(len, (*self._names, *slashed))))
         self._unpack_numbers = _fields(self._order, len(data), [
             field for place in self._wanted
             for field in ((place.stamp, self._stamp), (place.pose, f'{POSE_BYTES}s'))])
@@ -114,7 +116,7 @@ class Layout:
         poses: Sequence[bytes] = values[2::3]
         if self._order != NATIVE:
             poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
-        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses)
+        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses, self._slashed)
 
 
 def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
@@ -172,7 +174,7 @@ def _layout(cursor: '_Cursor', rename: Rename) -> Layout:
     count = cursor.take_uint32()
     if count * _MIN_TRANSFORM_BYTES > size:
         raise WireError(f'{size} bytes cannot hold {count} transforms')
-    places, edges = [], []
+    places, edges, slashed = [], [], dict[str, None]()
     for _ in range(count):
         stamp = cursor.skip_stamp()
         parent, parent_bytes = cursor.take_string()
@@ -180,9 +182,10 @@ def _layout(cursor: '_Cursor', rename: Rename) -> Layout:
         pose = cursor.skip(POSE_BYTES, alignment=8)
         places.append(Place(stamp, parent_bytes, child_bytes, pose))
         edges.append(rename(parent, child))
+        slashed |= dict.fromkeys(name for name in (parent, child) if name.startswith('/'))
     if size - cursor.position > _MAX_PADDING:
         raise WireError(f'{size - cursor.position} bytes are left over after {count} transforms')
-    return Layout(cursor, places, edges)
+    return Layout(cursor, places, edges, tuple(slashed))
 
 
 class _Cursor:

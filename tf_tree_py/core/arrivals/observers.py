@@ -11,6 +11,7 @@ import threading
 from typing import Any, TypeVar
 
 from .incidents import Incident
+from .received import Received
 from ..errors import TransformException
 from ..stamp import LATEST
 
@@ -28,6 +29,14 @@ class Observer:
     All methods are called in the thread in which it happens, of several threads perhaps
     at once. They have to be quick, must not wait, and must not raise.
     """
+
+    def received(self, arrival: Received) -> None:
+        """
+        Hear of a whole message, static ones too, that a listener or a recording delivers.
+
+        It comes before ``arrived`` and ``told``. What a program inserts by hand has neither a
+        topic nor a time of arrival, and is not told here.
+        """
 
     def arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
         """
@@ -59,6 +68,7 @@ class Observers:
     """
     All who watch one buffer.
 
+    :ivar of_messages: those who hear of whole messages.
     :ivar of_arrivals: those who hear what arrives.
     :ivar of_incidents: those who hear what was refused or odd.
     :ivar of_lookups: those who hear what is asked.
@@ -87,6 +97,7 @@ class Observers:
             self._sort()
 
     def _sort(self) -> None:
+        self.of_messages = self._who('received')
         self.of_arrivals = self._who('arrived')
         self.of_incidents = self._who('told')
         self.of_lookups = self._who('asked')
@@ -96,6 +107,11 @@ class Observers:
                      if getattr(type(observer), hears) is not getattr(Observer, hears))
 
     # --- telling them
+
+    def tell_received(self, arrival: Received) -> None:
+        """Tell of a message that a listener or a recording delivers."""
+        for observer in self.of_messages:
+            observer.received(arrival)
 
     def tell_arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
         """Tell what is about to be inserted."""

@@ -58,11 +58,13 @@ class Batch(NamedTuple):
     :ivar stamps: of each, nanoseconds.
     :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
         byte order, as ``history.pack_pose`` makes them.
+    :ivar slashed: the names that arrived with a leading slash, as they arrived.
     """
 
     edges: Sequence[tuple[str, str]]
     stamps: Sequence[int]
     poses: Sequence[bytes]
+    slashed: Sequence[str] = ()
 
     def samples(self) -> list[Sample]:
         """Return them one by one."""

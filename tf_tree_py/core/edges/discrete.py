@@ -207,6 +207,9 @@ class DynamicHistory(PackedSamples):
             kind = FutureExtrapolationException
             hint = ("Pass the stamp of the sensor's own message, not the present time, or a "
                     'timeout that lasts until the data comes')
+            if stamp - latest > _SILENCE:
+                hint += ('. For so long this edge has sent nothing: tf_doctor tells whether it '
+                         'is late, silent, or stamped by another clock')
         elif stamp < latest - self.cache_time:
             hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, or give it a '
                     'longer cache_time (UNLIMITED keeps everything)')
@@ -215,7 +218,8 @@ class DynamicHistory(PackedSamples):
                     'later')
         else:
             kind = ExtrapolationException
-            hint = 'The edge had ended then: it was silent, and another one turned it round'
+            hint = ('The edge had ended then: it was silent, and another one turned it round; '
+                    'tf_doctor names who sends them')
         # An edge that has ended has no parent, but its samples name one.
         return kind(parent=self._named()[-1], child=child, requested=stamp, oldest=oldest,
                     latest=latest, hint=hint)

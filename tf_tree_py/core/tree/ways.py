@@ -180,7 +180,8 @@ class Ways:
                 f'are not part of the same tree: {target!r} hangs on {branches.target.top!r}, '
                 f'{source!r} on {branches.source.top!r}',
                 hint='Tf has two or more unconnected trees: who should publish the edge between '
-                'them?')
+                'them? tf_doctor tells which there are, and names that are only spelled in two '
+                'ways')
         error.blocked_on = ANY_STRUCTURE if stamp is None else blockers(
             self._histories, target, source, stamp)
         return error

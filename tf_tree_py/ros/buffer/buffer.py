@@ -129,7 +129,8 @@ class Buffer(CoreApi, BufferInterface):
         """Return the hint for who asks before anything has come."""
         if fed:
             return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
-                    'with the same ROS_DOMAIN_ID?')
+                    'with the same ROS_DOMAIN_ID? tf_doctor also tells of publishers whose '
+                    'quality of service does not match')
         return ('Nothing has been received yet, and no listener feeds this buffer: '
                 'TransformListener(buffer, node) does')
 

@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import replace
 import math
 import time
+from typing import Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
@@ -73,6 +74,11 @@ class Authority:
         endpoints = frozenset(bytes(info.endpoint_gid) for info in infos)
         if endpoints != self.endpoints:
             self.endpoints = endpoints
-        names = [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos]
+        names = [node_name(info) for info in infos]
         self.names = [] if _UNNAMED in names else sorted(names)
         return one_of(set(names)) if self.names else self.placeholder
+
+
+def node_name(info: Any) -> str:
+    """Return the full name of an endpoint's node, as the graph tells it."""
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'

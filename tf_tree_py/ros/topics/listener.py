@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.received import Received
 from tf_tree_py.core.arrivals.wire import WireReader
 
 from .authority import Authority
@@ -176,6 +177,7 @@ class _Feed:
         self._static = static
         self._spinner = spinner
         self._reader = WireReader(names)
+        self._topic = topic
         self._authority = Authority(node, topic)
         self._rivals = Rivals(self._authority, static)
         buffer.feeds.name_later(self._authority)
@@ -195,6 +197,10 @@ class _Feed:
         if isinstance(batch, Incident):
             self._buffer.feeds.refuse(*self._authority.correct([batch]))
         elif batch.edges:
+            if self._buffer.observers.of_messages:
+                self._buffer.observers.tell_received(Received(
+                    batch, self._buffer.now(), self._topic, self._static,
+                    '' if authority == self._authority.placeholder else authority))
             incidents = self._buffer.insert_batch(batch, authority, self._static)
             self._buffer.feeds.note(self._authority.correct(incidents))
             for rivalry in self._rivals.judge(batch, info):

@@ -1,0 +1,164 @@
+"""A doctor of a buffer in memory: what calm robots do is no finding, and findings are in order."""
+
+import math
+
+import numpy as np
+import pytest
+from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py.core.arrivals.incidents import candidates, one_of
+from tf_tree_py.core.arrivals.received import Endpoint, Received
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.checks.catalogue import CODES
+from tf_tree_py.core.checks.finding import Severity
+from tf_tree_py.core.doctor import Doctor, examine
+from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.vitals.limits import Limits
+
+BEGIN = 10**18
+SECOND = 10**9
+
+
+def stream(parent, child, rate_hz, pose, *, delay=0.004, jitter=0.0, authority='', seconds=20):
+    """Return messages with one edge; the pose is that of (seconds, random numbers)."""
+    rng = np.random.default_rng(0)
+    messages = []
+    for t in np.arange(0.0, seconds, 1.0 / rate_hz):
+        t += jitter * rng.normal()
+        stamp = BEGIN + round(t * SECOND)
+        messages.append(Received(
+            Batch([(parent, child)], [stamp], [pack_pose(*pose(t, rng))]),
+            stamp + round((delay + 0.001 * rng.random()) * SECOND), '/tf', False, authority))
+    return messages
+
+
+def findings_of(*streams, doctor=None):
+    doctor = doctor or Doctor()
+    examine(sorted(sum(streams, []), key=lambda message: message.received), doctor)
+    return doctor.findings()
+
+
+def drive(t, rng):
+    return Pose.from_xyz_rpy(x=0.5 * t, yaw=0.3 * math.sin(t))
+
+
+def noise(size):
+    return lambda t, rng: Pose.from_xyz_rpy(*(size * rng.normal(size=6)))
+
+
+WHEELS = stream('odom', 'base', 50, drive)
+
+CALM = {
+    'noise at rest': [stream('odom', 'base', 50, noise(0.01))],
+    'an encoder whose last digit flickers': [stream(
+        'base', 'joint', 50, lambda t, rng: Pose.from_xyz_rpy(yaw=0.01 * (rng.random() > 0.5)))],
+    'a vibration near half the rate': [stream(
+        'odom', 'base', 50, lambda t, rng: Pose.from_xyz_rpy(
+            x=0.1 * t, roll=0.02 * math.sin(150.0 * t)))],
+    'a timer that trembles': [stream('odom', 'base', 50, drive, jitter=0.003)],
+    'a car': [stream('map', 'base', 20, lambda t, rng: Pose(30.0 * t))],
+    'a wheel': [WHEELS, stream('base', 'wheel', 50, lambda t, rng: Pose.from_xyz_rpy(
+        pitch=20.0 * t))],
+    'a slow localiser with small corrections': [WHEELS, stream(
+        'map', 'odom', 2, lambda t, rng: Pose(0.03 * round(t / 3.0)))],
+    'a localiser that has nothing to correct': [WHEELS, stream(
+        'map', 'odom', 10, lambda t, rng: Pose(1.0))],
+    'a servo that steps': [WHEELS, stream('base', 'arm', 50, lambda t, rng: Pose.from_xyz_rpy(
+        yaw=0.2 * (t > 5.0)))],
+    'a robot that stands': [stream('odom', 'base', 50, lambda t, rng: Pose(1.0)),
+                            stream('base', 'arm', 50, lambda t, rng: Pose(2.0))],
+}
+
+
+@pytest.mark.parametrize('name', CALM)
+def test_calm_robot_is_left_alone(name):
+    assert [finding for finding in findings_of(*CALM[name])
+            if finding.severity is not Severity.NOTE] == []
+
+
+def test_worst_comes_first_with_numbers_cause_and_fix():
+    late = stream('base', 'arm', 50, drive, delay=0.7, seconds=19.3)
+    own = [Received(Batch([('arm', 'arm')], [BEGIN], [pack_pose(*Pose())]), BEGIN, '/tf', False,
+                    'one of /a, /b')]
+    worst, other = findings_of(WHEELS, late, own)
+    assert (worst.code, worst.severity) == ('self_edge', Severity.ERROR)
+    assert worst.publishers == ('/a', '/b')
+    assert worst.evidence == {'count': 1}
+    assert (worst.cause, worst.fix) == (CODES['self_edge'].cause, CODES['self_edge'].fix)
+    assert (other.code, other.frames) == ('delayed', ('base', 'arm'))
+    assert 0.7 < other.evidence['p50_delay_s'] < 0.705
+
+
+def test_limits_say_what_is_right():
+    late = stream('base', 'arm', 50, drive, delay=0.7)
+    assert findings_of(late, doctor=Doctor(Limits(max_delay=SECOND))) == []
+
+
+def test_correction_of_a_localiser_is_named_as_that():
+    (found,) = findings_of(WHEELS, stream(
+        'map', 'odom', 50, lambda t, rng: Pose(2.0 * (t > 5.0))))
+    assert (found.code, found.severity) == ('pose_jump', Severity.NOTE)
+    assert 'localiser' in found.cause
+
+
+def test_one_stamp_of_the_far_future_is_an_error():
+    poisoned = stream('odom', 'base', 50, drive)
+    batch = poisoned[300].batch
+    poisoned[300] = poisoned[300]._replace(batch=batch._replace(
+        stamps=[batch.stamps[0] + 3600 * SECOND]))
+    (found,) = findings_of(poisoned)
+    assert (found.code, found.severity) == ('future_stamps', Severity.ERROR)
+    assert 3599.0 < found.evidence['furthest_s'] < 3600.0
+
+
+def test_who_is_not_heard_is_known_from_the_graph():
+    doctor = Doctor()
+    doctor.endpoints = [
+        Endpoint('/tf', False, '/quiet', True, False, False),
+        Endpoint('/tf', False, '/ear', False, True, False),
+        Endpoint('/tf', False, '/other', False, False, False)]
+    (found,) = doctor.findings()
+    assert (found.code, found.publishers) == ('qos_mismatch', ('/quiet', '/ear'))
+
+
+def test_it_watches_any_buffer_and_what_is_inserted_by_hand_is_judged_by_what_is_refused():
+    buffer, doctor = BufferCore(), Doctor()
+    buffer.observers.add(doctor)
+    buffer.insert('a', 'b', 1, Pose(), static=True)
+    buffer.insert('b', 'a', 1, Pose(), static=True, authority='/culprit', strict=False)
+    (found,) = doctor.findings()
+    assert (found.code, found.publishers) == ('loop', ('/culprit',))
+    assert found.frames == ('b', 'a')
+
+
+@pytest.mark.parametrize('numbers', [1e308, -1e308, 1e-320, math.nan, math.inf])
+def test_numbers_at_the_end_of_what_there_is_do_no_harm(numbers):
+    wild = stream('odom', 'base', 50, lambda t, rng: tuple(
+        numbers if rng.random() < 0.5 else 1.0 for _ in range(7)))
+    for found in findings_of(WHEELS, wild):
+        values = found.as_dict()['evidence'].values()
+        assert all(value is None or math.isfinite(value) for value in values)
+
+
+def test_stamps_at_the_ends_of_time_do_no_harm():
+    batches = [Batch([('a', 'b')], [stamp], [pack_pose(*Pose())])
+               for stamp in (-2**63, 2**63 - 1, 0, -1) * 5]
+    findings_of([Received(batch, BEGIN + number, '/tf') for number, batch in enumerate(batches)])
+
+
+def test_a_thousand_trees_are_told_a_hundred_times():
+    islands = [Received(Batch([(f'a{number}', f'b{number}')], [BEGIN], [pack_pose(*Pose())]),
+                        BEGIN + number, '/tf') for number in range(1000)]
+    assert len(findings_of(islands)) == 100
+
+
+def test_empty_messages_and_an_edge_twice_in_one_message():
+    edges = [('a', 'b'), ('a', 'b')]
+    messages = [Received(Batch(edges, [BEGIN + 1, BEGIN + 1], [pack_pose(*Pose())] * 2), BEGIN,
+                         '/tf'), Received(Batch((), (), ()), BEGIN, '/tf')] * 10
+    assert {found.code for found in findings_of(messages)} <= {'duplicate_stamps'}
+
+
+@pytest.mark.parametrize('count', [1, 2, 40])
+def test_all_who_may_be_meant_are_told(count):
+    names = [f'/node{number:02}' for number in range(count)]
+    assert candidates(one_of(names)) == names[:12]

@@ -1,0 +1,61 @@
+"""One small bag for each code, and healthy ones, through the parts that tf_doctor uses."""
+
+from argparse import Namespace
+
+from bags import write_ros2
+from patients import FAULTY, HEALTHY
+import pytest
+from tf_tree_py.core.checks.catalogue import CODES
+from tf_tree_py.core.checks.finding import Severity
+from tf_tree_py.core.doctor import Doctor
+from tf_tree_py.core.vitals import gathering
+from tf_tree_py.tools.source import open_source
+
+
+def findings_of(messages, folder):
+    """Return what a doctor finds in a bag of these messages."""
+    bag = write_ros2(folder, sorted(messages, key=lambda message: message.received))
+    arguments = Namespace(bag=bag, tf_topic=None, tf_static_topic=None, ros_arguments=[])
+    doctor = Doctor()
+    with open_source(arguments, 'test', [doctor], cache_time=doctor.limits.cache_time) as source:
+        source.watch(None)
+        doctor.endpoints = source.endpoints()
+        return doctor.findings()
+
+
+def worth_telling(findings):
+    return {finding.code: finding.summary for finding in findings
+            if finding.severity is not Severity.NOTE}
+
+
+@pytest.mark.parametrize('name', HEALTHY)
+def test_healthy_robot_is_left_alone(name, tmp_path):
+    assert worth_telling(findings_of(HEALTHY[name](), tmp_path / 'bag')) == {}
+
+
+@pytest.mark.parametrize('code', FAULTY)
+def test_fault_is_found_and_nothing_else(code, tmp_path):
+    findings = findings_of(FAULTY[code], tmp_path / 'bag')
+    if CODES[code].severity is Severity.NOTE:
+        assert worth_telling(findings) == {}
+        assert code in {finding.code for finding in findings}
+    else:
+        assert list(worth_telling(findings)) == [code], worth_telling(findings)
+
+
+@pytest.mark.parametrize('code', [
+    'two_parents', 'two_publishers', 'static_changed', 'interpolated_jump', 'jump_back',
+    'duplicate_stamps', 'out_of_order', 'pose_jump'])
+def test_it_makes_no_difference_when_messages_are_looked_at(code, tmp_path, monkeypatch):
+    """What stands on both sides of a border between two blocks is seen all the same."""
+    monkeypatch.setattr(gathering, '_ENOUGH', 40)
+    monkeypatch.setattr(gathering, '_OF_EACH', 1)
+    found = worth_telling(findings_of(FAULTY[code], tmp_path / 'blocks'))
+    monkeypatch.undo()
+    assert list(found) == [code]
+    if code != 'two_publishers':  # how large to and fro is, is an estimate
+        assert found == worth_telling(findings_of(FAULTY[code], tmp_path / 'whole'))
+
+
+def test_there_is_a_bag_for_every_code():
+    assert list(FAULTY) == list(CODES)

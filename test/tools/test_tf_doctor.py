@@ -1,0 +1,234 @@
+"""The command tf_doctor: its statuses, its output, its JSON, on bags and over DDS."""
+
+import json
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+import threading
+
+from bags import write_ros2
+from patients import FAULTY, HEALTHY
+from programs import PATIENCE_S, Program
+import pytest
+
+COMMAND = (sys.executable, '-m', 'tf_tree_py.tools.tf_doctor')
+PAGE = Path(__file__).parents[2] / 'docs' / 'doctor.md'
+
+
+def doctor(*arguments, **options):
+    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False,
+                          timeout=PATIENCE_S, **options)
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    """Return a bag that is well, one with an error, and one with a warning."""
+    folder = tmp_path_factory.mktemp('bags')
+    return {name: write_ros2(folder / name, sorted(messages, key=lambda each: each.received))
+            for name, messages in (('well', HEALTHY['warehouse_robot']()),
+                                   ('error', FAULTY['two_parents']),
+                                   ('warning', FAULTY['gap']))}
+
+
+# --- on bags
+
+TYPES = {'int': int, 'number': (int, float), 'text': str, 'list': list, 'object': dict}
+
+
+def documented(heading):
+    """Return the types of the keys that the page lists below a heading."""
+    section = PAGE.read_text().partition(f'{heading}\n')[2].partition('\n#')[0]
+    return {key: TYPES[kind] for key, kind in re.findall(r'^\| `(\w+)` \| (\w+) \|', section,
+                                                         re.MULTILINE)}
+
+
+@pytest.mark.parametrize('name, strict, status', [
+    ('well', True, 0), ('warning', False, 0), ('warning', True, 1), ('error', False, 1)])
+def test_status_says_what_was_found_and_json_has_the_documented_shape(bags, name, strict, status):
+    done = doctor('--bag', bags[name], '--json', *(['--strict'] if strict else []))
+    assert (done.returncode, done.stderr) == (status, '')
+    report = json.loads(done.stdout)
+    of_report, of_finding = documented('### The report'), documented('### A finding')
+    assert report.keys() == of_report.keys()
+    assert all(isinstance(report[key], kind) for key, kind in of_report.items())
+    assert report['version'] == 1
+    assert len(report['findings']) == sum(report[key] for key in ('errors', 'warnings', 'notes'))
+    for finding in report['findings']:
+        assert finding.keys() == of_finding.keys()
+        assert all(isinstance(finding[key], kind) for key, kind in of_finding.items())
+        assert finding['severity'] in ('error', 'warning', 'note')
+        assert finding['evidence'] and finding['cause'] and finding['fix']
+
+
+@pytest.mark.parametrize('width', [80, 140])
+def test_finding_is_told_with_cause_and_fix_as_wide_as_the_terminal(bags, width):
+    done = doctor('--bag', bags['error'], env={**os.environ, 'COLUMNS': str(width)})
+    assert width - 40 < max(map(len, done.stdout.splitlines())) <= width
+    told = ' '.join(done.stdout.split())
+    assert told.startswith('error two_parents odom, map, base_link')
+    assert 'base_link has the parents odom, map, and changed between them' in told
+    assert 'cause two nodes claim the frame' in told
+    assert 'fix decide who owns the frame' in told
+    assert told.endswith('1 error')
+
+
+@pytest.mark.parametrize('bag, arguments, sentence', [
+    ('nowhere.mcap', [], 'there is no such file'),
+    (__file__, [], 'no bag'),
+    ('well', ['--tf-topic', '/robot1/tf'], 'has no topic /robot1/tf; it has: '),
+    ('well', ['--seconds', 'nan'], "'nan' is not a number greater than zero")])
+def test_what_cannot_be_watched_is_one_sentence(bags, bag, arguments, sentence):
+    done = doctor('--bag', bags.get(bag, bag), *arguments)
+    assert (done.returncode, done.stdout) == (2, '')
+    line, = done.stderr.splitlines()
+    assert line.startswith('tf_doctor: ') and sentence in line
+
+
+def test_only_the_first_seconds_of_a_bag(bags):
+    report = json.loads(doctor('--bag', bags['warning'], '--seconds', '2', '--json').stdout)
+    assert report['warnings'] == 0
+    assert 1.9 < report['watched_s'] < 2.1
+
+
+def test_reader_that_leaves_gets_no_complaint():
+    with subprocess.Popen([*COMMAND, '--list'], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ''
+
+
+# Hides what is not installed, as far as the program can see.
+HIDDEN = """
+import sys
+sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(',')))
+from tf_tree_py.tools.tf_doctor import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize('missing, arguments, sentence', [
+    ('rich,rich.console', ['--list'], "pip install 'tf_tree_py[tools]'"),
+    ('rosbags,rosbags.interfaces', ['--bag', 'well'], 'reading and writing bags needs rosbags'),
+    ('rclpy', [], 'a live tree needs ROS 2, and rclpy is not installed')])
+def test_what_is_not_installed_is_one_sentence(bags, missing, arguments, sentence):
+    arguments = [bags.get(each, each) for each in arguments]
+    done = subprocess.run([sys.executable, '-c', HIDDEN, missing, *arguments],
+                          capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, '')
+    line, = done.stderr.splitlines()
+    assert line.startswith('tf_doctor: ') and sentence in line
+
+
+# --- over DDS
+
+rclpy = pytest.importorskip('rclpy')
+
+
+@pytest.fixture(scope='module')
+def context():
+    context = rclpy.context.Context()
+    rclpy.init(context=context, args=[])
+    yield context
+    context.try_shutdown()
+
+
+class Beat:
+    """Calls something fifty times a second, until the end of the block; counts how often."""
+
+    def __init__(self, act):
+        self.count = 0
+        self._end = threading.Event()
+        self._act = act
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self):
+        while not self._end.wait(0.02):
+            self._act()
+            self.count += 1
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def wait_for(self, more):
+        """Return when it was called so many more times."""
+        end = self.count + more
+        while self.count < end:
+            self._end.wait(0.01)
+
+    def __exit__(self, *_):
+        self._end.set()
+        self._thread.join()
+
+
+def publisher(context, name, parent, child, x, topic='/tf', qos=None):
+    """Return what publishes an edge at the present time, from a node of its own."""
+    from rclpy.node import Node
+    from tf2_msgs.msg import TFMessage
+    from tf_tree_py.core import Pose
+    from tf_tree_py.ros.messages.convert import transform_stamped
+    from tf_tree_py.ros.topics.qos import dynamic_qos
+    node = Node(name, context=context)
+    sender = node.create_publisher(TFMessage, topic, qos or dynamic_qos())
+
+    def send():
+        now = node.get_clock().now().nanoseconds
+        sender.publish(TFMessage(transforms=[transform_stamped(
+            parent, child, now, Pose(x + 0.05 * (now / 1e9 % 10.0)))]))
+
+    return node, send
+
+
+def test_live_faults_are_found_with_the_names_of_their_nodes(context):
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    nodes, sends = zip(
+        publisher(context, 'wheels', 'odom', 'base', 0.0),
+        publisher(context, 'visual', 'odom', 'base', 1.0),
+        publisher(context, 'calibration', 'base', 'lidar', 0.3, '/tf_static', QoSProfile(depth=1)),
+        publisher(context, 'driver', 'base', 'arm', 0.0, '/tf', best_effort), strict=True)
+    with Beat(lambda: [send() for send in sends]):
+        done = doctor('--seconds', '3', '--json')
+    for node in nodes:
+        node.destroy_node()
+    assert done.stderr == '' or 'QoS' in done.stderr
+    assert done.returncode == 1
+    found = {finding['code']: finding for finding in json.loads(done.stdout)['findings']}
+    assert found.keys() == {'two_publishers', 'late_joiner', 'qos_mismatch'}
+    assert found['two_publishers']['frames'] == ['odom', 'base']
+    assert {'/wheels', '/visual'} <= {*found['two_publishers']['publishers']}
+    assert found['late_joiner']['publishers'] == ['/calibration']
+    assert found['qos_mismatch']['publishers'][0] == '/driver'
+
+
+def test_ctrl_c_tells_what_was_found_on_other_topics(context):
+    node, send = publisher(context, 'robot', 'odom', 'odom', 0.0, '/robot1/tf')
+    with Beat(send) as beat:
+        program = Program(*COMMAND, '--seconds', '1000', '--tf-topic', 'robot1/tf',
+                          '--ros-args', '-r', '/tf_static:=/robot1/tf_static')
+        try:
+            while not node.count_subscribers('/robot1/tf'):
+                beat.wait_for(1)
+            beat.wait_for(50)
+            program.interrupt(signal.SIGINT)
+            assert program.end() == 1
+            assert 'error self_edge  odom' in program.output
+            assert 'Traceback' not in program.output
+        finally:
+            program.kill()
+    node.destroy_node()
+
+
+@pytest.mark.parametrize('arguments, sentence', [
+    (['--seconds', '0.2'], 'no transform arrived from /tf and /tf_static'),
+    (['--ros-args', '-r', 'nonsense'], 'nonsense'),
+    (['--tf-topic', 'a b', '--seconds', '1'], "'a b' is no topic: ")])
+def test_what_cannot_be_heard_is_one_sentence(arguments, sentence):
+    done = doctor(*arguments)
+    assert (done.returncode, done.stdout) == (2, '')
+    # rcl may have logged before.
+    line = done.stderr.splitlines()[-1]
+    assert line.startswith('tf_doctor: ') and sentence in line

@@ -1,0 +1,40 @@
+"""Every check; the textbook's failure modes first."""
+
+from . import motions, names, numbers, publishers, rates, stamps, statics, structure
+from .check import Check
+from .finding import Code
+
+CHECKS: tuple[Check, ...] = (
+    structure.loop,
+    structure.two_parents,
+    publishers.two_publishers,
+    structure.unconnected,
+    stamps.delayed,
+    statics.static_republished,
+    statics.static_changed,
+    publishers.late_joiner,
+    motions.interpolated_jump,
+    statics.planar_only,
+    names.similar_names,
+    names.leading_slash,
+    names.empty_name,
+    structure.self_edge,
+    numbers.not_finite,
+    numbers.not_normalised,
+    numbers.unreadable,
+    statics.kind_flips,
+    stamps.zero_stamps,
+    stamps.future_stamps,
+    stamps.clock_mixture,
+    stamps.jump_back,
+    stamps.duplicate_stamps,
+    stamps.out_of_order,
+    rates.gap,
+    rates.irregular_rate,
+    rates.slow_for_window,
+    rates.skew,
+    motions.pose_jump,
+    publishers.qos_mismatch,
+)
+
+CODES: dict[str, Code] = {check.code.name: check.code for check in CHECKS}

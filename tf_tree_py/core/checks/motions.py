@@ -1,0 +1,64 @@
+"""Steps that no motion makes."""
+
+from collections.abc import Iterator
+from math import degrees
+from typing import Any
+
+from .case import Case
+from .check import check, of_edge, Remark
+from .finding import Number, Severity
+from ..stamp import format_span, format_stamp
+from ..vitals.edge import EdgeRecord
+from ..vitals.motion import Jump
+
+
+@check(Severity.WARNING,
+       catches='a frame that jumps faster than anything moves',
+       cause='an estimator that was reset, an encoder that wrapped around, or an outlier that '
+             'nobody has filtered',
+       fix='look at what its publisher did at that stamp; --max-speed and --max-turn-rate say '
+           'what is still motion')
+def pose_jump(case: Case) -> Iterator[Remark]:
+    """Find steps beyond the limits; a localiser's are named as that."""
+    for edge, moving in case.moving():
+        jump = moving.motion.fast
+        if not jump.count:
+            continue
+        seconds = jump.time / 1e9
+        evidence = _evidence(jump) | {
+            'speed_m_s': jump.gone / seconds, 'turn_rate_deg_s': degrees(jump.turned) / seconds}
+        yield of_edge(edge, _told(jump), evidence, **_of_localiser(case, edge))
+
+
+@check(Severity.WARNING, textbook=True,
+       catches='a jump between two samples that are far apart in time',
+       cause='an edge that is sent seldom and corrected in one step, such as a slow localiser',
+       fix='send it more often, also while it does not change: every lookup between the two '
+           'samples gets a pose, interpolated, that never was')
+def interpolated_jump(case: Case) -> Iterator[Remark]:
+    """Find large steps between rests that take long."""
+    for edge, moving in case.moving():
+        jump = moving.motion.slow
+        if jump.count:
+            yield of_edge(edge, f'{_told(jump)}: lookups in between get poses that never were',
+                          _evidence(jump))
+
+
+def _told(jump: Jump) -> str:
+    return (f'jumped {jump.count} times, at most by {jump.gone:.3g} m and '
+            f'{degrees(jump.turned):.3g} deg in {format_span(jump.time)} after '
+            f'{format_stamp(jump.stamp)} s')
+
+
+def _evidence(jump: Jump) -> dict[str, Number]:
+    return {'count': jump.count, 'after_stamp_s': jump.stamp / 1e9, 'time_s': jump.time / 1e9,
+            'gone_m': jump.gone, 'turned_deg': degrees(jump.turned)}
+
+
+def _of_localiser(case: Case, edge: EdgeRecord) -> dict[str, Any]:
+    if not case.is_correction(edge):
+        return {}
+    return {'severity': Severity.NOTE,
+            'cause': 'a correction of the localiser: it may jump, for what moves smoothly is '
+                     'the edge below it',
+            'fix': f'plan and control in {edge.child}; only goals belong in {edge.parent}'}

@@ -1,0 +1,61 @@
+"""What frames are called."""
+
+from collections.abc import Iterator
+import re
+
+from .case import Case
+from .check import check, of_trouble, publishers_of, Remark
+from .finding import Severity
+from ..arrivals.incidents import Kind
+from ..text import listed
+
+_SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
+
+
+def likeness(name: str) -> str:
+    """Return what is left of a name without case, blanks and separators."""
+    # Between two digits a separator counts: link_1_1 is not link_11.
+    return _SEPARATOR.sub('', name.casefold())
+
+
+@check(Severity.WARNING,
+       catches='names that differ only in case, separators or blanks: base_link and baselink',
+       cause='the same frame is spelled in two ways, in a URDF and a parameter file for instance',
+       fix='use one spelling; if they are two frames, give them names that differ')
+def similar_names(case: Case) -> Iterator[Remark]:
+    """Find frames whose likenesses are the same."""
+    alike: dict[str, list[str]] = {}
+    for frame in case.frames:
+        alike.setdefault(likeness(frame), []).append(frame)
+    for names in alike.values():
+        if len(names) > 1:
+            edges = [edge for edge in case.edges if {*edge.frames} & {*names}]
+            told = listed([repr(name) for name in names])
+            yield Remark(f'{told} look like one frame', tuple(names), publishers_of(*edges),
+                         {'names': len(names)})
+
+
+@check(Severity.WARNING,
+       catches='names that are published with a leading slash',
+       cause='a node, or a tf_prefix, from the days of ROS 1',
+       fix='leave the slash out: buffers take it off what arrives, and refuse it in a lookup')
+def leading_slash(case: Case) -> Iterator[Remark]:
+    """Find names that arrived with one."""
+    if case.slashed:
+        names = tuple(sorted(case.slashed))
+        bare = {name.removeprefix('/') for name in names}
+        edges = [edge for edge in case.edges if {*edge.frames} & bare]
+        yield Remark(f'published with a leading slash: {listed(names)}', names,
+                     publishers_of(*edges), {'names': len(names)})
+
+
+@check(Severity.ERROR,
+       catches='a transform with an empty frame name',
+       cause='a message whose header.frame_id or child_frame_id nobody has set',
+       fix='set both names; every buffer refuses such a transform')
+def empty_name(case: Case) -> Iterator[Remark]:
+    """Find what the buffer refused for that."""
+    for (parent, child), trouble in case.of_kind(Kind.EMPTY_FRAME):
+        frames = tuple(name for name in (parent, child) if name)
+        beside = f'beside {frames[0]}' if frames else 'on both sides'
+        yield of_trouble(frames, f'an empty frame name {beside}, {trouble.count} times', trouble)

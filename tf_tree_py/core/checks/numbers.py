@@ -1,0 +1,54 @@
+"""Numbers and bytes that are no transform."""
+
+from collections.abc import Iterator
+
+from .case import Case
+from .check import check, of_edge, of_trouble, Remark
+from .finding import Severity
+from ..arrivals.incidents import Kind
+
+
+@check(Severity.ERROR,
+       catches='NaN or infinity in a transform',
+       cause='a division by zero, or a filter that has diverged, in the node that sends it',
+       fix='mend the sender; every buffer refuses such a transform, so the edge stands still')
+def not_finite(case: Case) -> Iterator[Remark]:
+    """Find what the buffer refused for that."""
+    for edge, trouble in case.of_kind(Kind.NOT_FINITE):
+        yield of_trouble(edge, f'{edge[0]} -> {edge[1]} was NaN or infinite {trouble.count} '
+                         'times', trouble)
+
+
+@check(Severity.WARNING,
+       catches='quaternions that are not of unit length',
+       cause='a quaternion that was averaged or integrated and not normalised; or Euler angles '
+             'that were put into its fields',
+       fix='normalise before sending: each buffer does so too, but not every consumer')
+def not_normalised(case: Case) -> Iterator[Remark]:
+    """Find lengths that are off; one of zero is refused."""
+    for edge, moving in case.moving():
+        motion = moving.motion
+        if motion.off_length:
+            yield of_edge(
+                edge, f'has quaternions of length {motion.worst_length:.4g}, {motion.off_length} '
+                f'of {moving.timing.count}',
+                {'count': motion.off_length, 'samples': moving.timing.count,
+                 'worst_length': motion.worst_length})
+    for frames, trouble in case.of_kind(Kind.ZERO_ROTATION):
+        yield of_trouble(
+            frames, f'{frames[0]} -> {frames[1]} has an all-zero quaternion, and was refused '
+            f'{trouble.count} times', trouble, evidence={'worst_length': 0.0},
+            severity=Severity.ERROR, cause='a message whose rotation nobody has set',
+            fix='for no rotation send x 0, y 0, z 0, w 1')
+
+
+@check(Severity.ERROR,
+       catches='messages that cannot be read, and names that no frame can have',
+       cause="another type under the topic's name, a damaged recording, or a name that was "
+             'built from uninitialised memory',
+       fix='find the publisher that the evidence names, and look at what it sends')
+def unreadable(case: Case) -> Iterator[Remark]:
+    """Find what the buffer refused for that."""
+    for frames, trouble in case.of_kind(Kind.MALFORMED, Kind.BAD_NAME, Kind.TOO_MANY_FRAMES):
+        yield of_trouble(tuple(filter(None, frames)),
+                         f'refused {trouble.count} times: {trouble.detail}', trouble)

@@ -1,0 +1,86 @@
+"""What the stamps and the arrivals of one edge tell."""
+
+import numpy as np
+
+from .spread import Spread
+from .stretch import Rows, Steps
+from ..stamp import from_seconds
+
+JUMP = from_seconds(1.0)
+"""A stamp that is older than the one before by more is another time; by less, out of order."""
+
+
+class Timing:
+    """
+    Counts and spreads of one edge's stamps; all times are nanoseconds.
+
+    :ivar count: samples.
+    :ivar first: when the first one arrived.
+    :ivar last: when the last one did.
+    :ivar zeros: samples whose stamp is zero; nothing else is asked of them.
+    :ivar delays: from the stamp to the arrival.
+    :ivar intervals: from one stamp to the next.
+    :ivar longest: the stamp before the longest interval.
+    :ivar duplicates: steps to the same stamp; ``differing`` of them to another pose.
+    :ivar disorders: steps to an older stamp, which do not stay there.
+    :ivar jumps: those that do; ``back`` is the longest of them.
+    """
+
+    def __init__(self) -> None:
+        self.count = self.zeros = 0
+        self.first = self.last = self.longest = 0
+        self.delays, self.intervals = Spread(), Spread()
+        self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
+
+    @property
+    def timed(self) -> int:
+        """Return how many samples have a stamp."""
+        return self.count - self.zeros
+
+    @property
+    def span(self) -> int:
+        """Return from the first arrival to the last."""
+        return self.last - self.first
+
+    @property
+    def interval(self) -> float:
+        """Return the usual time from one stamp to the next; 0 where there are not three."""
+        return self.intervals.median
+
+    @property
+    def rate_hz(self) -> float:
+        """Return how many samples a second arrived; 0 where there are not two."""
+        return (self.count - 1) * 1e9 / self.span if self.span > 0 else 0.0
+
+    def add(self, rows: Rows) -> None:
+        """Take samples one by one: what each tells by itself."""
+        if not self.count:
+            self.first = int(rows.received[0])
+        self.count += len(rows)
+        self.last = int(rows.received[-1])
+        timed = rows.stamps != 0
+        self.zeros += len(rows) - int(np.count_nonzero(timed))
+        heard = timed & (rows.received > 0)
+        self.delays.add(rows.received[heard] - rows.stamps[heard])
+
+    def add_steps(self, steps: Steps) -> None:
+        """Take steps: those between the first and the last, which are judged by both."""
+        before, time, after = steps.time[:-2], steps.time[1:-1], steps.time[2:]
+        back = time <= -JUMP
+        # One that is late goes back and comes again; one that is ahead goes on and comes back.
+        late, ahead = back & (after >= -time // 2), back & (before >= -time // 2)
+        onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
+        self._add_intervals(steps.stamps[1:-2][onward], time[onward])
+        same = time == 0
+        self.duplicates += int(np.count_nonzero(same))
+        self.differing += int(np.count_nonzero(same & (steps.size[1:-1] > 0.0)))
+        self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
+        jumps = back & ~late & ~ahead
+        if jumps.any():
+            self.jumps += int(np.count_nonzero(jumps))
+            self.back = max(self.back, -int(time[jumps].min()))
+
+    def _add_intervals(self, stamps: np.ndarray, intervals: np.ndarray) -> None:
+        if len(intervals) and intervals.max() > self.intervals.most:
+            self.longest = int(stamps[intervals.argmax()])
+        self.intervals.add(intervals)

@@ -1,0 +1,32 @@
+"""Who publishes and hears topics of transforms, and with which quality of service."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from tf_tree_py.core.arrivals.received import Endpoint
+
+from .authority import node_name
+
+
+def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
+    """
+    Return who publishes and hears some topics, as the ROS graph says.
+
+    :param node: asks; its own subscriptions are told too.
+    :param topics: full names, and of each whether its transforms are valid at all times.
+    """
+    return [_endpoint(info, topic, static, publishes)
+            for topic, static in topics.items()
+            for publishes, infos in ((True, node.get_publishers_info_by_topic(topic)),
+                                     (False, node.get_subscriptions_info_by_topic(topic)))
+            for info in infos]
+
+
+def _endpoint(info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
+    qos = info.qos_profile
+    return Endpoint(
+        topic, static, node_name(info), publishes,
+        qos.reliability != ReliabilityPolicy.BEST_EFFORT,
+        qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)

@@ -1,0 +1,87 @@
+"""A live tree: what arrives on /tf and /tf_static, heard by a node of the tool's own."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+import threading
+
+import rclpy
+from rclpy.logging import LoggingSeverity
+from rclpy.signals import SignalHandlerOptions
+from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.arrivals.received import Endpoint
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.threads.companion import node_of_its_own
+from tf_tree_py.ros.topics.endpoints import endpoints_of
+from tf_tree_py.ros.topics.listener import TransformListener
+from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
+
+from .endings import Cannot
+
+
+class Live:
+    """
+    A buffer that hears a running system; see ``source.TreeSource``.
+
+    :ivar node: the tool's node, with a hidden name; nobody spins it.
+    """
+
+    def __init__(self, arguments: Namespace, name: str, observers: Sequence[Observer]) -> None:
+        """
+        Begin to listen.
+
+        :raises Cannot: ROS does not understand its arguments.
+        """
+        try:
+            rclpy.init(args=[name, *arguments.ros_arguments],
+                       signal_handler_options=SignalHandlerOptions.NO)
+            self.node = node_of_its_own(name)
+        except Exception as error:  # noqa: B902 - rcl raises several kinds, for what was typed
+            rclpy.try_shutdown()
+            raise Cannot(_sentence(error)) from error
+        # What is refused or odd is the tool's to tell.
+        self.node.get_logger().set_level(LoggingSeverity.ERROR)
+        self.buffer = Buffer()
+        for observer in observers:
+            self.buffer.observers.add(observer)
+        moving = self._resolved(arguments.tf_topic or TF_TOPIC)
+        fixed = self._resolved(arguments.tf_static_topic or TF_STATIC_TOPIC)
+        self._topics = {moving: False, fixed: True}
+        self._listener = TransformListener(
+            self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
+        self.name = ' and '.join(self._topics)
+        self.now = self.buffer.now
+
+    def __enter__(self) -> 'Live':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._listener.close()
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+    def _resolved(self, topic: str) -> str:
+        """Return a topic's full name, remapped."""
+        try:
+            return self.node.resolve_topic_name(topic)
+        except Exception as error:  # noqa: B902 - likewise
+            rclpy.try_shutdown()
+            raise Cannot(f'{topic!r} is no topic: {_sentence(error)}') from error
+
+    def watch(self, seconds: float | None) -> None:
+        """Let transforms arrive, in the listener's thread."""
+        threading.Event().wait(seconds)
+
+    def endpoints(self) -> list[Endpoint]:
+        """Return who publishes and hears the topics, this tool too, as the graph says."""
+        return endpoints_of(self.node, self._topics)
+
+    def damage(self) -> list[str]:
+        """Return nothing: what cannot be read is told to the observers."""
+        return []
+
+
+def _sentence(error: Exception) -> str:
+    """Return the text of an rcl error, without file names and line numbers."""
+    text = str(error).split(', at /')[0].strip()
+    # For unknown arguments its text is their list and nothing else.
+    return f'unknown ROS arguments {text}' if text.startswith('[') else ' '.join(text.split())

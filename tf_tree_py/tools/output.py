@@ -1,0 +1,78 @@
+"""What tools print: tables and coloured text with rich, and JSON."""
+
+from collections.abc import Mapping, Sequence
+import json
+import os
+import sys
+from typing import Any
+
+from tf_tree_py.core.text import shorten
+
+from .endings import needs
+
+# Characters of a name or a line that a terminal gets, and of a sentence.
+_LONGEST = 200
+_LONGEST_SENTENCE = 1200
+# The width of lines where no terminal says one.
+_WIDTH = 100
+
+COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
+
+
+def console(**options: Any) -> Any:
+    """
+    Return a rich ``Console`` that writes to standard output.
+
+    In a pipe it writes plain text, a hundred columns wide unless ``COLUMNS`` says another.
+
+    :raises Cannot: rich is not installed.
+    """
+    rich = needs('rich.console', 'rich', 'tools')
+    width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else _WIDTH
+    return rich.Console(highlight=False, width=width, soft_wrap=False, **options)
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
+          right: Sequence[str] = ()) -> Any:
+    """
+    Return a rich ``Table``.
+
+    :param rows: of cells: text of strangers, which is not read as markup, or rich's ``Text``.
+    :param right: the headings of the columns that end at the right, as numbers do.
+    """
+    box = needs('rich.box', 'rich', 'tools')
+    text = needs('rich.text', 'rich', 'tools')
+    made = needs('rich.table', 'rich', 'tools').Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in headings:
+        made.add_column(heading, justify='right' if heading in right else 'left')
+    for row in rows:
+        made.add_row(*(text.Text(shown(cell)) if isinstance(cell, str) else cell for cell in row))
+    return made
+
+
+def styled(text: str, what: str) -> Any:
+    """Return rich's ``Text`` in a colour of ``COLOURS``."""
+    return needs('rich.text', 'rich', 'tools').Text(shown(text), style=COLOURS[what])
+
+
+def fields(named: Mapping[str, str]) -> Any:
+    """Return texts beside their names, indented, those that are empty left out."""
+    text = needs('rich.text', 'rich', 'tools')
+    grid = needs('rich.table', 'rich', 'tools').Table.grid(padding=(0, 2, 0, 0))
+    grid.add_column(min_width=7, justify='right', style='dim')
+    grid.add_column()
+    for name, value in named.items():
+        if value:
+            grid.add_row(name, text.Text(shown(value, _LONGEST_SENTENCE)))
+    return grid
+
+
+def shown(text: str, most: int = _LONGEST) -> str:
+    """Return text of strangers for a terminal: short, and without what would steer it."""
+    text = shorten(text, most)
+    return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+
+
+def print_json(data: Any) -> None:
+    """Print data as JSON, in lines that a person can read too."""
+    print(json.dumps(data, indent=2, allow_nan=False))
