@@ -42,7 +42,7 @@ ORDER = {
         ': deskew twist',
         'telling: table audit report diagnosis',
         'vitals: limits spread stretch timing motion gathering edge',
-        'checks: finding case check names structure numbers stamps statics rates motions '
+        'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
         ': doctor',
     ),

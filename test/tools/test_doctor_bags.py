@@ -12,13 +12,13 @@ from tf_tree_py.core.vitals import gathering
 from tf_tree_py.tools.source import open_source
 
 
-def findings_of(messages, folder):
-    """Return what a doctor finds in a bag of these messages."""
+def findings_of(messages, folder, seconds=None):
+    """Return what a doctor finds in a bag of these messages, or in its first seconds."""
     bag = write_ros2(folder, sorted(messages, key=lambda message: message.received))
     arguments = Namespace(bag=bag, tf_topic=None, tf_static_topic=None, ros_arguments=[])
     doctor = Doctor()
     with open_source(arguments, 'test', [doctor], cache_time=doctor.limits.cache_time) as source:
-        source.watch(None)
+        source.watch(seconds)
         doctor.endpoints = source.endpoints()
         return doctor.findings()
 
@@ -55,6 +55,10 @@ def test_it_makes_no_difference_when_messages_are_looked_at(code, tmp_path, monk
     assert list(found) == [code]
     if code != 'two_publishers':  # how large to and fro is, is an estimate
         assert found == worth_telling(findings_of(FAULTY[code], tmp_path / 'whole'))
+
+
+def test_first_seconds_of_a_bag_are_its_own(tmp_path):
+    assert worth_telling(findings_of(FAULTY['gap'], tmp_path / 'bag', seconds=2.0)) == {}
 
 
 def test_there_is_a_bag_for_every_code():

@@ -4,7 +4,6 @@ import json
 import os
 from pathlib import Path
 import re
-import signal
 import subprocess
 import sys
 import threading
@@ -63,10 +62,9 @@ def test_status_says_what_was_found_and_json_has_the_documented_shape(bags, name
         assert finding['evidence'] and finding['cause'] and finding['fix']
 
 
-@pytest.mark.parametrize('width', [80, 140])
-def test_finding_is_told_with_cause_and_fix_as_wide_as_the_terminal(bags, width):
-    done = doctor('--bag', bags['error'], env={**os.environ, 'COLUMNS': str(width)})
-    assert width - 40 < max(map(len, done.stdout.splitlines())) <= width
+def test_finding_is_told_with_cause_and_fix_as_wide_as_the_terminal(bags):
+    done = doctor('--bag', bags['error'], env={**os.environ, 'COLUMNS': '80'})
+    assert max(map(len, done.stdout.splitlines())) <= 80
     told = ' '.join(done.stdout.split())
     assert told.startswith('error two_parents odom, map, base_link')
     assert 'base_link has the parents odom, map, and changed between them' in told
@@ -85,12 +83,6 @@ def test_what_cannot_be_watched_is_one_sentence(bags, bag, arguments, sentence):
     assert (done.returncode, done.stdout) == (2, '')
     line, = done.stderr.splitlines()
     assert line.startswith('tf_doctor: ') and sentence in line
-
-
-def test_only_the_first_seconds_of_a_bag(bags):
-    report = json.loads(doctor('--bag', bags['warning'], '--seconds', '2', '--json').stdout)
-    assert report['warnings'] == 0
-    assert 1.9 < report['watched_s'] < 2.1
 
 
 def test_reader_that_leaves_gets_no_complaint():
@@ -182,44 +174,36 @@ def publisher(context, name, parent, child, x, topic='/tf', qos=None):
     return node, send
 
 
-def test_live_faults_are_found_with_the_names_of_their_nodes(context):
+def test_ctrl_c_tells_what_was_found_by_then_with_the_names_of_nodes(context):
+    """On other topics than /tf and /tf_static, one given and one remapped."""
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    tf, tf_static = '/robot1/tf', '/robot1/tf_static'
     nodes, sends = zip(
-        publisher(context, 'wheels', 'odom', 'base', 0.0),
-        publisher(context, 'visual', 'odom', 'base', 1.0),
-        publisher(context, 'calibration', 'base', 'lidar', 0.3, '/tf_static', QoSProfile(depth=1)),
-        publisher(context, 'driver', 'base', 'arm', 0.0, '/tf', best_effort), strict=True)
-    with Beat(lambda: [send() for send in sends]):
-        done = doctor('--seconds', '3', '--json')
-    for node in nodes:
-        node.destroy_node()
-    assert done.stderr == '' or 'QoS' in done.stderr
-    assert done.returncode == 1
-    found = {finding['code']: finding for finding in json.loads(done.stdout)['findings']}
+        publisher(context, 'wheels', 'odom', 'base', 0.0, tf),
+        publisher(context, 'visual', 'odom', 'base', 1.0, tf),
+        publisher(context, 'calibration', 'base', 'lidar', 0.3, tf_static, QoSProfile(depth=1)),
+        publisher(context, 'driver', 'base', 'arm', 0.0, tf, best_effort), strict=True)
+    program = Program(*COMMAND, '--seconds', '1000', '--json', '--tf-topic', 'robot1/tf',
+                      '--ros-args', '-r', f'/tf_static:={tf_static}')
+    try:
+        with Beat(lambda: [send() for send in sends]) as beat:
+            while not nodes[0].count_subscribers(tf):
+                beat.wait_for(1)
+            beat.wait_for(100)
+            program.interrupt()
+            assert program.end() == 1
+    finally:
+        program.kill()
+        for node in nodes:
+            node.destroy_node()
+    report = json.loads(program.output[program.output.index('{'):])
+    found = {finding['code']: finding for finding in report['findings']}
     assert found.keys() == {'two_publishers', 'late_joiner', 'qos_mismatch'}
     assert found['two_publishers']['frames'] == ['odom', 'base']
     assert {'/wheels', '/visual'} <= {*found['two_publishers']['publishers']}
     assert found['late_joiner']['publishers'] == ['/calibration']
     assert found['qos_mismatch']['publishers'][0] == '/driver'
-
-
-def test_ctrl_c_tells_what_was_found_on_other_topics(context):
-    node, send = publisher(context, 'robot', 'odom', 'odom', 0.0, '/robot1/tf')
-    with Beat(send) as beat:
-        program = Program(*COMMAND, '--seconds', '1000', '--tf-topic', 'robot1/tf',
-                          '--ros-args', '-r', '/tf_static:=/robot1/tf_static')
-        try:
-            while not node.count_subscribers('/robot1/tf'):
-                beat.wait_for(1)
-            beat.wait_for(50)
-            program.interrupt(signal.SIGINT)
-            assert program.end() == 1
-            assert 'error self_edge  odom' in program.output
-            assert 'Traceback' not in program.output
-        finally:
-            program.kill()
-    node.destroy_node()
 
 
 @pytest.mark.parametrize('arguments, sentence', [

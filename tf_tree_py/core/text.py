@@ -22,3 +22,8 @@ def listed(names: Sequence[str], most: int = 5, longest: int = 80) -> str:
     """Return the first of some names, each shortened, and how many more there are."""
     told = ', '.join(shorten(name, longest) for name in names[:most])
     return told + (f' and {len(names) - most} more' if len(names) > most else '')
+
+
+def times(count: int) -> str:
+    """Return how often, in words."""
+    return {1: 'once', 2: 'twice'}.get(count, f'{count} times')

@@ -1,6 +1,7 @@
 """How a tool ends: what its exit status says, Ctrl-C, a closed pipe, one sentence for a fault."""
 
 from collections.abc import Callable, Sequence
+import importlib
 import os
 import signal
 import sys
@@ -66,11 +67,10 @@ def needs(module: str, package: str, extra: str) -> Any:
     :param extra: of this package, which installs it.
     :raises Cannot: it is not installed; the sentence says what to do.
     """
-    import importlib
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         if (error.name or '').partition('.')[0] != module.partition('.')[0]:
             raise
-        raise Cannot(f"this needs {package}, which is not installed: pip install {package}, or "
+        raise Cannot(f'this needs {package}, which is not installed: '
                      f"pip install 'tf_tree_py[{extra}]'") from error

@@ -1,6 +1,6 @@
 """Every check; the textbook's failure modes first."""
 
-from . import motions, names, numbers, publishers, rates, stamps, statics, structure
+from . import motions, names, publishers, rates, stamps, statics, structure, values
 from .check import Check
 from .finding import Code
 
@@ -19,9 +19,9 @@ CHECKS: tuple[Check, ...] = (
     names.leading_slash,
     names.empty_name,
     structure.self_edge,
-    numbers.not_finite,
-    numbers.not_normalised,
-    numbers.unreadable,
+    values.not_finite,
+    values.not_normalised,
+    values.unreadable,
     statics.kind_flips,
     stamps.zero_stamps,
     stamps.future_stamps,

@@ -8,6 +8,7 @@ from .case import Case
 from .check import check, of_edge, Remark
 from .finding import Number, Severity
 from ..stamp import format_span, format_stamp
+from ..text import times
 from ..vitals.edge import EdgeRecord
 from ..vitals.motion import Jump
 
@@ -45,7 +46,7 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
 
 
 def _told(jump: Jump) -> str:
-    return (f'jumped {jump.count} times, at most by {jump.gone:.3g} m and '
+    return (f'jumped {times(jump.count)}, at most by {jump.gone:.3g} m and '
             f'{degrees(jump.turned):.3g} deg in {format_span(jump.time)} after '
             f'{format_stamp(jump.stamp)} s')
 

@@ -7,7 +7,7 @@ from .case import Case
 from .check import check, of_trouble, publishers_of, Remark
 from .finding import Severity
 from ..arrivals.incidents import Kind
-from ..text import listed
+from ..text import listed, times
 
 _SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
 
@@ -58,4 +58,4 @@ def empty_name(case: Case) -> Iterator[Remark]:
     for (parent, child), trouble in case.of_kind(Kind.EMPTY_FRAME):
         frames = tuple(name for name in (parent, child) if name)
         beside = f'beside {frames[0]}' if frames else 'on both sides'
-        yield of_trouble(frames, f'an empty frame name {beside}, {trouble.count} times', trouble)
+        yield of_trouble(frames, f'an empty frame name {beside}, {times(trouble.count)}', trouble)

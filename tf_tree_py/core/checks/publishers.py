@@ -7,6 +7,7 @@ from .check import check, names_of, of_edge, of_trouble, Remark
 from .finding import Severity
 from ..arrivals.incidents import Kind
 from ..arrivals.received import Endpoint
+from ..text import times
 from ..vitals.edge import MovingEdge
 
 # Two publishers whose values disagree make the frame go to and fro. By noise alone that happens
@@ -34,7 +35,7 @@ def two_publishers(case: Case) -> Iterator[Remark]:
         if edge.frames not in known and _goes_to_and_fro(moving):
             motion = moving.motion
             yield of_edge(
-                edge, f'goes to and fro {motion.turns} times, by '
+                edge, f'goes to and fro {times(motion.turns)}, by '
                 f'{motion.size_of_turns.median:.3g} (metres and radians together), as if two '
                 f'sent it; {moving.timing.rate_hz:.1f} Hz in all',
                 {'count': motion.turns, 'samples': moving.timing.count,

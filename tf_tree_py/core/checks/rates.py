@@ -8,6 +8,9 @@ from .finding import Severity
 from ..stamp import format_span, format_stamp, from_seconds
 from ..vitals.edge import EdgeRecord, MovingEdge
 
+# An edge, and how old its newest sample may be, nanoseconds.
+_Aged = tuple[float, EdgeRecord]
+
 # So many usual intervals without a sample are a gap, if they are so long.
 _MISSED = 10.0
 _SILENCE = from_seconds(0.5)
@@ -105,9 +108,6 @@ def skew(case: Case) -> Iterator[Remark]:
         if age - least > case.limits.max_skew and oldest.frames not in told:
             told.add(oldest.frames)
             yield _older(oldest, freshest, age - least)
-
-
-_Aged = tuple[float, EdgeRecord]
 
 
 def _first(aged: _Aged) -> float:

@@ -5,11 +5,18 @@ from collections.abc import Iterator
 from .case import Case
 from .check import check, of_edge, publishers_of, Remark
 from .finding import Severity
-from ..stamp import format_span
+from ..stamp import format_span, from_seconds
+from ..text import times
 
 # Fewer than this may happen to anybody.
 _FEW = 3
 _SELDOM = 0.01
+# So far ahead may be the stamps of two clocks that chrony keeps.
+_AHEAD = from_seconds(0.05)
+# A localiser post-dates by this much at most, and by a constant: its delays differ by no more.
+_POST_DATED, _STEADY = from_seconds(5.0), from_seconds(0.2)
+# Further ahead than a buffer's window, one stamp makes all good data too old.
+_POISON = from_seconds(10.0)
 
 
 @check(Severity.ERROR,
@@ -60,7 +67,7 @@ def jump_back(case: Case) -> Iterator[Remark]:
     for edge, moving in case.moving():
         timing = moving.timing
         if timing.jumps:
-            yield of_edge(edge, f'jumped back {timing.jumps} times, by up to '
+            yield of_edge(edge, f'jumped back {times(timing.jumps)}, by up to '
                           f'{format_span(timing.back)}',
                           {'count': timing.jumps, 'back_s': timing.back / 1e9})
 
@@ -120,15 +127,6 @@ def delayed(case: Case) -> Iterator[Remark]:
                  'count': moving.timing.delays.count})
 
 
-# So far ahead may come of two clocks that chrony keeps.
-_AHEAD = 50_000_000
-# A localiser post-dates by this much at most, and by a constant.
-_POST_DATED = 5_000_000_000
-_STEADY = 200_000_000
-# Further ahead than a buffer's window, one stamp makes all good data too old.
-_POISON = 10_000_000_000
-
-
 @check(Severity.WARNING, explains=('skew',),
        catches='stamps that are ahead of the clock',
        cause="the clock of the sender's computer is ahead (chrony or NTP set it)",
@@ -142,7 +140,8 @@ def future_stamps(case: Case) -> Iterator[Remark]:
         early, median, late = (delay - case.offset for delay in delays.at(0.05, 0.5, 0.95))
         furthest = case.offset - delays.least
         evidence = {'usually_s': -median / 1e9, 'furthest_s': furthest / 1e9}
-        if furthest > _POISON:
+        # By another clock, which may go at another pace, nothing can be said of single stamps.
+        if furthest > _POISON and not case.offset:
             yield of_edge(edge, f'has stamps up to {furthest / 1e9:.1f} s ahead of the clock: '
                           'good data of it is refused until the clock gets there', evidence,
                           severity=Severity.ERROR)
@@ -154,4 +153,3 @@ def future_stamps(case: Case) -> Iterator[Remark]:
                 severity=Severity.NOTE if harmless else None,
                 cause='a localiser that post-dates by a constant, on purpose' if harmless else '',
                 fix='nothing; max_future, where it is used, has to be more' if harmless else '')
-

@@ -7,6 +7,7 @@ from .case import Case
 from .check import check, of_edge, Remark
 from .finding import Severity
 from ..stamp import from_seconds
+from ..text import times
 from ..vitals.edge import EdgeRecord
 
 # What has not moved for so long, in so many samples, will not.
@@ -33,7 +34,7 @@ def static_republished(case: Case) -> Iterator[Remark]:
         # A joint at rest comes with those that move.
         is_joint = any(other in moved for other in moving.beside)
         yield of_edge(
-            edge, f'was sent {timing.count} times in {timing.span / 1e9:.1f} s, at '
+            edge, f'was sent {times(timing.count)} in {timing.span / 1e9:.1f} s, at '
             f'{timing.rate_hz:.1f} Hz, and never changed',
             {'count': timing.count, 'rate_hz': timing.rate_hz, 'span_s': timing.span / 1e9},
             severity=Severity.NOTE if is_joint or _may_rest(case, edge) else None,
@@ -57,7 +58,7 @@ def static_changed(case: Case) -> Iterator[Remark]:
         fixed = edge.fixed
         if fixed is not None and fixed.changes:
             yield of_edge(
-                edge, f'is static and changed {fixed.changes} times, by up to '
+                edge, f'is static and changed {times(fixed.changes)}, by up to '
                 f'{fixed.gone:.4g} m and {degrees(fixed.turned):.4g} deg',
                 {'changes': fixed.changes, 'gone_m': fixed.gone,
                  'turned_deg': degrees(fixed.turned)})
@@ -75,7 +76,7 @@ def kind_flips(case: Case) -> Iterator[Remark]:
         if edge.fixed is not None and edge.moving is not None:
             count = edge.moving.timing.count
             yield of_edge(
-                edge, f'came {edge.fixed.count} times as static and {count} times as moving',
+                edge, f'came {times(edge.fixed.count)} as static and {times(count)} as moving',
                 {'static': edge.fixed.count, 'moving': count})
 
 

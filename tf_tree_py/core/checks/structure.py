@@ -8,7 +8,7 @@ from .finding import Severity
 from .names import likeness
 from ..arrivals.incidents import Kind
 from ..stamp import from_seconds
-from ..text import listed, shorten
+from ..text import listed, shorten, times
 from ..vitals.edge import EdgeRecord
 
 # A frame that is handed from one to another is a child of each for a while. In a fight it changes
@@ -28,7 +28,7 @@ def loop(case: Case) -> Iterator[Remark]:
     """Find edges that the buffer refused for that."""
     for edge, trouble in case.of_kind(Kind.LOOP):
         yield of_trouble(edge, f'{edge[0]} -> {edge[1]} would close a loop, and was refused '
-                         f'{trouble.count} times: {trouble.detail}', trouble)
+                         f'{times(trouble.count)}: {trouble.detail}', trouble)
 
 
 @check(Severity.ERROR, textbook=True,
@@ -47,7 +47,7 @@ def two_parents(case: Case) -> Iterator[Remark]:
         switches = case.parents[child].switches
         yield Remark(
             f'{shorten(child, 80)} has the parents {listed(parents)}, and changed between them '
-            f'{switches} times', (*parents, child), publishers_of(*edges),
+            f'{times(switches)}', (*parents, child), publishers_of(*edges),
             {'parents': len(parents), 'switches': switches})
 
 
@@ -103,4 +103,4 @@ def self_edge(case: Case) -> Iterator[Remark]:
     """Find what the buffer refused for that."""
     for edge, trouble in case.of_kind(Kind.SELF_EDGE):
         yield of_trouble(edge[:1], f'{edge[0]} was published as its own parent '
-                         f'{trouble.count} times', trouble)
+                         f'{times(trouble.count)}', trouble)

@@ -48,7 +48,7 @@ class MovingEdge:
         self.motion.add(useful)
         stretch = useful[useful.stamps != 0].after(self._tail)
         # A step is judged by those before and after it, so the last rows are looked at again.
-        self._tail = stretch[-TAIL:]
+        self._tail = stretch.last(TAIL)
         if len(stretch) > TAIL:
             steps = Steps(stretch)
             self.timing.add_steps(steps)
@@ -145,13 +145,15 @@ class Parents:
             return
         order = np.concatenate([column.order for column in columns])
         received = np.concatenate([column.rows.received for column in columns])
-        which = np.repeat(np.arange(len(columns)), [len(column.order) for column in columns])
+        parents = list(dict.fromkeys(column.edge[0] for column in columns))
+        which = np.repeat([parents.index(column.edge[0]) for column in columns],
+                          [len(column.order) for column in columns])
         arrived = np.argsort(order, kind='stable')
         which, received = which[arrived], received[arrived]
         changes = np.flatnonzero(np.diff(which)) + 1
-        if self._last_parent and columns[which[0]].edge[0] != self._last_parent:
+        if self._last_parent and parents[which[0]] != self._last_parent:
             changes = np.concatenate([[0], changes])
-        self._last_parent = columns[which[-1]].edge[0]
+        self._last_parent = parents[which[-1]]
         if len(changes):
             self.switches += len(changes)
             self.first = self.first or int(received[changes[0]])

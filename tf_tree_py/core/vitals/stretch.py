@@ -44,6 +44,11 @@ class Rows:
                     np.concatenate([tail.stamps, self.stamps]),
                     np.concatenate([tail.poses, self.poses]))
 
+    def last(self, count: int) -> 'Rows':
+        """Return a copy of the last ones, which keeps no others alive."""
+        return Rows(self.received[-count:].copy(), self.stamps[-count:].copy(),
+                    self.poses[-count:].copy())
+
     def of_use(self) -> 'Rows':
         """Return those whose pose is one: finite, its quaternion not zero."""
         return self[np.isfinite(self.poses).all(axis=1) & self.poses[:, 3:].any(axis=1)]

@@ -15,7 +15,7 @@ class Timing:
     Counts and spreads of one edge's stamps; all times are nanoseconds.
 
     :ivar count: samples.
-    :ivar first: when the first one arrived.
+    :ivar first: when the first one arrived, by a clock that had begun; 0: none has.
     :ivar last: when the last one did.
     :ivar zeros: samples whose stamp is zero; nothing else is asked of them.
     :ivar delays: from the stamp to the arrival.
@@ -54,13 +54,15 @@ class Timing:
 
     def add(self, rows: Rows) -> None:
         """Take samples one by one: what each tells by itself."""
-        if not self.count:
-            self.first = int(rows.received[0])
         self.count += len(rows)
-        self.last = int(rows.received[-1])
         timed = rows.stamps != 0
         self.zeros += len(rows) - int(np.count_nonzero(timed))
-        heard = timed & (rows.received > 0)
+        known = rows.received > 0
+        if known.any():
+            received = rows.received[known]
+            self.first = self.first or int(received[0])
+            self.last = int(received[-1])
+        heard = timed & known
         self.delays.add(rows.received[heard] - rows.stamps[heard])
 
     def add_steps(self, steps: Steps) -> None:

@@ -6,6 +6,7 @@ from .case import Case
 from .check import check, of_edge, of_trouble, Remark
 from .finding import Severity
 from ..arrivals.incidents import Kind
+from ..text import times
 
 
 @check(Severity.ERROR,
@@ -15,8 +16,8 @@ from ..arrivals.incidents import Kind
 def not_finite(case: Case) -> Iterator[Remark]:
     """Find what the buffer refused for that."""
     for edge, trouble in case.of_kind(Kind.NOT_FINITE):
-        yield of_trouble(edge, f'{edge[0]} -> {edge[1]} was NaN or infinite {trouble.count} '
-                         'times', trouble)
+        yield of_trouble(edge, f'{edge[0]} -> {edge[1]} was NaN or infinite '
+                         f'{times(trouble.count)}', trouble)
 
 
 @check(Severity.WARNING,
@@ -37,7 +38,7 @@ def not_normalised(case: Case) -> Iterator[Remark]:
     for frames, trouble in case.of_kind(Kind.ZERO_ROTATION):
         yield of_trouble(
             frames, f'{frames[0]} -> {frames[1]} has an all-zero quaternion, and was refused '
-            f'{trouble.count} times', trouble, evidence={'worst_length': 0.0},
+            f'{times(trouble.count)}', trouble, evidence={'worst_length': 0.0},
             severity=Severity.ERROR, cause='a message whose rotation nobody has set',
             fix='for no rotation send x 0, y 0, z 0, w 1')
 
@@ -51,4 +52,4 @@ def unreadable(case: Case) -> Iterator[Remark]:
     """Find what the buffer refused for that."""
     for frames, trouble in case.of_kind(Kind.MALFORMED, Kind.BAD_NAME, Kind.TOO_MANY_FRAMES):
         yield of_trouble(tuple(filter(None, frames)),
-                         f'refused {trouble.count} times: {trouble.detail}', trouble)
+                         f'refused {times(trouble.count)}: {trouble.detail}', trouble)
