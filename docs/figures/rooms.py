@@ -28,7 +28,7 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
         'doctor': (8.9, 7.35, 'watches, tells what is wrong'),
         'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
-        'deskew, twist': (5.45, 6.25, 'points over time, velocities'),
+        'deskew, twist': (5.45, 6.25, 'points and frames over time'),
         'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
         'checks': (12.35, 6.25, 'what can be wrong with a tree'),
         'tree': (7.2, 5.05, 'who hangs on whom, queries'),
@@ -64,7 +64,8 @@ ABOVE = (('nodes', 2.0, 'executables that stay up'), ('tools', 5.45, 'executable
          ('dropin', 12.35, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist', 'doctor': 'doctor'},
+LOOSE = {'core': dict.fromkeys(('deskew', 'twist', 'trajectory'), 'deskew, twist') | {
+             'doctor': 'doctor'},
          'ros': {'diagnostics': 'diagnostics'},
          'bag': dict.fromkeys(('opening', 'stamps', 'recorder'), 'open_bag, record')}
 

@@ -39,7 +39,7 @@ ORDER = {
         'future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
-        ': deskew twist',
+        ': deskew twist trajectory',
         'telling: table audit report diagnosis',
         'vitals: limits spread stretch timing motion gathering edge',
         'checks: finding case check names structure values stamps statics rates motions '
@@ -64,7 +64,13 @@ ORDER = {
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
-    'tools': rooms(': endings arguments output live recording source tf_doctor'),
+    'tools': rooms(
+        ': endings arguments output live recording source doctor_report tf_doctor',
+        'export: stamp_file plan formats',
+        ': tf_export',
+        'archive: bags page jobs ledger table cluster running',
+        ': tf_archive',
+    ),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

@@ -70,7 +70,7 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
     with Bag(path, topics) as bag:
         _check_topics(bag, frame_prefix)
-        with progress_bar(bag.path, bag.expected()) as tell:
+        with progress_bar(bag.path.name, bag.expected()) as tell:
             assembly.take(bag.arrivals(begin, end), tell)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(
