@@ -68,7 +68,7 @@ ORDER = {
         ': endings arguments output live recording source doctor_report tf_doctor',
         'export: stamp_file plan formats',
         ': tf_export',
-        'archive: bags page jobs ledger table cluster running',
+        'archive: bags page jobs ledger table shielding cluster running',
         ': tf_archive',
     ),
 }

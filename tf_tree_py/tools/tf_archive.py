@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import sys
@@ -123,6 +124,7 @@ def _read(arguments: Namespace, job: Job, ledger: Ledger, bags: Sequence[BagPath
     try:
         with client_of(arguments.scheduler, arguments.workers) as client, \
                 progress_bar(f'{len(bags)} bags', len(bags)) as tell:
+            _tell_of(client)
             for bag, result in results(client, job, bags):
                 rows.append(ledger.keep(bag, result))
                 tell(1)
@@ -131,6 +133,15 @@ def _read(arguments: Namespace, job: Job, ledger: Ledger, bags: Sequence[BagPath
               'the others', file=sys.stderr)
         raise
     return rows
+
+
+def _tell_of(client: Any) -> None:
+    """Say on standard error what there is to know while the bags are read."""
+    if sys.stderr.isatty() and find_spec('bokeh'):
+        print(f'{NAME}: dask shows what it does at {client.dashboard_link}', file=sys.stderr)
+    if not client.nthreads():
+        print(f'{NAME}: {client.scheduler.address} has no workers yet; waiting for one',
+              file=sys.stderr)
 
 
 def _write(arguments: Namespace, rows: Sequence[Row]) -> None:

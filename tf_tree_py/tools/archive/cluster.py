@@ -5,6 +5,7 @@ from contextlib import contextmanager
 import logging
 from typing import Any
 
+from . import shielding
 from ..endings import Cannot, needs
 
 # A bag whose workers were killed this often is given up.
@@ -31,10 +32,11 @@ def client_of(scheduler: str | None, workers: int) -> Iterator[Any]:
         with client:
             yield client
         return
-    with _settings(), distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, processes=True, host=_HERE,
-            dashboard_address=f'{_HERE}:0', worker_dashboard_address=f'{_HERE}:0',
-            silence_logs=logging.CRITICAL) as cluster, distributed.Client(cluster) as client:
+    own = {'n_workers': workers, 'threads_per_worker': 1, 'host': _HERE,
+           'dashboard_address': f'{_HERE}:0', 'worker_dashboard_address': f'{_HERE}:0',
+           'preload': [shielding.__name__], 'silence_logs': logging.CRITICAL}
+    with (_settings(), distributed.LocalCluster(**own) as cluster,
+          distributed.Client(cluster) as client):
         yield client
 
 
@@ -43,4 +45,5 @@ def _settings() -> Any:
         'distributed.scheduler.allowed-failures': _TRIES - 1,
         # A worker holds one bag at a time, so one that is killed tells nothing of the others.
         'distributed.scheduler.worker-saturation': 1.0,
+        'distributed.worker.profile.enabled': False,
     })

@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Callable
+from dataclasses import dataclass
 import json
 from pathlib import Path
 import time
@@ -46,7 +47,8 @@ Job = Callable[[Path, str], Result]
 """Takes where a bag can be read, and what it is called."""
 
 
-class ReportJob(NamedTuple):
+@dataclass(frozen=True)
+class ReportJob:
     """Ask the doctor."""
 
     limits: Limits
@@ -72,7 +74,8 @@ class ReportJob(NamedTuple):
                             '.json': json.dumps(report, indent=2, allow_nan=False).encode()})
 
 
-class ExportJob(NamedTuple):
+@dataclass(frozen=True)
+class ExportJob:
     """Write a trajectory."""
 
     plan: Plan
@@ -110,4 +113,4 @@ def done(job: Job, path: str) -> Result:
 
 def failed(outcome: str, reason: str) -> Result:
     """Return the row of a bag of which there is nothing."""
-    return Result({'outcome': outcome, 'reason': reason}, {})
+    return Result({'outcome': outcome, 'reason': ' '.join(reason.split())}, {})
