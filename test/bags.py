@@ -20,6 +20,7 @@ from tf_tree_py.core import BufferCore, Sample, UNLIMITED
 SECOND = 10**9
 LATCHED = 'latched'
 BEST_EFFORT = 'best effort'
+UNKNOWN = 'unknown'
 TF_MESSAGE = 'tf2_msgs/msg/TFMessage'
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
@@ -33,7 +34,7 @@ class Message(NamedTuple):
 
     :ivar received: nanoseconds.
     :ivar transforms: (parent, child, stamp in nanoseconds, pose) of each.
-    :ivar qos: ``LATCHED``, ``BEST_EFFORT`` or nothing.
+    :ivar qos: ``LATCHED``, ``BEST_EFFORT``, ``UNKNOWN`` or nothing.
     :ivar publisher: of a ROS 1 bag.
     """
 
@@ -85,7 +86,8 @@ def write_ros2(path, messages, storage='mcap', compression=None):
             if key not in connections:
                 connections[key] = writer.add_connection(
                     message.topic, message.type_name, typestore=JAZZY,
-                    offered_qos_profiles=[profile(message.qos)])
+                    offered_qos_profiles=[] if message.qos == UNKNOWN else [
+                        profile(message.qos)])
             data = as_cdr(message.transforms) if message.data is None else message.data
             writer.write(connections[key], message.received, data)
     return path

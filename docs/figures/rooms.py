@@ -39,25 +39,23 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
         'errors, stamp': (7.2, 0.65, 'and times, text, suggestions'),
     }),
     'ros': (8.8, 6.0, {
-        'filtering': (2.1, 13.95, 'messages held back'),
-        'remote': (5.4, 13.95, 'buffer server and client'),
-        'diagnostics': (8.7, 13.95, 'the health of every edge'),
-        'topics': (2.1, 12.85, '/tf and /tf_static, who sends'),
-        'buffer': (5.4, 11.75, "tf2's buffer, with messages"),
-        'waiting': (5.4, 10.65, 'clocks, timeouts, futures'),
-        'threads': (2.8, 9.55, 'our own threads and nodes'),
-        'messages': (8.0, 9.55, 'messages and plain numbers'),
+        'filtering': (2.2, 13.95, 'messages held back'),
+        'remote': (5.5, 13.95, 'buffer server and client'),
+        'diagnostics': (8.8, 13.95, 'the health of every edge'),
+        'topics': (2.2, 12.85, '/tf and /tf_static, who sends'),
+        'buffer': (5.5, 11.75, "tf2's buffer, with messages"),
+        'waiting': (5.5, 10.65, 'clocks, timeouts, futures'),
+        'threads': (2.9, 9.55, 'our own threads and nodes'),
+        'messages': (8.1, 9.55, 'messages and plain numbers'),
     }),
     'bag': (8.8, 6.0, {
-        'open_bag, record': (12.7, 13.4, 'a bag as a buffer, and back'),
-        'assembling': (12.7, 11.75, 'messages become a tree'),
-        'files': (12.7, 10.1, 'messages out of files'),
+        'open_bag, record': (12.85, 13.4, 'a bag as a buffer, and back'),
+        'assembling': (12.85, 11.75, 'messages become a tree'),
+        'files': (12.85, 10.1, 'messages out of files'),
     }),
 }
 # Where each panel begins, and how wide it is; bag stands beside ros.
-PAPER = 14.6
-SIDES = {'core': (0.1, PAPER - 0.2), 'ros': (0.1, 10.6), 'bag': (10.9, PAPER - 11.0),
-         '': (0.1, PAPER - 0.2)}
+SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), '': (0.1, 14.5)}
 TOP, TOP_HEIGHT = 15.4, 0.9
 ABOVE = (('nodes', 2.0, 'executables that stay up'), ('tools', 5.45, 'executables to look with'),
          ('labs', 8.9, 'the labs of the course'),
@@ -166,9 +164,9 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(11.9, 13.1))
+    figure = Figure(figsize=(12.0, 13.1))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_xlim(0.0, PAPER)
+    axes.set_xlim(0.0, 14.7)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)
     axes.axis('off')
     draw_panel(axes, '', TOP, TOP_HEIGHT, '0.94')
@@ -178,7 +176,7 @@ def main() -> None:
     draw_layer(axes, 'bag', '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):
-        for x in (5.4, 12.7):
+        for x in (5.5, 12.85):
             draw_arrow(axes, (x, above), (x, below), 'layers', width=3.0)
     figure.savefig(IMAGES / 'rooms.svg', metadata={'Date': None})
 

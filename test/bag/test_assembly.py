@@ -128,8 +128,9 @@ def test_what_may_change_the_structure_is_taken_at_its_turn(odd, careful):
 
 
 def test_static_message_that_is_sent_again_interrupts_nothing():
-    static = arrival(STATIC, [('base', 'camera', 0, ONE), ('base', 'lidar', 0, ONE)])
-    messages = [each for moving in stream() for each in (static, moving)]
+    static = [arrival(STATIC, [('base', 'camera', second * SECOND, ONE),
+                               ('base', 'lidar', 0, (*ONE[:6], 2.0))]) for second in range(50)]
+    messages = [each for pair in zip(static, stream(), strict=True) for each in pair]
     with calls() as of:
         assembled(messages)
         assert of(Intake.take_track) == 2

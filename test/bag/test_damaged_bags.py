@@ -89,6 +89,11 @@ def test_folder_without_its_index_is_read_in_order_of_the_numbers(tmp_path):
     assert_same(open_bag(folder), fed(RUN))
 
 
+def ends(buffer):
+    edge = next(edge for edge in buffer.edges() if edge.child == 'hand')
+    return edge.oldest, edge.latest
+
+
 @pytest.mark.parametrize('number', [0, 1])
 def test_chunk_that_is_damaged_costs_no_more_than_itself(tmp_path, number):
     file = file_of(write_ros2(tmp_path / 'run', MANY, compression='storage'))
@@ -101,10 +106,6 @@ def test_chunk_that_is_damaged_costs_no_more_than_itself(tmp_path, number):
     buffer, told = warned(file)
     kept = buffer.statistics.accepted / sum(len(message.transforms) for message in MANY)
     assert 0.2 < kept < 0.8
-    def ends(recorded):
-        edge = next(edge for edge in recorded.edges() if edge.child == 'hand')
-        return edge.oldest, edge.latest
-
     (oldest, latest), whole = ends(buffer), ends(fed(MANY))
     assert ((oldest == whole[0]), (latest == whole[1])) == (number == 1, number == 0)
     assert 'run.mcap is damaged' in told and f'of {len(MANY)} messages could be read' in told

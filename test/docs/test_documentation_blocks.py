@@ -29,9 +29,11 @@ SHELL = [block for block in BLOCKS if block.language == 'bash']
 _PATIENCE_S = 120
 
 
-def _lacks_rclpy(page):
-    needed = re.search(r'^(import|from) rclpy', program(PYTHON[page]), re.MULTILINE)
-    return needed is not None and find_spec('rclpy') is None
+def _lacks(page):
+    """Return what a page imports, perhaps through ours, and is not installed here."""
+    return [needed for name, needed in (('rclpy', 'rclpy'), ('tf_tree_py.bag', 'rosbags'))
+            if find_spec(needed) is None
+            and re.search(rf'^(import|from) {name}', program(PYTHON[page]), re.MULTILINE)]
 
 
 def _run_python(page, folder):
@@ -65,8 +67,8 @@ def _hindrance(block):
 
 @pytest.mark.parametrize('page', PROGRAMS)
 def test_python_of_a_page_runs_from_the_top_to_the_bottom(page, tmp_path):
-    if _lacks_rclpy(page):
-        pytest.skip('needs rclpy')
+    if lacking := _lacks(page):
+        pytest.skip(f'needs {", ".join(lacking)}')
     done = _run_python(page, tmp_path)
     assert done.returncode == 0 and 'Traceback' not in done.stdout, done.stdout
 

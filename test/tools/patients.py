@@ -3,7 +3,7 @@
 import math
 import struct
 
-from bags import BEST_EFFORT, LATCHED, Message, SECOND
+from bags import BEST_EFFORT, LATCHED, Message, SECOND, UNKNOWN
 import numpy as np
 from tf_tree_py.core import Pose
 
@@ -122,8 +122,13 @@ def simulation():
     return [*clock(), *simulated(ROBOT)]
 
 
+def of_another_recorder():
+    """Return a robot of whose publishers' quality of service nothing was recorded."""
+    return [message._replace(qos=UNKNOWN) for message in ROBOT]
+
+
 HEALTHY = {each.__name__: each for each in (
-    humanoid, warehouse_robot, drone, two_robots, simulation)}
+    humanoid, warehouse_robot, drone, two_robots, simulation, of_another_recorder)}
 
 
 # --- one fault each

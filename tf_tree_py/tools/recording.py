@@ -72,7 +72,7 @@ class Recording:
     def endpoints(self) -> list[Endpoint]:
         """Return who published, as far as the bag tells."""
         return [Endpoint(source.topic, source.static, source.publisher, True, source.reliable,
-                         source.latched) for source in self._bag.sources]
+                         not source.volatile) for source in self._bag.sources]
 
     def now(self) -> int:
         """Return when the last message was received, by the clock of the stamps."""

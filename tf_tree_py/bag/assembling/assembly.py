@@ -13,7 +13,7 @@ import threading
 from tf_tree_py.core.arrivals.future_guard import FutureGuard
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observers
-from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.arrivals.sample import Batch, checked, Sample
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
@@ -28,7 +28,7 @@ from .window import decode, Edge, Samples, Window
 from ..files.source import Arrival
 
 # Of a window: enough samples of each edge for numpy, and little beside what they become.
-_WINDOW_BYTES = 16_000_000
+_WINDOW_BYTES = 32_000_000
 
 
 class Assembly:
@@ -49,8 +49,6 @@ class Assembly:
         self._order = Order(self.oddities)
         # How many messages to take one by one before the next look at what can be taken together.
         self._stride = 0
-        # Static messages that changed nothing the last time, by the tree's version then.
-        self._repeated: dict[tuple[str, bytes], int] = {}
 
     def take(self, arrivals: Iterable[Arrival],
              tell: Callable[[int], None] = lambda _: None) -> None:
@@ -124,15 +122,21 @@ class Assembly:
         else:
             for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
                 self._order.note(edge, stamp)
-        incidents = self.intake.take_batch(batch, source.authority, source.static)
-        self.oddities.note_incidents(incidents)
-        if source.static and not incidents:
-            self._repeated[source.topic, arrival.data] = self.tree.version
+        self.oddities.note_incidents(
+            self.intake.take_batch(batch, source.authority, source.static))
 
     def _is_repeated(self, arrival: Arrival) -> bool:
-        """Return whether a static message says what the tree has from it already."""
-        known = self._repeated.get((arrival.source.topic, arrival.data))
-        return known == self.tree.version
+        """Return whether a static message only says what the tree has already."""
+        batch = self._decoder.read(arrival) if arrival.source.static else None
+        return isinstance(batch, Batch) and all(map(self._is_known, batch.samples()))
+
+    def _is_known(self, sample: Sample) -> bool:
+        sound = checked(sample, '')
+        if isinstance(sound, Incident):
+            return False
+        history = self.tree.histories.get(sound.child)
+        return history is not None and history.is_static and history.goes_on(
+            sound.parent, sound.stamp, sound.pose)
 
     def _note_changes(self, batch: Batch) -> None:
         """Note static edges that are sent again with another value."""

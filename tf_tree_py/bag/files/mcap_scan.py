@@ -14,7 +14,13 @@ from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, Qos
 from rosbags.rosbag2.metadata import parse_qos
 
-from .rosbags_file import decompressor, is_reliable, is_transient_local, UNREADABLE
+from .rosbags_file import (
+    decompressor,
+    is_reliable,
+    is_transient_local,
+    is_volatile,
+    UNREADABLE,
+)
 from .salvage import Bytes, Cut, definition, lost_bytes
 from .source import Arrival, Source
 
@@ -113,7 +119,7 @@ class McapScan:
             name, fields = self._schemas.get(schema, ('', definition('', '')))
             profiles = _profiles(Bytes(content.sized()))
             source = Source(topic, name, is_transient_local(profiles), '', encoding == 'ros1',
-                            is_reliable(profiles))
+                            is_reliable(profiles), is_volatile(profiles))
             self._channels[number] = source
             self.definitions[source] = fields
 

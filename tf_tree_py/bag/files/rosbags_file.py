@@ -150,7 +150,8 @@ def _source(connection: Connection) -> Source:
                       extension.callerid or '', True)
     profiles = extension.offered_qos_profiles
     return Source(connection.topic, connection.msgtype, is_transient_local(profiles), '',
-                  extension.serialization_format == 'ros1', is_reliable(profiles))
+                  extension.serialization_format == 'ros1', is_reliable(profiles),
+                  is_volatile(profiles))
 
 
 def is_transient_local(profiles: Sequence[Qos]) -> bool:
@@ -162,3 +163,8 @@ def is_transient_local(profiles: Sequence[Qos]) -> bool:
 def is_reliable(profiles: Sequence[Qos]) -> bool:
     """Return whether all publishers of a topic send reliably, as far as that was recorded."""
     return all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles)
+
+
+def is_volatile(profiles: Sequence[Qos]) -> bool:
+    """Return whether a publisher of a topic said that it keeps nothing for late listeners."""
+    return any(profile.durability is QosDurability.VOLATILE for profile in profiles)

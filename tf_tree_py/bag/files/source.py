@@ -18,7 +18,9 @@ class Source(NamedTuple):
         latched.
     :ivar publisher: the node that published, where the bag tells; else ''.
     :ivar ros1: whether the messages are ROS 1's bytes; else they are CDR.
-    :ivar reliable: whether the publisher was; one of best effort is not heard by tf2.
+    :ivar reliable: whether all publishers were, as far as the bag tells; tf2 does not hear
+        others.
+    :ivar volatile: whether one said that late listeners get nothing of what it sent.
     """
 
     topic: str
@@ -27,6 +29,7 @@ class Source(NamedTuple):
     publisher: str
     ros1: bool
     reliable: bool = True
+    volatile: bool = False
 
     @property
     def has_transforms(self) -> bool:

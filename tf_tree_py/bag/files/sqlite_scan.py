@@ -7,7 +7,7 @@ import sqlite3
 from rosbags.interfaces import MessageDefinition
 from rosbags.rosbag2.metadata import parse_qos
 
-from .rosbags_file import is_reliable, is_transient_local
+from .rosbags_file import is_reliable, is_transient_local, is_volatile
 from .source import Arrival, Source
 
 
@@ -26,7 +26,7 @@ class SqliteScan:
         self._database.execute('PRAGMA writable_schema = ON')
         self._sources = {
             number: Source(topic, kind, is_transient_local(profiles), '', False,
-                           is_reliable(profiles))
+                           is_reliable(profiles), is_volatile(profiles))
             for number, topic, kind, offered in self._database.execute(
                 'SELECT id, name, type, offered_qos_profiles FROM topics')
             for profiles in [parse_qos(offered)]}

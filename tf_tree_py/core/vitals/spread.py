@@ -6,7 +6,7 @@ import numpy.typing as npt
 from ..geometry.so3 import Array
 
 # How many numbers are kept at least, once so many have come; twice as many at most.
-_KEPT = 256
+_KEPT = 128
 
 
 class Spread:
@@ -29,7 +29,7 @@ class Spread:
         self._kept: Array = np.empty(0)
         self._every = 1
         # What is kept, in order; made when it is first asked for.
-        self._sorted: list[float] | None = None
+        self._sorted: Array | None = None
 
     def add(self, numbers: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> None:
         """Take (N,) numbers, in order."""
@@ -41,17 +41,18 @@ class Spread:
         self.count += len(numbers)
         self._sorted = None
         while len(self._kept) > 2 * _KEPT:
-            self._kept = self._kept[::2]
+            # A copy: a view would keep the others alive.
+            self._kept = self._kept[::2].copy()
             self._every *= 2
 
     def at(self, *parts: float) -> list[float]:
         """Return quantiles; each part is from 0 to 1. Zeros before any number came."""
         if self._sorted is None:
-            self._sorted = np.sort(self._kept).tolist()
-        if not self._sorted:
+            self._sorted = np.sort(self._kept)
+        if not len(self._sorted):
             return [0.0] * len(parts)
         last = len(self._sorted) - 1
-        return [self._sorted[round(part * last)] for part in parts]
+        return [float(self._sorted[round(part * last)]) for part in parts]
 
     @property
     def median(self) -> float:
