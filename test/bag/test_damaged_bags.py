@@ -36,6 +36,8 @@ CUT = {
     'mcap': lambda path: cut(file_of(write_ros2(path, MANY))),
     'mcap, chunks compressed':
         lambda path: cut(file_of(write_ros2(path, MANY, compression='storage'))),
+    'mcap, messages compressed':
+        lambda path: cut(file_of(write_ros2(path, MANY, compression='message'))),
     'mcap, in a folder': lambda path: cut(file_of(write_ros2(path, MANY))).parent,
     'sqlite3': lambda path: cut(file_of(write_ros2(path, MANY, 'sqlite3')), 0.5),
     'ros1': lambda path: cut(write_ros1(path.with_suffix('.bag'), MANY)),

@@ -118,6 +118,8 @@ def test_two_robots_are_told_apart_by_the_prefixes_of_their_topics(tmp_path):
 def test_topic_that_is_misspelt_in_the_prefixes_is_told(tmp_path):
     with pytest.raises(BagError, match='frame_prefix names /on/tf, .*has: /tf, /tf_static'):
         open_bag(write_ros2(tmp_path / 'run', RUN), frame_prefix={'/on/tf': 'one/'})
+    with pytest.raises(BagError, match='a text, or a dictionary of topics, not 5'):
+        open_bag(tmp_path / 'run', frame_prefix=5)
 
 
 def test_stretch_in_which_nothing_was_received_is_told(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_helpers import until
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, UNLIMITED
+from tf_tree_py import Buffer, load, UNLIMITED
 from tf_tree_py.bag import open_bag
 
 bags = pytest.importorskip('bags', reason='rosbags is not installed', exc_type=ImportError)
@@ -70,3 +70,15 @@ def test_every_lookup_is_that_of_a_buffer_which_listened(heard, tmp_path):
         theirs = heard.statistics()
         assert opened.statistics.accepted == theirs.accepted
         assert opened.statistics.refused == theirs.refused > 300
+
+
+def test_what_a_listening_buffer_holds_is_recorded(heard, tmp_path):
+    heard.record(tmp_path / 'incident.mcap')
+    heard.save(tmp_path / 'incident.tftree')
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore')
+        opened = open_bag(tmp_path / 'incident.mcap')
+    for stamp in range(bags.START, bags.START + 5 * bags.SECOND, bags.SECOND // 11):
+        wanted = heard.lookup_tree('base', stamp)
+        assert opened.lookup_tree('base', stamp) == wanted
+        assert load(tmp_path / 'incident.tftree').lookup_tree('base', stamp) == wanted

@@ -90,8 +90,11 @@ def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str]) -> None:
     there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
     if not bag.sources:
         raise BagError(f'{bag.path} has no topic with transforms; it has: {there}')
-    unknown = set() if isinstance(frame_prefix, str) else (
-        set(frame_prefix) - {source.topic for source in bag.sources})
+    if isinstance(frame_prefix, str):
+        return
+    if not isinstance(frame_prefix, Mapping):
+        raise BagError(f'frame_prefix is a text, or a dictionary of topics, not {frame_prefix!r}')
+    unknown = set(frame_prefix) - {source.topic for source in bag.sources}
     if unknown:
         raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
                        f'transforms are read; the bag has: {there}')

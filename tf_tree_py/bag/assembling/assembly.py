@@ -28,7 +28,7 @@ from .window import decode, Edge, Samples, Window
 from ..files.source import Arrival
 
 # Of a window: enough samples of each edge for numpy, and little beside what they become.
-_WINDOW_BYTES = 32_000_000
+_WINDOW_BYTES = 16_000_000
 
 
 class Assembly:

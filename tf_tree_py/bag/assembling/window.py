@@ -18,7 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.times import Stamps
 
 from .decoding import Decoder
-from ..files.source import Arrival, Source
+from ..files.source import Arrival
 
 # Messages of one size and first name that have other names in so many ways are read one by one.
 _MAX_LAYOUTS = 8
@@ -65,16 +65,18 @@ class Window(NamedTuple):
 
 def decode(arrivals: Sequence[Arrival], decoder: Decoder) -> Window:
     """Return messages, decoded together."""
-    alike: dict[tuple[Source, Key], list[int]] = defaultdict(list)
+    # By the identity of the source: to compare sources takes longer than all else here.
+    alike: dict[tuple[int, Key], list[int]] = defaultdict(list)
     others: list[int] = []
     for number, (_, source, data) in enumerate(arrivals):
         if source.static:
             others.append(number)
         else:
-            alike[source, key_of(data)].append(number)
+            alike[id(source), key_of(data)].append(number)
     parts: dict[Edge, list[Samples]] = defaultdict(list)
-    for (source, _), numbers in alike.items():
-        others += _add_alike(arrivals, numbers, decoder.reader_of(source), parts)
+    for numbers in alike.values():
+        reader = decoder.reader_of(arrivals[numbers[0]].source)
+        others += _add_alike(arrivals, numbers, reader, parts)
     return Window({edge: _joined(samples) for edge, samples in parts.items()}, sorted(others))
 
 

@@ -1,7 +1,7 @@
 """Bag files as rosbags reads them; what it refuses, and what goes wrong in the middle."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 import shutil
@@ -33,7 +33,7 @@ from rosbags.typesys import (
 )
 
 from .finding import PACKED
-from .source import Arrival, salvaged, Scan, Source
+from .source import Arrival, Scan, Source
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -90,8 +90,8 @@ class RosbagsFile:
         make = partial(tuple.__new__, Arrival)
         try:
             for connection, received, data in self._reader.messages(connections, start, stop):
-                if data.startswith(_ZSTD):  # a recorder may compress each message for itself
-                    data = zstd.decompress(data)
+                if data.startswith(_ZSTD):
+                    data = _decompressed(data)
                 yield make((received, source_of[connection.id], data))
                 given += 1
         except UNREADABLE as error:
@@ -115,6 +115,23 @@ class RosbagsFile:
         self._reader.close()
         if self._unpacked is not None:
             self._unpacked.cleanup()
+
+
+def salvaged(scan: Iterable[Arrival], sources: Collection[Source], start: int | None,
+             stop: int | None) -> Iterator[Arrival]:
+    """Yield what a scan finds of some sources, in a stretch of time; see ``Storage``."""
+    for arrival in scan:
+        if (arrival.source in sources and (start is None or arrival.received >= start)
+                and (stop is None or arrival.received < stop)):
+            yield arrival._replace(data=_decompressed(arrival.data))
+
+
+def _decompressed(data: bytes) -> bytes:
+    """Return a message that the recorder may have compressed, and a damaged one as it is."""
+    try:
+        return zstd.decompress(data) if data.startswith(_ZSTD) else data
+    except zstd.ZstdError:
+        return data
 
 
 def _unpacked(path: Path, folder: Path) -> Path:

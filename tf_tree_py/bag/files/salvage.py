@@ -13,8 +13,8 @@ import struct
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 from tf_tree_py.core.stamp import FOREVER
 
-from .rosbags_file import first_field_of
-from .source import Arrival, salvaged, Scan, Source
+from .rosbags_file import first_field_of, salvaged
+from .source import Arrival, Scan, Source
 
 
 class SalvagedFile:

@@ -1,6 +1,6 @@
 """Where recorded messages come from: one topic, or one publisher of it where a bag tells them."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple, Protocol, TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -106,12 +106,3 @@ class Scan(Protocol):
 
     def __iter__(self) -> Iterator[Arrival]:
         """Yield every message, in the order in which they stand in the file."""
-
-
-def salvaged(scan: Iterable[Arrival], sources: Collection[Source], start: int | None,
-             stop: int | None) -> Iterator[Arrival]:
-    """Yield what a scan finds of some sources, in a stretch of time; see ``Storage``."""
-    for arrival in scan:
-        if (arrival.source in sources and (start is None or arrival.received >= start)
-                and (stop is None or arrival.received < stop)):
-            yield arrival

@@ -171,10 +171,14 @@ class Intake:
 
     def _track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
         incidents: list[Incident] = []
-        tree, earliest, history = self._tree, track.earliest_after(), None
+        tree, number = self._tree, 0
+        if not len(track.stamps):
+            return incidents
+        history = tree.history_to_extend(track.parent, track.child, int(track.stamps.min()))
         # One by one until there is an edge that only needs more samples: one, nearly always.
-        for number in range(len(track.stamps)):
-            history = tree.history_to_extend(track.parent, track.child, int(earliest[number]))
+        earliest = track.earliest_after() if history is None else ()
+        for number, stamp in enumerate(earliest):
+            history = tree.history_to_extend(track.parent, track.child, int(stamp))
             if history is not None:
                 break
             incidents += self._each([track.sample(number)], authority, False)
