@@ -107,7 +107,7 @@ def test_standard_output_has_the_trajectory_and_nothing_else(bag):
     assert (done.returncode, done.stderr) == (0, '')
     title, columns, first, *rest = done.stdout.splitlines()
     assert title == '# camera in map' and columns == '# timestamp_s x_m y_m z_m qx qy qz qw'
-    assert first == '1700000000.000000000 0.0 -3.0 0.5 0.0 0.0 0.0 1.0' and len(rest) == 50
+    assert first == '1700000000.000000000 0 -3 0.5 0 0 0 1' and len(rest) == 50
 
 
 def test_json_tells_what_was_written(bag, tmp_path):
