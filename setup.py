@@ -12,8 +12,10 @@ executables = [
     'five_frame_demo',
     'five_frame_listener',
     'five_frame_publisher',
+    'robot_state_publisher',
     'static_transform_publisher',
     'tf_relay',
+    'urdf_broadcaster',
 ]
 
 tools = [
@@ -63,6 +65,7 @@ setup(
         'tools': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'pytest'],
         'view': ['viser'],
+        'xacro': ['xacro'],
     },
     entry_points={
         'console_scripts': [

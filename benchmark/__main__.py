@@ -15,7 +15,7 @@ from tf_tree_py.labs.progress import progress
 
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
-from .groups import inserting, listening, lookups, many, memory, recordings, waiting
+from .groups import inserting, joints, listening, lookups, many, memory, recordings, waiting
 from .peers.finding import Contestants
 from .rows import Row
 
@@ -31,6 +31,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'many': many.many,
     'listener': listening.listening,
     'doctor': listening.watching,
+    'joints': joints.joints,
     'wait': waiting.waiting,
     'insert': inserting.inserting,
     'memory': memory.memory,

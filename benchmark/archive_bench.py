@@ -101,8 +101,8 @@ def read_by_workers(workers: int, bags: list[BagPath], loop_s: float) -> None:
         rate = len(bags) / (time.perf_counter() - begin)
         after, memory = workers_use(client)
         print(f'{workers} workers: {rate:.0f} bags/s; CPU of the workers '
-              f'{(after - before) / loop_s:.2f} of the loop, of the collector {here / loop_s:.2f}; '
-              f'{memory:.0f} MB a worker')
+              f'{(after - before) / loop_s:.2f} of the loop, of the collector '
+              f'{here / loop_s:.2f}; {memory:.0f} MB a worker')
         by_workers(client, bags, kill=True)
         print(f'{workers} workers, one killed: every bag has one row')
 

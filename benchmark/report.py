@@ -19,6 +19,7 @@ _TITLES = {
     'many': 'Many stamps at depth 3, 10 s of history',
     'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
     'doctor': 'CPU of a listener that a doctor watches: transforms in a message x rate',
+    'joints': 'CPU of a process that makes transforms of joint states',
     'wait': 'From an insertion until a blocked lookup returns',
     'insert': 'Inserting one transform',
     'memory': 'Memory',

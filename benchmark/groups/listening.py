@@ -56,7 +56,7 @@ def start(process: str, *arguments: str) -> Worker:
     return Worker([sys.executable, '-m', f'benchmark.processes.{process}', *arguments])
 
 
-class _Round:
+class Round:
     """
     What one stream cost.
 
@@ -69,8 +69,8 @@ class _Round:
         self.lost: dict[str, float] = {}
 
 
-class _Stream:
-    """One publisher and all who listen to it."""
+class Stream:
+    """One publisher of messages about some things (transforms, joints), and all who listen."""
 
     def __init__(self, publisher: Worker, ears: dict[str, Worker], transforms: int,
                  rate_hz: int) -> None:
@@ -91,13 +91,13 @@ class _Stream:
         self._send(self._rate_hz)
         self._settle()
 
-    def play(self, seconds: float) -> _Round:
+    def play(self, seconds: float) -> Round:
         """Send for a while; return what it cost."""
         count = round(seconds * self._rate_hz)
         before = {way: self._usage(ear) for way, ear in self._ears.items()}
         self._send(count)
         self._settle()
-        result = _Round()
+        result = Round()
         for way, ear in self._ears.items():
             after = self._usage(ear)
             result.cpu_us[way] = (after['cpu_s'] - before[way]['cpu_s']) / count * 1e6

@@ -4,6 +4,7 @@ A publisher on /tf: ``python -m benchmark.processes.publisher``.
 It sends bytes that were made beforehand, so that it keeps its pace.
 """
 
+from collections.abc import Callable, Sequence
 import random
 import time
 
@@ -32,14 +33,7 @@ class Publisher:
         """
         edges = motion.chain(transforms).edges
         messages = [wire.message_at(edges, first + number) for number in range(count)]
-        begin, late = time.monotonic(), 0
-        for number, message in enumerate(messages):
-            ahead = begin + number / rate_hz - time.monotonic()
-            if ahead > 0.0:
-                time.sleep(ahead)
-            late += ahead < -1.0 / rate_hz
-            self._publisher.publish(message)
-        return late
+        return keep_pace(self._publisher.publish, messages, rate_hz)
 
     def send_timed(self, count: int) -> None:
         """Send single transforms whose x is the time of sending, now and then."""
@@ -49,6 +43,18 @@ class Publisher:
             # The clock is the whole machine's.
             pose = (time.monotonic(), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
             self._publisher.publish(wire.message([edge], [edge.stamp_of(sample)], [pose]))
+
+
+def keep_pace(publish: Callable[[bytes], None], messages: Sequence[bytes], rate_hz: float) -> int:
+    """Publish at a rate; return how many were late by more than a period."""
+    begin, late = time.monotonic(), 0
+    for number, message in enumerate(messages):
+        ahead = begin + number / rate_hz - time.monotonic()
+        if ahead > 0.0:
+            time.sleep(ahead)
+        late += ahead < -1.0 / rate_hz
+        publish(message)
+    return late
 
 
 if __name__ == '__main__':

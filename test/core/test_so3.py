@@ -312,3 +312,9 @@ def test_sign_of_q_is_that_of_its_negative(q):
 ])
 def test_sign_by_hand(q, sign):
     assert so3.with_tf2_sign(q) == tuple(sign * value for value in q)
+
+
+@given(st.lists(quaternions, min_size=1, max_size=5))
+def test_signs_of_many_are_those_of_each(many):
+    signed = so3.with_tf2_sign_many(np.array(many))
+    assert [tuple(q) for q in signed.tolist()] == [so3.with_tf2_sign(q) for q in many]

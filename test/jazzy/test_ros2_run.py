@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 CONFIG = Path(__file__).parents[2] / 'config'
+ROBOT = ['--urdf', str(CONFIG / 'five_frames.urdf')]
 FRAMES = ['--frame-id', 'map', '--child-frame-id', 'odom']
 # With which words it is started, what it then says, and what of it can be seen from outside.
 LONG_LIVED = {
@@ -15,9 +16,12 @@ LONG_LIVED = {
     'five_frame_publisher': (
         ['--ros-args', '--params-file', str(CONFIG / 'five_frames.yaml')], None,
         ('/tf', 'topic', 'list')),
+    'robot_state_publisher': (ROBOT, "<Robot 'five_frames'", None),
     'static_transform_publisher': (
         FRAMES, 'Spinning until stopped', ('/tf_static', 'topic', 'list')),
     'tf_relay': (['--ros-args', '-r', '__ns:=/robot1'], '/robot1/tf -> /tf', None),
+    'urdf_broadcaster': (
+        ROBOT, "<Robot 'five_frames'", ('/robot_description', 'topic', 'list')),
 }
 SHORT_LIVED = {'tf_lab': (['order', '--json'], '"law"')}
 

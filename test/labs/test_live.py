@@ -11,7 +11,15 @@ import threading
 
 import pytest
 from tf_tree_py.core import LookupException
-from tf_tree_py.labs.live import cycle, latency, remount, session, startup, static_spam
+from tf_tree_py.labs.live import (
+    cycle,
+    latency,
+    one_edge,
+    remount,
+    session,
+    startup,
+    static_spam,
+)
 from tf_tree_py.labs.startup import measure
 
 # Two sessions at a time may choose the same domain.
@@ -47,6 +55,15 @@ def test_remounted_camera_reaches_every_module_that_uses_it():
     for row in report.tables[0].as_dict()['rows']:
         assert (row['after_s'] is not None) == (row['sensor'] == 'head_camera')
         assert (row['moved_m'] > 0.05) == (row['sensor'] == 'head_camera')
+
+
+def test_edited_line_reaches_every_module_that_looks_over_its_edge():
+    report = one_edge.run(processes=2)
+    assert (report.numbers['changed'], report.numbers['unchanged']) == (7, 5)
+    above = {'head_camera', 'chest_camera', 'lidar'}
+    for row in report.tables[0].as_dict()['rows']:
+        over = row['sensor'] in above and row['target'] not in ('torso', 'right_hand')
+        assert (row['after_s'] is not None) == over == (row['turned_rad'] > 0.01)
 
 
 def test_startup_before_the_publisher():

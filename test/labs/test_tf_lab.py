@@ -12,8 +12,8 @@ from tf_tree_py.labs.catalogue import LABS
 from tf_tree_py.labs.report import Column, Report, Table
 from tf_tree_py.labs.tf_lab import main
 
-TEN = ['order', 'direction', 'planar', 'latency', 'interpolation', 'warehouse', 'startup',
-       'static-spam', 'cycle', 'remount']
+ALL = ['order', 'direction', 'planar', 'latency', 'interpolation', 'warehouse', 'startup',
+       'static-spam', 'cycle', 'remount', 'one-edge']
 
 
 @pytest.fixture
@@ -25,10 +25,10 @@ def tf_lab(monkeypatch, tmp_path):
     return lambda *arguments: main(['tf_lab', *arguments])
 
 
-def test_there_are_ten_labs_with_a_line_each(tf_lab, capsys):
+def test_there_are_eleven_labs_with_a_line_each(tf_lab, capsys):
     assert tf_lab() == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[:10]] == TEN
+    assert [line.split()[0] for line in lines[:11]] == ALL
     assert all(len(line) < 100 for line in lines)
 
 
@@ -36,10 +36,10 @@ def test_list_as_json_says_which_have_a_variant_over_dds(tf_lab, capsys):
     assert tf_lab('--json') == 0
     listed = json.loads(capsys.readouterr().out)
     assert {lab['name'] for lab in listed if lab['ros']} == {
-        'latency', 'remount', 'startup', 'static-spam', 'cycle'}
+        'latency', 'remount', 'one-edge', 'startup', 'static-spam', 'cycle'}
 
 
-@pytest.mark.parametrize('name', TEN)
+@pytest.mark.parametrize('name', ALL)
 def test_lab_prints_its_tables_and_its_law_and_draws(name, tf_lab, capsys, tmp_path):
     pytest.importorskip('matplotlib')
     assert tf_lab(name) == 0
@@ -51,7 +51,7 @@ def test_lab_prints_its_tables_and_its_law_and_draws(name, tf_lab, capsys, tmp_p
     assert '</svg>' in (tmp_path / f'{name}.svg').read_text()
 
 
-@pytest.mark.parametrize('name', TEN)
+@pytest.mark.parametrize('name', ALL)
 def test_lab_says_the_same_as_json_and_draws_nothing(name, tf_lab, capsys, tmp_path):
     assert tf_lab(name, '--json') == 0
     said = json.loads(capsys.readouterr().out)
@@ -108,10 +108,10 @@ def _alone(code):
 
 def test_all_labs_run_without_ros_and_without_matplotlib():
     done = _alone('from tf_tree_py.labs.tf_lab import main\n'
-                  f'for name in {TEN}: main(["tf_lab", name])\n'
+                  f'for name in {ALL}: main(["tf_lab", name])\n'
                   'assert not any(name.startswith("tf_tree_py.ros") for name in sys.modules)')
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count('\nThe law: ') == done.stdout.count('tf_tree_py[plot]') == 10
+    assert done.stdout.count('\nThe law: ') == done.stdout.count('tf_tree_py[plot]') == len(ALL)
     # A slow machine is told what is going on.
     assert all(' s so far, Ctrl-C ends it' in line for line in done.stderr.splitlines())
 

@@ -11,7 +11,7 @@ import sys
 from types import ModuleType
 
 import pytest
-from tf_tree_py.nodes import five_frame_listener, five_frame_publisher
+from tf_tree_py.nodes import five_frame_listener, five_frame_publisher, urdf_broadcaster
 from tf_tree_py.nodes.five_frame_motion import Frames
 import yaml
 
@@ -69,7 +69,8 @@ def of_this_package(description):
 
 def test_there_is_one_for_each_and_one_for_both():
     assert [path.name for path in FILES] == [
-        'five_frame_listener.launch.py', 'five_frame_publisher.launch.py', 'five_frames.launch.py']
+        'five_frame_listener.launch.py', 'five_frame_publisher.launch.py', 'five_frames.launch.py',
+        'urdf_broadcaster.launch.py']
 
 
 @pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
@@ -92,7 +93,8 @@ def test_files_of_this_package_that_are_named_exist(load, path):
         assert REPOSITORY.joinpath(*parts).is_file()
 
 
-@pytest.mark.parametrize('module', [five_frame_publisher, five_frame_listener])
+@pytest.mark.parametrize('module', [
+    five_frame_publisher, five_frame_listener, urdf_broadcaster])
 def test_node_goes_by_the_arguments(load, module):
     node, = of_this_package(load(REPOSITORY / 'launch' / f'{module.NAME}.launch.py'))
     assert node.kwargs['executable'] == module.NAME

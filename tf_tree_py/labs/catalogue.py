@@ -10,6 +10,7 @@ from . import (
     direction,
     interpolation,
     latency,
+    one_edge,
     order,
     planar,
     remount,
@@ -20,8 +21,8 @@ from . import (
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount)
-_LIVE = (latency, remount, startup, static_spam, cycle)
+           cycle, remount, one_edge)
+_LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
 
 
 class Lab(NamedTuple):

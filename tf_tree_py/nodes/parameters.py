@@ -1,7 +1,7 @@
 """
 ROS parameters, each described once: for the node, for ``--help`` and for error texts.
 
-None can change while the node runs; trying to set one gets an error.
+Unless it says otherwise, none can change while the node runs; trying to set one gets an error.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -21,12 +21,14 @@ class Setting:
     One parameter of a node: a string, a bool, a list of strings, or, with limits, a number.
 
     :ivar limits: the least and the greatest value of a number.
+    :ivar changeable: whether it can be set while the node runs; the node looks after that.
     """
 
     name: str
     default: str | bool | float | Sequence[str]
     meaning: str
     limits: tuple[float, float] | None = None
+    changeable: bool = False
 
     def check(self, given: Any) -> str | bool | float | list[str]:
         """
@@ -66,7 +68,8 @@ class Setting:
             lowest, highest = self.limits
             ranges.append(FloatingPointRange(from_value=lowest, to_value=highest))
         return ParameterDescriptor(
-            description=self.meaning, read_only=True, floating_point_range=ranges)
+            description=self.meaning, read_only=not self.changeable,
+            floating_point_range=ranges)
 
 
 # rclpy declares these when a publisher or a subscription is made.

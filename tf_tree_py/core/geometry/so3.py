@@ -114,6 +114,16 @@ def with_tf2_sign(q: Quaternion) -> Quaternion:
     return q if has_tf2_sign(x, y, z, w) else (-x, -y, -z, -w)
 
 
+def with_tf2_sign_many(q: Array) -> Array:
+    """Return unit quaternions (..., 4) as ``with_tf2_sign`` has them."""
+    if (q[..., 3] > 0.5).all():
+        return q
+    largest = np.argmax(np.abs(q[..., :3]), axis=-1)[..., None]
+    decisive = np.where(np.abs(q[..., 3]) > 0.5, q[..., 3],
+                        np.take_along_axis(q, largest, axis=-1)[..., 0])
+    return np.asarray(np.where(decisive[..., None] >= 0.0, q, -q))
+
+
 def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[float, float]:
     """
     Return what two unit quaternions weigh in their spherical interpolation.

@@ -74,11 +74,11 @@ def run(processes: int = _PROCESSES) -> Report:
             before.update((said.module, said) for said in answers(pipes))
         resent = time.time_ns()
         robot.send('remount')
-        after = _changes(pipes)
+        after = changes(pipes)
     return _report(before, after, resent, processes)
 
 
-def _changes(pipes: Sequence[Connection]) -> dict[str, Answer]:
+def changes(pipes: Sequence[Connection]) -> dict[str, Answer]:
     """Return the changes that modules report, until there are none for a while."""
     after = {said.module: said for said in answers(pipes)}
     while wait(pipes, _AFTERWARDS_S):
@@ -86,8 +86,12 @@ def _changes(pipes: Sequence[Connection]) -> dict[str, Answer]:
     return after
 
 
-def _report(before: dict[str, Answer], after: dict[str, Answer], resent: int,
-            processes: int) -> Report:
+def table(title: str, before: dict[str, Answer], after: dict[str, Answer], since: int) -> Table:
+    """
+    Return what each module answered otherwise, and when.
+
+    :param since: when somebody changed the tree, nanoseconds.
+    """
     rows = []
     for module in MODULES:
         old = before[module.name].pose
@@ -96,18 +100,23 @@ def _report(before: dict[str, Answer], after: dict[str, Answer], resent: int,
         sensor_p = (module.ahead, 0.0, 0.0)
         rows.append((
             module.name, module.target, module.sensor,
-            None if said is None else (said.when - resent) / 1e9,
+            None if said is None else (said.when - since) / 1e9,
             dist(old @ sensor_p, new @ sensor_p),
             distance(old, new)[1]))
+    return Table(title, (
+        Column('module', 'module'), Column('target', 'target'), Column('sensor', 'sensor'),
+        Column('after_s', 'new answer after [ms]', '.1f', 1e3),
+        Column('moved_m', 'by [cm]', '.1f', 100.0),
+        Column('turned_rad', 'by [deg]', '.1f', degrees(1.0))), rows)
+
+
+def _report(before: dict[str, Answer], after: dict[str, Answer], resent: int,
+            processes: int) -> Report:
     slowest = max((said.when - resent) / 1e9 for said in after.values())
     return Report(
-        tables=[Table(
+        tables=[table(
             f'{len(MODULES)} modules in {processes} processes; one process sends '
-            f'{REMOUNTED[0]} -> {REMOUNTED[1]} anew',
-            (Column('module', 'module'), Column('target', 'target'), Column('sensor', 'sensor'),
-             Column('after_s', 'new answer after [ms]', '.1f', 1e3),
-             Column('moved_m', 'by [cm]', '.1f', 100.0),
-             Column('turned_rad', 'by [deg]', '.1f', degrees(1.0))), rows)],
+            f'{REMOUNTED[0]} -> {REMOUNTED[1]} anew', before, after, resent)],
         law=f'one edge sent once changed the answers of all {len(after)} modules that see through '
             f'the camera within {slowest * 1e3:.0f} ms, and of no other, with no line of theirs '
             'touched and none restarted.',

@@ -1,0 +1,106 @@
+"""Where many joints are, at many positions at once: forward kinematics of every edge, in numpy."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.so3 import Array, Vector3
+
+from .joints import FLOATING, Joint, PLANAR, PRISMATIC, TURNING
+
+Indices = npt.NDArray[np.intp]
+
+
+class _Slides(NamedTuple):
+    """Joints that slide: their rows, their columns, and where to, (K, 3) in the parent."""
+
+    rows: Indices
+    columns: Indices
+    directions: Array
+
+
+class Motion:
+    """
+    The edges of some joints as functions of their variables.
+
+    All joints of a kind are computed at once. Of a joint with the origin (t, p), the
+    rotation by a about its axis n is p (n sin(a/2), cos(a/2)): both of its parts are
+    products that never change. So turning costs two products a joint, and nothing else.
+
+    :ivar variables: of all joints, in their order: the columns of what ``poses`` takes.
+    """
+
+    def __init__(self, joints: Sequence[Joint]) -> None:
+        """
+        Prepare what does not change.
+
+        :param joints: the rows of what ``poses`` gives.
+        """
+        self.variables = tuple(name for joint in joints for name in joint.variables)
+        self._columns = {name: column for column, name in enumerate(self.variables)}
+        self._origins = np.array([joint.origin for joint in joints], float).reshape(-1, 7)
+        # A planar joint slides twice, and numpy adds to a row once a time.
+        self._slides = [slides for slides in (
+            self._sliding(joints, PRISMATIC, PLANAR, part=0), self._sliding(joints, PLANAR, part=1)
+        ) if len(slides.rows)]
+        self._turning, self._angles = self._places(joints, *TURNING, PLANAR, part=-1)
+        axes = np.array([(*joints[row].axis, 0.0) for row in self._turning]).reshape(-1, 4)
+        self._cosine_parts = self._origins[self._turning, 3:]
+        self._sine_parts = so3.multiply_many(self._cosine_parts, axes)
+        self._floating, first = self._places(joints, FLOATING, part=0)
+        self._floats = first[:, None] + np.arange(7)
+
+    def _places(self, joints: Sequence[Joint], *kinds: str, part: int) -> tuple[Indices, Indices]:
+        """Return the rows of the joints of some kinds, and the columns of one of their parts."""
+        places = [(row, self._columns[joint.variables[part]])
+                  for row, joint in enumerate(joints) if joint.kind in kinds]
+        rows, columns = np.array(places, np.intp).reshape(-1, 2).T
+        return rows, columns
+
+    def _sliding(self, joints: Sequence[Joint], *kinds: str, part: int) -> _Slides:
+        rows, columns = self._places(joints, *kinds, part=part)
+        directions = np.array([_direction(joints[row], part) for row in rows]).reshape(-1, 3)
+        return _Slides(rows, columns, so3.rotate_many(self._origins[rows, 3:], directions))
+
+    def has_turns(self, values: Array) -> bool:
+        """Return whether no quaternion of a floating joint is all zero; values as in ``poses``."""
+        return not len(self._floats) or bool(
+            values[..., self._floats[:, 3:]].any(axis=-1).all())
+
+    def poses(self, values: Array) -> Array:
+        """
+        Return ``parent_T_child`` of every joint.
+
+        :param values: (..., variables) metres and radians.
+        :return: (..., joints, 7).
+        """
+        poses = np.empty((*values.shape[:-1], *self._origins.shape))
+        poses[...] = self._origins
+        for rows, columns, directions in self._slides:
+            poses[..., rows, :3] += values[..., columns, None] * directions
+        if len(self._turning):
+            half = 0.5 * values[..., self._angles, None]
+            poses[..., self._turning, 3:] = (
+                np.sin(half) * self._sine_parts + np.cos(half) * self._cosine_parts)
+        if len(self._floating):
+            free = values[..., self._floats]
+            free[..., 3:] /= np.linalg.norm(free[..., 3:], axis=-1, keepdims=True)
+            poses[..., self._floating, :] = se3.compose_many(self._origins[self._floating], free)
+        return poses
+
+
+def _direction(joint: Joint, part: int) -> Vector3:
+    """
+    Return where a joint slides to, in the child's frame.
+
+    A planar joint slides along what becomes of x and y when the shortest turn takes z to
+    its normal: along x and y themselves if the normal is z.
+    """
+    if joint.kind == PRISMATIC:
+        return joint.axis
+    x, y, z = joint.axis
+    # (z cross normal, 1 + z . normal), normalised, is that turn; of the opposite, one about x.
+    turn = so3.normalize((-y, x, 0.0, 1.0 + z)) if z > -1.0 else (1.0, 0.0, 0.0, 0.0)
+    return so3.rotate(turn, (1.0, 0.0, 0.0) if part == 0 else (0.0, 1.0, 0.0))
