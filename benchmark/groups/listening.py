@@ -40,7 +40,7 @@ def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort:
     with ExitStack() as processes:
         publisher = processes.enter_context(start('publisher'))
         ears = {way: processes.enter_context(start('subscriber', way)) for way in ways}
-        stream = _Stream(publisher, ears, transforms, rate_hz)
+        stream = Stream(publisher, ears, transforms, rate_hz)
         stream.await_all()
         rounds = [stream.play(effort.stream_s) for _ in range(effort.streams)]
     row = Row(group, f'{transforms} x {rate_hz} Hz', 'us a message',
