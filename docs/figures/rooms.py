@@ -65,7 +65,7 @@ WIDTH, HEIGHT = 3.1, 0.74
 LOOSE = {'core': dict.fromkeys(('deskew', 'twist', 'trajectory'), 'deskew, twist') | {
              'doctor': 'doctor'},
          'ros': {'diagnostics': 'diagnostics'},
-         'bag': dict.fromkeys(('opening', 'stamps', 'recorder'), 'open_bag, record')}
+         'bag': dict.fromkeys(('joints', 'opening', 'stamps', 'recorder'), 'open_bag, record')}
 
 
 def imported(path: Path) -> Iterator[tuple[str, ...]]:

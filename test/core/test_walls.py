@@ -14,8 +14,8 @@ PACKAGE = Path(tf_tree_py.__file__).parent
 # A layer may import those that it names, and itself.
 LAYERS = {
     'core': set(),
-    'bag': {'core'},
     'urdf': {'core'},
+    'bag': {'core', 'urdf'},
     'ros': {'core'},
     'nodes': {'core', 'bag', 'urdf', 'ros'},
     'tools': {'core', 'bag', 'urdf', 'ros'},
@@ -49,9 +49,10 @@ ORDER = {
     ),
     'bag': rooms(
         ': errors progress',
-        'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
+        'files: source finding joint_states rosbags_file salvage mcap_scan ros1_scan sqlite_scan '
+        'kinds reading',
         'assembling: decoding window oddities order assembly',
-        ': opening stamps recorder',
+        ': joints opening stamps recorder',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry point_cloud laser_scan arrays '
