@@ -121,9 +121,10 @@ def _read(arguments: Namespace, job: Job, ledger: Ledger, bags: Sequence[BagPath
     rows: list[Row] = []
     if not bags:
         return rows
+    workers = min(arguments.workers, len(bags))
     try:
-        with client_of(arguments.scheduler, arguments.workers) as client, \
-                progress_bar(f'{len(bags)} bags', len(bags)) as tell:
+        with client_of(arguments.scheduler, workers) as client, \
+                progress_bar('bags', len(bags)) as tell:
             _tell_of(client)
             for bag, result in results(client, job, bags):
                 rows.append(ledger.keep(bag, result))
@@ -168,7 +169,7 @@ def _tell(arguments: Namespace, rows: Sequence[Row], known: int) -> None:
             for row in worst]))
     text = needs('rich.text', 'rich', 'tools')
     counts: dict[str, Any] = summary(rows)
-    out.print(text.Text(f'{len(rows)} bags: '
+    out.print(text.Text(f'{len(rows)} bag{"s" * (len(rows) != 1)}: '
                         + ', '.join(f'{count} {name}' for name, count in counts.items())
                         + (f'; {known} were read before' if known else '')))
     out.print(styled(str(arguments.output / 'index.html'), 'fine'))

@@ -16,6 +16,7 @@ table { border-collapse: collapse; }
 th, td { text-align: left; padding: .25em .8em .25em 0; vertical-align: top; }
 th { cursor: pointer; border-bottom: 1px solid; white-space: nowrap; }
 td { overflow-wrap: anywhere; }
+td.bag { min-width: 16em; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 .lost, .broken, .error { color: #b3261e; } .warning { color: #8a5a00; } .fine { color: #1b6e3c; }
 .note { color: #555; }
@@ -34,7 +35,7 @@ _INDEX = _HEAD + """\
 <table><thead><tr>{% for column in columns %}<th>{{ column }}</th>{% endfor %}</tr></thead><tbody>
 {% for row in rows %}<tr>
 {%- for column in columns %}{% set cell = row.get(column, "") %}
-{%- if column == "bag" and row.file %}<td><a href="{{ row.file | urlencode }}">{{ cell }}</a></td>
+{%- if column == "bag" and row.file %}<td class="bag"><a href="{{ row.file | urlencode }}">{{ cell }}</a></td>
 {%- elif column == "outcome" %}<td class="{{ cell }}">{{ cell }}</td>
 {%- elif cell is number %}<td class="number">{{ cell }}</td>
 {%- else %}<td>{{ cell }}</td>{% endif %}{% endfor %}</tr>
