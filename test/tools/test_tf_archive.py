@@ -15,16 +15,15 @@ from programs import PATIENCE_S
 import pytest
 from tf_tree_py.core import Pose
 from tf_tree_py.tools.archive.bags import BagPath, bags_in
+from tf_tree_py.tools.archive.cluster import client_of
 from tf_tree_py.tools.archive.jobs import done
 from tf_tree_py.tools.archive.ledger import Ledger
+from tf_tree_py.tools.archive.running import results
 from tf_tree_py.tools.endings import Cannot
 from tf_tree_py.tools.tf_archive import _work
 
 pytest.importorskip('distributed')
 psutil = pytest.importorskip('psutil')
-
-from tf_tree_py.tools.archive.cluster import client_of  # noqa: E402
-from tf_tree_py.tools.archive.running import results  # noqa: E402
 
 
 @pytest.fixture(scope='module')

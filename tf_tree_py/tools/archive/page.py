@@ -35,7 +35,8 @@ _INDEX = _HEAD + """\
 <table><thead><tr>{% for column in columns %}<th>{{ column }}</th>{% endfor %}</tr></thead><tbody>
 {% for row in rows %}<tr>
 {%- for column in columns %}{% set cell = row.get(column, "") %}
-{%- if column == "bag" and row.file %}<td class="bag"><a href="{{ row.file | urlencode }}">{{ cell }}</a></td>
+{%- if column == "bag" and row.file %}<td class="bag">
+<a href="{{ row.file | urlencode }}">{{ cell }}</a></td>
 {%- elif column == "outcome" %}<td class="{{ cell }}">{{ cell }}</td>
 {%- elif cell is number %}<td class="number">{{ cell }}</td>
 {%- else %}<td>{{ cell }}</td>{% endif %}{% endfor %}</tr>
