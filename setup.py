@@ -19,7 +19,9 @@ executables = [
 ]
 
 tools = [
+    'tf_archive',
     'tf_doctor',
+    'tf_export',
 ]
 
 
@@ -56,7 +58,9 @@ setup(
     # rclpy and the messages come with ROS 2; what needs no ROS needs no more than this.
     install_requires=['numpy', 'scipy'],
     extras_require={
+        'archive': ['distributed', 'jinja2', 'rich', 'rosbags>=0.11'],
         'bag': ['rich', 'rosbags>=0.11'],
+        'export': ['pandas', 'pyarrow'],
         'plot': ['matplotlib'],
         'tools': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'pytest'],

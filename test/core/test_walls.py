@@ -14,8 +14,8 @@ PACKAGE = Path(tf_tree_py.__file__).parent
 # A layer may import those that it names, and itself.
 LAYERS = {
     'core': set(),
-    'bag': {'core'},
     'urdf': {'core'},
+    'bag': {'core', 'urdf'},
     'ros': {'core'},
     'nodes': {'core', 'bag', 'urdf', 'ros'},
     'tools': {'core', 'bag', 'urdf', 'ros'},
@@ -43,7 +43,7 @@ ORDER = {
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
         'frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
-        ': deskew twist',
+        ': deskew twist trajectory',
         'telling: table audit report diagnosis',
         'vitals: limits spread stretch timing motion gathering edge',
         'checks: finding case check names structure values stamps statics rates motions '
@@ -52,9 +52,10 @@ ORDER = {
     ),
     'bag': rooms(
         ': errors progress',
-        'files: source finding rosbags_file salvage mcap_scan ros1_scan sqlite_scan kinds reading',
+        'files: source finding joint_states rosbags_file salvage mcap_scan ros1_scan sqlite_scan '
+        'kinds reading',
         'assembling: decoding window oddities order assembly',
-        ': opening stamps recorder',
+        ': joints opening stamps recorder',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '
@@ -79,7 +80,13 @@ ORDER = {
         ': elements values visuals joints hanging following motion expanding robot states '
         'tracks',
     ),
-    'tools': rooms(': endings arguments output live recording source tf_doctor'),
+    'tools': rooms(
+        ': endings arguments output live recording source doctor_report tf_doctor',
+        'export: stamp_file plan formats',
+        ': tf_export',
+        'archive: bags page jobs ledger table shielding cluster running',
+        ': tf_archive',
+    ),
 }
 
 # Layers that know no ROS, and what they may need beside Python itself.

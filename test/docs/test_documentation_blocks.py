@@ -26,6 +26,9 @@ LAUNCH_FILES = [block for blocks in PYTHON.values() for block in blocks
                 if 'launch_ros' in block.code]
 SHELL = [block for block in BLOCKS if block.language == 'bash']
 
+# Executables whose first argument has a help of its own.
+WITH_VERBS = {'tf_archive'}
+
 _PATIENCE_S = 120
 
 
@@ -107,7 +110,8 @@ def test_commands_of_a_shell_block_are_there(block):
             told = _options_of(name.rstrip(';'))
             assert {word for word in arguments if word.startswith('--')} <= told, line
         elif name in _executables():
-            assert {word for word in arguments if word.startswith('--')} <= _help(name), line
+            assert {word for word in arguments if word.startswith('--')} <= _help(
+                name, *(arguments[:1] if name in WITH_VERBS else [])), line
         else:
             assert name in ('python', 'pip', 'ros2') or name.startswith('PYTHONPATH='), line
 
@@ -134,11 +138,11 @@ def _options_of(script):
 
 
 @cache
-def _help(executable):
+def _help(executable, *verb):
     entry = next(entry for entry in distribution('tf_tree_py').entry_points.select(
         group='console_scripts') if entry.name == executable)
     program = (f'import sys; from {entry.module} import {entry.attr} as main; '
-               f'sys.argv = [{executable!r}, "--help"]; main()')
+               f'sys.argv = {[executable, *verb, "--help"]}; main()')
     done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
                           check=False)
     return set(re.findall(r'--[a-z][a-z-]*', done.stdout))

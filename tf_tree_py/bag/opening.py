@@ -12,12 +12,14 @@ from tf_tree_py.core.stamp import format_stamp, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time, checked_stamp
 from tf_tree_py.core.tree.queries import Snapshot
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.urdf import Robot
 
 from .assembling.assembly import Assembly
 from .assembling.decoding import Decoder, renames
 from .assembling.oddities import BagWarning, Oddity, told
 from .errors import BagError
 from .files.reading import Bag, PathLike
+from .joints import robot_of, take_joints, topic_of_joints
 from .progress import progress_bar
 
 
@@ -41,7 +43,8 @@ class Recording(Snapshot):
 def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any = None,
              stop: Any = None, frame_prefix: str | Mapping[str, str] = '',
              shared_frames: Collection[str] = (), frames: FrameFilter | None = None,
-             cache_time: int = UNLIMITED) -> Recording:
+             cache_time: int = UNLIMITED, robot: PathLike | Robot | None = None,
+             joint_topic: str | None = None) -> Recording:
     """
     Return a recording as a buffer, which answers whatever a buffer answers.
 
@@ -62,16 +65,25 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         have to be in, or a function of (parent, child).
     :param cache_time: how much history each edge keeps, nanoseconds; everything unless
         given.
+    :param robot: its description, a file or read: the bag's joint states move the edges
+        that have no recorded transforms.
+    :param joint_topic: of these joint states, where there are several.
     :raises BagError: there is no bag, it cannot be read at all, or nothing in it is a
         transform.
+    :raises DescriptionError: the robot's file describes none.
     """
-    decoder = Decoder(renames(frame_prefix, shared_frames, frames))
-    assembly = Assembly(decoder, checked_cache_time(cache_time))
+    rename_of = renames(frame_prefix, shared_frames, frames)
+    assembly = Assembly(Decoder(rename_of), checked_cache_time(cache_time))
+    described = None if robot is None else robot_of(robot)
     begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
     with Bag(path, topics) as bag:
-        _check_topics(bag, frame_prefix)
-        with progress_bar(bag.path, bag.expected()) as tell:
+        joints = None if described is None else topic_of_joints(bag, joint_topic)
+        _check_topics(bag, frame_prefix, joints)
+        with progress_bar(bag.path.name, bag.expected()) as tell:
             assembly.take(bag.arrivals(begin, end), tell)
+        if described is not None and joints is not None:
+            take_joints(bag, described, joints, begin, end,
+                        rename_of(bag.sources_of(joints)[0]), assembly)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(
                 f'{path} has nothing that moves between start and stop: its messages were '
@@ -86,15 +98,15 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     return recording
 
 
-def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str]) -> None:
+def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str | None) -> None:
     there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
-    if not bag.sources:
+    if not bag.sources and joints is None:
         raise BagError(f'{bag.path} has no topic with transforms; it has: {there}')
     if isinstance(frame_prefix, str):
         return
     if not isinstance(frame_prefix, Mapping):
         raise BagError(f'frame_prefix is a text, or a dictionary of topics, not {frame_prefix!r}')
-    unknown = set(frame_prefix) - {source.topic for source in bag.sources}
+    unknown = set(frame_prefix) - {source.topic for source in bag.sources} - {joints}
     if unknown:
         raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
                        f'transforms are read; the bag has: {there}')

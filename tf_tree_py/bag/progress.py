@@ -1,8 +1,8 @@
-"""A bar on the terminal while a bag is read; where there is no terminal, nothing."""
+"""A bar on the terminal while bags are read; where there is no terminal, nothing."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
+import multiprocessing
 import sys
 from typing import TYPE_CHECKING
 
@@ -11,19 +11,21 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def progress_bar(path: Path, total: int) -> Iterator[Callable[[int], None]]:
+def progress_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
     """
-    Show how much of a bag has been read.
+    Show how much of a bag, or how many bags, have been read.
 
-    :param total: how many messages there are.
-    :return: what to call with the number of messages that were just read.
+    :param total: how many messages, or bags, there are.
+    :return: what to call with the number of those that were just read.
     """
-    bar = _bar() if sys.stderr.isatty() else None
+    # A worker shares the terminal of the process that started it, and leaves it to that one.
+    alone = multiprocessing.parent_process() is None
+    bar = _bar() if alone and sys.stderr.isatty() else None
     if bar is None:
         yield lambda _: None
         return
     with bar:
-        task = bar.add_task(path.name, total=total)
+        task = bar.add_task(title, total=total)
         yield lambda read: bar.advance(task, read)
 
 

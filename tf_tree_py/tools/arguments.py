@@ -52,7 +52,7 @@ class Parser(argparse.ArgumentParser):
         lines = [f'  {command:<{width}}   {what}' for command, what in examples]
         super().__init__(
             prog=name, description=description, allow_abbrev=False,
-            epilog='\n'.join(['examples:', *lines, '', _TOPICS]),
+            epilog='\n'.join(['examples:', *lines]),
             formatter_class=argparse.RawDescriptionHelpFormatter)
 
     def error(self, message: str) -> NoReturn:
@@ -72,6 +72,7 @@ class Parser(argparse.ArgumentParser):
 
     def add_source(self) -> None:
         """Add what says where the tree comes from: see ``source.TreeSource``."""
+        self.epilog = f'{self.epilog}\n\n{_TOPICS}'
         group = self.add_argument_group('where the tree comes from')
         group.add_argument('--bag', metavar='PATH',
                            help='a recording, without ROS; live unless given')
@@ -105,3 +106,10 @@ def positive_number(text: str) -> float:
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f'{text!r} is not a number greater than zero')
     return value
+
+
+def positive_integer(text: str) -> int:
+    """Return a whole number of the command line that is greater than zero."""
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f'{text!r} is not a whole number greater than zero')
+    return int(text)

@@ -1,8 +1,10 @@
-"""What tools print: tables and coloured text with rich, and JSON."""
+"""What tools give out: tables and coloured text with rich, JSON, and files."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 import json
 import os
+from pathlib import Path
 import sys
 from typing import Any
 
@@ -76,3 +78,18 @@ def shown(text: str, most: int = _LONGEST) -> str:
 def print_json(data: Any) -> None:
     """Print data as JSON, in lines that a person can read too."""
     print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """
+    Write a file: all of it, or none; one that is there is replaced.
+
+    :raises OSError: there is no place for it.
+    """
+    unfinished = path.with_name(f'.{path.name}.{os.getpid()}.unfinished')
+    try:
+        unfinished.write_bytes(data)
+        unfinished.replace(path)
+    finally:
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)

@@ -59,7 +59,7 @@ class Recording:
     def watch(self, seconds: float | None) -> None:
         """Let transforms arrive, those of so many recorded seconds; None: all that are left."""
         end = None
-        with progress_bar(self._bag.path, self._bag.expected()) as tell:
+        with progress_bar(self._bag.path.name, self._bag.expected()) as tell:
             for number, arrival in enumerate(self._arrivals, start=1):
                 self._take(arrival)
                 if number % _STRIDE == 0:

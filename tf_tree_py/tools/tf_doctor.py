@@ -1,7 +1,5 @@
 """The command ``tf_doctor``: what is wrong with a tree, the worst first."""
 
-from argparse import Namespace
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 import sys
@@ -10,19 +8,15 @@ from typing import Any
 from tf_tree_py.core.checks.catalogue import CODES
 from tf_tree_py.core.checks.finding import Finding, Severity
 from tf_tree_py.core.doctor import Doctor
-from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.text import listed
-from tf_tree_py.core.vitals.limits import Limits
 
 from .arguments import add_number, Parser
-from .endings import Cannot, FINE, FOUND, run
+from .doctor_report import add_limits, judged, limits_of
+from .endings import FINE, FOUND, run
 from .output import console, fields, print_json, shown, styled
-from .source import open_source, TreeSource
+from .source import open_source
 
 NAME = 'tf_doctor'
-VERSION = 1
-"""Of the shape of --json; it changes only if a key goes or gets another meaning."""
-
 _DESCRIPTION = """\
 Watches a tree, live or recorded, and says what is wrong with it: the worst first,
 each with its evidence, the likely cause and what to do.
@@ -49,7 +43,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> Parser:
-    limits = Limits()
     parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
     add_number(parser, '--seconds', None, f'how long to watch; {_LIVE_S:g} live, and all of a '
                'recording, unless given')
@@ -60,21 +53,8 @@ def _parser() -> Parser:
     parser.add_argument('--list', action='store_true', help='explain every code, and end')
     parser.add_json()
     parser.add_source()
-    group = parser.add_argument_group('what is still right')
-    for name, value, text in (
-            ('--max-speed', limits.max_speed, 'of a frame in its parent, m/s'),
-            ('--max-turn-rate', limits.max_turn_rate, 'likewise, rad/s'),
-            ('--max-delay', limits.max_delay / 1e9, 'from a stamp to its arrival, s'),
-            ('--max-skew', limits.max_skew / 1e9, 'between the ages of edges on a path, s'),
-            ('--cache-time', limits.cache_time / 1e9, 'what the buffers of the system keep, s')):
-        add_number(group, name, value, text)
+    add_limits(parser)
     return parser
-
-
-def _limits(arguments: Namespace) -> Limits:
-    return Limits(from_seconds(arguments.cache_time), arguments.max_speed,
-                  arguments.max_turn_rate, from_seconds(arguments.max_delay),
-                  from_seconds(arguments.max_skew))
 
 
 def _work(argv: Sequence[str]) -> int:
@@ -82,42 +62,17 @@ def _work(argv: Sequence[str]) -> int:
     if arguments.list:
         _list(arguments.json)
         return FINE
-    doctor = Doctor(_limits(arguments))
+    doctor = Doctor(limits_of(arguments))
     with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
         with suppress(KeyboardInterrupt):
             source.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
-        doctor.endpoints = source.endpoints()
-        findings = doctor.findings()
-        if not findings and not doctor.transforms:
-            raise Cannot(_nothing(source))
-        report = _report(source, doctor, findings)
+        report, findings = judged(source, doctor)
     if arguments.json:
         print_json(report)
     else:
         _print(report, findings, arguments.notes)
     strictly = arguments.strict and (report['warnings'] or report['damage'])
     return FOUND if report['errors'] or strictly else FINE
-
-
-def _nothing(source: TreeSource) -> str:
-    damage = ''.join(f'; {sentence}' for sentence in source.damage())
-    return f'no transform arrived from {source.name}{damage}' if damage else (
-        f'no transform arrived from {source.name}: does anybody publish there, '
-        'with the same ROS_DOMAIN_ID?')
-
-
-def _report(source: TreeSource, doctor: Doctor, findings: Sequence[Finding]) -> dict[str, Any]:
-    counts = Counter(finding.severity for finding in findings)
-    return {
-        'version': VERSION,
-        'source': source.name,
-        'watched_s': doctor.watched / 1e9,
-        'transforms': doctor.transforms,
-        'frames': len(source.buffer.frames()),
-        'damage': source.damage(),
-        **{f'{severity.value}s': counts[severity] for severity in Severity},
-        'findings': [finding.as_dict() for finding in findings],
-    }
 
 
 # --- for people

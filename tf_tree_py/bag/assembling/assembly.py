@@ -14,6 +14,7 @@ from tf_tree_py.core.arrivals.future_guard import FutureGuard
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observers
 from tf_tree_py.core.arrivals.sample import Batch, checked, Sample
+from tf_tree_py.core.arrivals.track import Track
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
@@ -104,9 +105,12 @@ class Assembly:
             some = samples.between(begin, end)
             if not len(some.messages):
                 continue
-            self._order.note_many(edge, some.stamps)
-            authority = arrivals[some.messages[-1]].source.authority
-            self.oddities.note_incidents(self.intake.take_track(some.as_track(edge), authority))
+            self.take_track(some.as_track(edge), arrivals[some.messages[-1]].source.authority)
+
+    def take_track(self, track: Track, authority: str) -> None:
+        """Take samples of one moving edge, in order of arrival."""
+        self._order.note_many((track.parent, track.child), track.stamps)
+        self.oddities.note_incidents(self.intake.take_track(track, authority))
 
     # --- message by message
 

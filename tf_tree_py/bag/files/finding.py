@@ -13,7 +13,8 @@ SUFFIXES = ('.mcap', '.db3', '.bag')
 PACKED = '.zstd'
 """Behind one of them: the whole file is compressed."""
 
-_INDEX = 'metadata.yaml'
+INDEX = 'metadata.yaml'
+"""Of a folder with a bag, as rosbag2 writes it."""
 
 
 class BagFiles(NamedTuple):
@@ -41,15 +42,20 @@ def files_of(path: Path) -> BagFiles:
         if not _holds_messages(path):
             raise BagError(f'{path} is no bag: its name ends in none of {", ".join(SUFFIXES)}')
         return BagFiles([path], [])
-    present = sorted(filter(_holds_messages, path.iterdir()), key=_number)
+    present = sorted((file for file in path.iterdir() if _holds_messages(file)), key=_number)
     if not present:
         raise BagError(f'{path} is no bag: the folder has no file {", ".join(SUFFIXES)}')
     there = {file.name for file in present}
-    return BagFiles(present, [name for name in _indexed(path / _INDEX) if name not in there])
+    return BagFiles(present, [name for name in _indexed(path / INDEX) if name not in there])
 
 
 def _holds_messages(path: Path) -> bool:
-    return path.is_file() and path.name.removesuffix(PACKED).endswith(SUFFIXES)
+    return path.is_file() and names_messages(path.name)
+
+
+def names_messages(name: str) -> bool:
+    """Return whether a file of that name should hold messages."""
+    return name.removesuffix(PACKED).endswith(SUFFIXES)
 
 
 def _number(path: Path) -> tuple[list[int], str]:

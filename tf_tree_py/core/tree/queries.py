@@ -586,6 +586,10 @@ class Snapshot(Queries):
     send it to another process.
     """
 
+    def snapshot(self) -> 'Snapshot':
+        """Return this one, for it never changes."""
+        return self
+
     def _frozen(self) -> Frozen:
         with self._lock:  # for what histories keep to themselves; the samples never change
             return freeze(self._tree)

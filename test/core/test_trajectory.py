@@ -1,0 +1,99 @@
+"""Where a frame was over time: which stamps, what of those without an answer, velocities."""
+
+from hypothesis import given, strategies as st
+import numpy as np
+import pytest
+from tf_tree_py.core import (
+    BufferCore,
+    ExtrapolationException,
+    InvalidArgumentException,
+    Pose,
+    UNLIMITED,
+)
+from tf_tree_py.core.trajectory import stamps_at_rate, stamps_of_slowest, trajectory
+
+MS = 1_000_000
+SECOND = 1000 * MS
+START = 1_700_000_000 * SECOND
+
+
+def buffer_of(**edges):
+    """Return a buffer with a chain of edges: of each child its stamps, None for a static one."""
+    buffer, parent = BufferCore(UNLIMITED), 'map'
+    for child, stamps in edges.items():
+        for stamp in [0] if stamps is None else stamps:
+            buffer.insert(parent, child, stamp, Pose(x=1.0), static=stamps is None)
+        parent = child
+    return buffer
+
+
+STAMPS = st.lists(st.integers(-50, 50), min_size=2, max_size=20, unique=True)
+
+
+@given(STAMPS, STAMPS)
+def test_slowest_edge_gives_the_stamps_that_all_edges_have_data_for(one, other):
+    buffer = buffer_of(base=one, arm=None, hand=other)
+    first, last = max(min(one), min(other)), min(max(one), max(other))
+    if first > last:
+        with pytest.raises(ExtrapolationException, match='no time in common'):
+            stamps_of_slowest(buffer, 'map', 'hand')
+        return
+    rate, other_rate = ((len(each) - 1) / (max(each) - min(each)) for each in (one, other))
+    slowest = other if other_rate <= rate else one  # of two alike, the one below
+    expected = sorted(stamp for stamp in slowest if first <= stamp <= last)
+    assert stamps_of_slowest(buffer, 'map', 'hand').tolist() == expected
+    assert len(trajectory(buffer, 'map', 'hand', expected, outside='fail').stamps) == len(expected)
+
+
+@given(st.integers(1, 5 * SECOND), st.floats(0.1, 2000.0))
+def test_stamps_at_a_rate_have_answers_and_keep_the_rate(length, rate_hz):
+    buffer = buffer_of(base=[START, START + length])
+    stamps = stamps_at_rate(buffer, 'map', 'base', rate_hz)
+    period = SECOND / rate_hz
+    assert stamps[0] == START and START + length - period - 1 <= stamps[-1] <= START + length
+    assert np.abs((stamps - START) - np.arange(len(stamps)) * period).max() <= 1.0
+
+
+def test_nothing_that_moves_gives_no_stamps():
+    buffer = buffer_of(base=None)
+    for stamps in (stamps_of_slowest, lambda *frames: stamps_at_rate(*frames, 10.0)):
+        with pytest.raises(InvalidArgumentException, match="between 'map' and 'base' moves"):
+            stamps(buffer, 'map', 'base')
+
+
+def test_rate_that_is_a_slip_of_the_finger_is_refused():
+    buffer = buffer_of(base=[START, START + 100 * SECOND])
+    with pytest.raises(InvalidArgumentException, match='more than 100000000 are not made'):
+        stamps_at_rate(buffer, 'map', 'base', 1e9)
+
+
+def test_stamps_without_an_answer_are_left_out_or_nan_or_an_error():
+    buffer = buffer_of(base=[START, START + SECOND])
+    asked = [START - 1, START, START + SECOND, START + SECOND + 1]
+    skipped = trajectory(buffer, 'map', 'base', asked, twist=True)
+    assert skipped.stamps.tolist() == asked[1:3] and skipped.outside == 2
+    assert skipped.poses[:, 0].tolist() == [1.0, 1.0] and skipped.twists.shape == (2, 6)
+    marked = trajectory(buffer, 'map', 'base', asked, twist=True, outside='nan')
+    assert marked.stamps.tolist() == asked and marked.outside == 2
+    for rows in (marked.poses, marked.twists):
+        assert np.isnan(rows).all(axis=1).tolist() == [True, False, False, True]
+    with pytest.raises(ExtrapolationException, match='2 of 4 stamps have no answer'):
+        trajectory(buffer, 'map', 'base', asked, outside='fail')
+    with pytest.raises(InvalidArgumentException, match="'skip', 'nan' or 'fail', not 'raise'"):
+        trajectory(buffer, 'map', 'base', asked, outside='raise')
+
+
+def test_velocity_is_that_of_the_source_in_the_axes_of_the_target():
+    """A wheel rolls round a post at 2 m, half a radian a second."""
+    buffer = BufferCore(UNLIMITED)
+    for number in range(101):
+        t = 0.01 * number
+        buffer.insert('map', 'post', START + number * 10 * MS, Pose.from_xyz_rpy(yaw=0.5 * t))
+    buffer.insert('post', 'wheel', 0, Pose(x=2.0), static=True)
+    taken = trajectory(buffer, 'map', 'wheel', stamps_at_rate(buffer, 'map', 'wheel', 20.0),
+                       twist=True)
+    seconds = (taken.stamps - START) / SECOND
+    expected = np.zeros((len(seconds), 6))
+    expected[:, 0], expected[:, 1] = -np.sin(0.5 * seconds), np.cos(0.5 * seconds)
+    expected[:, 5] = 0.5
+    np.testing.assert_allclose(taken.twists, expected, atol=1e-7)

@@ -1,0 +1,179 @@
+"""The command ``tf_archive``: the doctor's report about thousands of bags, or an export."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import sys
+from typing import Any
+
+from tf_tree_py.bag.progress import progress_bar
+
+from .archive.bags import BagPath, bags_in
+from .archive.cluster import client_of
+from .archive.jobs import ExportJob, Job, ReportJob, Row
+from .archive.ledger import Ledger
+from .archive.page import index_page
+from .archive.running import results
+from .archive.table import as_csv, as_data, as_json, by_trouble, columns_of, summary
+from .arguments import Parser, positive_integer
+from .doctor_report import add_limits, limits_of
+from .endings import Cannot, FINE, FOUND, needs, run
+from .export.formats import FORMATS
+from .export.plan import add_frames, add_plan, planned
+from .output import console, print_json, styled, table, write_file
+
+NAME = 'tf_archive'
+
+_DESCRIPTION = """\
+Reads many bags at once, in processes of its own or on a dask cluster. `report` asks the
+doctor about each, `export` writes a trajectory out of each; `tf_archive report --help`
+tells more. One bag is one task: a broken one costs its row only. What is finished is on
+disk at once, and the same command again goes on where it was stopped.
+
+The exit status is 0 if all is well, 1 if a bag is broken or has an error, 2 if nothing
+could be done."""
+
+_EXAMPLES = (
+    ("tf_archive report 'runs/**/*.mcap' -o report", 'then open report/index.html'),
+    ("tf_archive export map camera 'runs/*' --at /camera/image_raw", 'a trajectory of each'),
+    ("tf_archive report 's3://runs/*' --scheduler tcp://host:8786", 'on a cluster'),
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run the command; return its exit status.
+
+    :param argv: the whole command line; None: this process's.
+    """
+    return run(NAME, _work, argv)
+
+
+def _report_parser() -> Parser:
+    parser = Parser(f'{NAME} report', 'Asks the doctor about many bags.', _EXAMPLES[::2])
+    _add_common(parser, 'archive_report')
+    add_limits(parser)
+    return parser
+
+
+def _export_parser() -> Parser:
+    parser = Parser(f'{NAME} export', 'Writes a trajectory out of each of many bags.',
+                    _EXAMPLES[1:2])
+    add_frames(parser)
+    _add_common(parser, 'archive_export')
+    add_plan(parser)
+    parser.add_argument('--format', choices=[*FORMATS], default='tum')
+    return parser
+
+
+def _add_common(parser: Parser, folder: str) -> None:
+    parser.add_argument('bags', metavar='GLOB', nargs='+', help='bags: files and folders, '
+                        'patterns in quotes, and whatever fsspec opens')
+    parser.add_argument('-o', '--output', metavar='FOLDER', type=Path, default=Path(folder),
+                        help=f'for all that is found out ({folder} unless given)')
+    parser.add_argument('--again', action='store_true',
+                        help='read again what was read before')
+    parser.add_argument('--workers', metavar='N', type=positive_integer,
+                        default=os.cpu_count() or 1, help='processes on this machine '
+                        '(one for each processor unless given)')
+    parser.add_argument('--scheduler', metavar='ADDRESS',
+                        help='of a dask cluster that does the work, such as tcp://host:8786')
+    parser.add_json()
+
+
+_VERBS = {'report': _report_parser, 'export': _export_parser}
+
+
+def _parsed(argv: Sequence[str]) -> Namespace:
+    if argv and argv[0] in _VERBS:
+        arguments = _VERBS[argv[0]]().parse(argv[1:])
+        arguments.verb = argv[0]
+        return arguments
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
+    parser.add_argument('verb', choices=[*_VERBS], help='what to do with the bags')
+    return parser.parse(argv[:1])
+
+
+def _job(arguments: Namespace) -> Job:
+    if arguments.verb == 'report':
+        return ReportJob(limits_of(arguments))
+    return ExportJob(planned(arguments), arguments.format)
+
+
+def _work(argv: Sequence[str]) -> int:
+    arguments = _parsed(argv)
+    job = _job(arguments)
+    bags = bags_in(arguments.bags)
+    ledger = Ledger(arguments.output, job)
+    known = {} if arguments.again else {
+        bag: row for bag in bags if (row := ledger.finished(bag)) is not None}
+    rows = [*known.values(), *_read(arguments, job, ledger, [
+        bag for bag in bags if bag not in known])]
+    rows = by_trouble(rows)
+    _write(arguments, rows)
+    _tell(arguments, rows, len(known))
+    return FOUND if {'lost', 'broken', 'error'} & {row['outcome'] for row in rows} else FINE
+
+
+def _read(arguments: Namespace, job: Job, ledger: Ledger, bags: Sequence[BagPath]) -> list[Row]:
+    rows: list[Row] = []
+    if not bags:
+        return rows
+    workers = min(arguments.workers, len(bags))
+    try:
+        with client_of(arguments.scheduler, workers) as client, \
+                progress_bar('bags', len(bags)) as tell:
+            _tell_of(client)
+            for bag, result in results(client, job, bags):
+                rows.append(ledger.keep(bag, result))
+                tell(1)
+    except KeyboardInterrupt:
+        print(f'{NAME}: {len(rows)} of {len(bags)} bags are done; the same command goes on with '
+              'the others', file=sys.stderr)
+        raise
+    return rows
+
+
+def _tell_of(client: Any) -> None:
+    """Say on standard error what there is to know while the bags are read."""
+    if sys.stderr.isatty() and find_spec('bokeh'):
+        print(f'{NAME}: dask shows what it does at {client.dashboard_link}', file=sys.stderr)
+    if not client.nthreads():
+        print(f'{NAME}: {client.scheduler.address} has no workers yet; waiting for one',
+              file=sys.stderr)
+
+
+def _write(arguments: Namespace, rows: Sequence[Row]) -> None:
+    title = f'{NAME} {arguments.verb}'
+    page = index_page(title, rows, [name for name in columns_of(rows) if name != 'file'],
+                      summary(rows))
+    try:
+        for name, data in (('table.csv', as_csv(rows)), ('table.json', as_json(rows)),
+                           ('index.html', page)):
+            write_file(arguments.output / name, data)
+    except OSError as error:
+        raise Cannot(f'{arguments.output} cannot be written: {error.strerror}') from error
+
+
+def _tell(arguments: Namespace, rows: Sequence[Row], known: int) -> None:
+    if arguments.json:
+        print_json(as_data(rows))
+        return
+    out = console()
+    worst = [row for row in rows if row['outcome'] != 'fine'][:20]
+    if worst:
+        out.print(table(('bag', 'outcome', 'why'), [
+            (row['bag'], row['outcome'], row['reason'] or row.get('codes', ''))
+            for row in worst]))
+    text = needs('rich.text', 'rich', 'tools')
+    counts: dict[str, Any] = summary(rows)
+    out.print(text.Text(f'{len(rows)} bag{"s" * (len(rows) != 1)}: '
+                        + ', '.join(f'{count} {name}' for name, count in counts.items())
+                        + (f'; {known} were read before' if known else '')))
+    out.print(styled(str(arguments.output / 'index.html'), 'fine'))
+
+
+if __name__ == '__main__':
+    sys.exit(main())
