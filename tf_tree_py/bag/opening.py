@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 import warnings
 
-from tf_tree_py.core.arrivals.frame_names import FrameFilter
+from tf_tree_py.core.arrivals.estimate import Covariances
+from tf_tree_py.core.arrivals.frame_names import FrameFilter, rename
 from tf_tree_py.core.arrivals.incidents import Statistics
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.stamp import format_stamp, UNLIMITED
@@ -14,7 +15,8 @@ from tf_tree_py.core.tree.queries import Snapshot
 from tf_tree_py.core.tree.tree import Tree
 
 from .assembling.assembly import Assembly
-from .assembling.decoding import Decoder, renames
+from .assembling.covariances import CovarianceTopics
+from .assembling.decoding import Decoder, prefixed, renames
 from .assembling.oddities import BagWarning, Oddity, told
 from .errors import BagError
 from .files.reading import Bag, PathLike
@@ -41,7 +43,8 @@ class Recording(Snapshot):
 def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any = None,
              stop: Any = None, frame_prefix: str | Mapping[str, str] = '',
              shared_frames: Collection[str] = (), frames: FrameFilter | None = None,
-             cache_time: int = UNLIMITED) -> Recording:
+             cache_time: int = UNLIMITED,
+             covariances: Mapping[str, Covariances] | None = None) -> Recording:
     """
     Return a recording as a buffer, which answers whatever a buffer answers.
 
@@ -62,16 +65,21 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         have to be in, or a function of (parent, child).
     :param cache_time: how much history each edge keeps, nanoseconds; everything unless
         given.
+    :param covariances: topics of Odometry and PoseWithCovarianceStamped, and to which edge
+        the covariances of each belong, by its new name. Those of static edges, which
+        ``static_transform_publisher`` tells, are found unless ``topics`` are given.
     :raises BagError: there is no bag, it cannot be read at all, or nothing in it is a
         transform.
     """
-    decoder = Decoder(renames(frame_prefix, shared_frames, frames))
-    assembly = Assembly(decoder, checked_cache_time(cache_time))
+    names_of, wanted = prefixed(frame_prefix, shared_frames), rename(frame_filter=frames)
+    assembly = Assembly(Decoder(renames(names_of, wanted)), checked_cache_time(cache_time))
     begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
     with Bag(path, topics) as bag:
-        _check_topics(bag, frame_prefix)
-        with progress_bar(bag.path, bag.expected()) as tell:
+        uncertain = CovarianceTopics(bag, covariances, alone=topics is not None)
+        _check_topics(bag, frame_prefix, uncertain.rules)
+        with progress_bar(bag.path, bag.expected(uncertain.sources)) as tell:
             assembly.take(bag.arrivals(begin, end), tell)
+            uncertain.take_into(assembly, names_of, wanted, begin, end, tell)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(
                 f'{path} has nothing that moves between start and stop: its messages were '
@@ -86,15 +94,16 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     return recording
 
 
-def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str]) -> None:
+def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str],
+                  uncertain: Mapping[str, Covariances]) -> None:
     there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
-    if not bag.sources:
+    if not bag.sources and not any(rules.with_poses for rules in uncertain.values()):
         raise BagError(f'{bag.path} has no topic with transforms; it has: {there}')
     if isinstance(frame_prefix, str):
         return
     if not isinstance(frame_prefix, Mapping):
         raise BagError(f'frame_prefix is a text, or a dictionary of topics, not {frame_prefix!r}')
-    unknown = set(frame_prefix) - {source.topic for source in bag.sources}
+    unknown = set(frame_prefix) - {source.topic for source in bag.sources} - set(uncertain)
     if unknown:
         raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
                        f'transforms are read; the bag has: {there}')
