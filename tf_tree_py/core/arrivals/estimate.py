@@ -79,10 +79,12 @@ class Covariances:
     planar: bool = False
 
     def __post_init__(self) -> None:
-        edge = self.edge
+        child, edge = self.child, self.edge
+        if not isinstance(child, str | None):
+            raise ValueError(f'child is the name of a frame, not {child!r}')
         if edge is None:
             return
-        if isinstance(edge, str) or len(edge) != 2 or not all(
+        if not isinstance(edge, tuple | list) or len(edge) != 2 or not all(
                 isinstance(frame, str) for frame in edge):
             raise ValueError(f"edge is (parent, child), such as ('map', 'odom'), not {edge!r}")
         if self.with_poses:
