@@ -97,7 +97,7 @@ def recorded(path):
         return path
     topics = {}
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        for second in np.arange(0.0, 30.01, 0.05).round(2).tolist():
+        for second in np.arange(0.0, 30.01, 0.1).round(1).tolist():
             for topic, kind, sent in [*(mounting() if second == 0.0 else ()), *drive(second)]:
                 name = kind.replace('/', '/msg/')
                 if topic not in topics:
@@ -121,7 +121,7 @@ buffer = open_bag(path, covariances={
     '/amcl_pose': Covariances(child='base_link', edge=('map', 'odom'), planar=True)})
 moving = [edge for edge in buffer.edges_between('map', 'camera') if not edge.static]
 stamps = np.linspace(max(edge.oldest for edge in moving), min(edge.latest for edge in moving),
-                     200).astype(np.int64)
+                     100).astype(np.int64)
 poses, covariances = buffer.lookup_uncertain_many('map', 'camera', stamps)
 
 
@@ -131,7 +131,7 @@ poses, covariances = buffer.lookup_uncertain_many('map', 'camera', stamps)
 # %%
 def draw(axes, poses, covariances, color, label, **style):
     axes.plot(poses[:, 0], poses[:, 1], color=color, label=label)
-    for pose, covariance in zip(poses[::8], covariances[::8], strict=True):
+    for pose, covariance in zip(poses[::4], covariances[::4], strict=True):
         variances, ways = np.linalg.eigh(covariance[:2, :2])
         axes.add_patch(Ellipse(pose[:2], *(2.0 * 2.0 * np.sqrt(variances)), color=color, **style,
                                angle=np.degrees(np.arctan2(ways[1, 0], ways[0, 0]))))
