@@ -138,6 +138,9 @@ def test_frames_are_called_as_those_of_the_transforms(tmp_path):
         shared_frames=['map'], covariances={
             '/amcl_pose': Covariances(child='r/base', edge=('map', 'r/odom'))})
     np.testing.assert_allclose(covariance_of(buffer, 'map', 'r/base'), SURE, atol=1e-15)
+    buffer = opened(tmp_path, driven(), mounted(), frame_prefix='r/', covariances=WHEELS)
+    for edge in ('r/odom', 'r/base'), ('r/base', 'r/camera'):
+        assert covariance_of(buffer, *edge).any()
     buffer = opened(tmp_path, localised(), driven(), frames=['map', 'odom'],
                     covariances=WHEELS)
     assert set(buffer.frames()) == {'map', 'odom'} and not buffer.oddities
