@@ -64,6 +64,29 @@ def as_ros1(transforms):
                            for parent, child, stamp, pose in transforms])
 
 
+ODOMETRY = 'nav_msgs/msg/Odometry'
+ESTIMATE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
+
+
+def estimate(topic, parent, child, stamp, pose, covariance, *, ros1=False, qos='', delay=0):
+    """Return a message with a covariance: an Odometry, or if it has no child what has none."""
+    store, type_name = NOETIC if ros1 else JAZZY, ODOMETRY if child else ESTIMATE
+    made = store.types
+    kinds = {name: made[f'geometry_msgs/msg/{name}'] for name in (
+        'Point', 'Quaternion', 'Pose', 'PoseWithCovariance', 'Vector3', 'Twist',
+        'TwistWithCovariance')}
+    time = made['builtin_interfaces/msg/Time'](*divmod(stamp, SECOND))
+    header = made['std_msgs/msg/Header'](*([7] if ros1 else []), time, parent)
+    uncertain = kinds['PoseWithCovariance'](
+        kinds['Pose'](kinds['Point'](*pose[:3]), kinds['Quaternion'](*pose[3:])),
+        np.ravel(covariance).astype(float))
+    still = kinds['TwistWithCovariance'](
+        kinds['Twist'](*[kinds['Vector3'](0.0, 0.0, 0.0)] * 2), np.full(36, 5.0))
+    message = made[type_name](header, *([child, uncertain, still] if child else [uncertain]))
+    data = (store.serialize_ros1 if ros1 else store.serialize_cdr)(message, type_name)
+    return Message(stamp + delay, topic, [], qos, type_name=type_name, data=bytes(data))
+
+
 def profile(qos):
     zero = QosTime(0, 0)
     return Qos(

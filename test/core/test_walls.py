@@ -38,8 +38,8 @@ ORDER = {
         'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
         'edges: track protocol packed static discrete aided uncertainty spline_samples spline '
         'spline_track spline_history spline_fitter',
-        'arrivals: incidents sample received observers track frame_names block layout wire '
-        'stencil future_guard jump_back streams meters merging',
+        'arrivals: incidents sample estimate received observers track frame_names block cursor '
+        'estimate_bytes layout wire stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
         'frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
@@ -54,7 +54,7 @@ ORDER = {
         ': errors progress',
         'files: source finding joint_states rosbags_file salvage mcap_scan ros1_scan sqlite_scan '
         'kinds reading',
-        'assembling: decoding window oddities order assembly',
+        'assembling: decoding window oddities order assembly covariances',
         ': joints opening stamps recorder',
     ),
     'ros': rooms(

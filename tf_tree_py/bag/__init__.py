@@ -5,6 +5,8 @@ Not here: the tree and its lookups, which are ``core``'s, and reading files, whi
 does (``pip install 'tf_tree_py[bag]'``).
 """
 
+from tf_tree_py.core.arrivals.estimate import Covariances
+
 from .assembling.decoding import Decoder
 from .assembling.oddities import BagWarning, Oddity
 from .errors import BagError
@@ -18,6 +20,7 @@ __all__ = [
     'Bag',
     'BagError',
     'BagWarning',
+    'Covariances',
     'Decoder',
     'Oddity',
     'open_bag',

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 import warnings
 
-from tf_tree_py.core.arrivals.frame_names import FrameFilter
+from tf_tree_py.core.arrivals.estimate import Covariances
+from tf_tree_py.core.arrivals.frame_names import FrameFilter, rename
 from tf_tree_py.core.arrivals.incidents import Statistics
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.stamp import format_stamp, UNLIMITED
@@ -15,7 +16,8 @@ from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.urdf import Robot
 
 from .assembling.assembly import Assembly
-from .assembling.decoding import Decoder, renames
+from .assembling.covariances import CovarianceTopics
+from .assembling.decoding import Decoder, prefixed, renames
 from .assembling.oddities import BagWarning, Oddity, told
 from .errors import BagError
 from .files.reading import Bag, PathLike
@@ -43,8 +45,9 @@ class Recording(Snapshot):
 def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any = None,
              stop: Any = None, frame_prefix: str | Mapping[str, str] = '',
              shared_frames: Collection[str] = (), frames: FrameFilter | None = None,
-             cache_time: int = UNLIMITED, robot: PathLike | Robot | None = None,
-             joint_topic: str | None = None) -> Recording:
+             cache_time: int = UNLIMITED,
+             covariances: Mapping[str, Covariances] | None = None,
+             robot: PathLike | Robot | None = None, joint_topic: str | None = None) -> Recording:
     """
     Return a recording as a buffer, which answers whatever a buffer answers.
 
@@ -65,6 +68,9 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         have to be in, or a function of (parent, child).
     :param cache_time: how much history each edge keeps, nanoseconds; everything unless
         given.
+    :param covariances: topics of Odometry and PoseWithCovarianceStamped, and to which edge
+        the covariances of each belong, by its new name. Those of static edges, which
+        ``static_transform_publisher`` tells, are found unless ``topics`` are given.
     :param robot: its description, a file or read: the bag's joint states move the edges
         that have no recorded transforms.
     :param joint_topic: of these joint states, where there are several.
@@ -72,18 +78,21 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         transform.
     :raises DescriptionError: the robot's file describes none.
     """
-    rename_of = renames(frame_prefix, shared_frames, frames)
+    names_of, wanted = prefixed(frame_prefix, shared_frames), rename(frame_filter=frames)
+    rename_of = renames(names_of, wanted)
     assembly = Assembly(Decoder(rename_of), checked_cache_time(cache_time))
     described = None if robot is None else robot_of(robot)
     begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
     with Bag(path, topics) as bag:
+        uncertain = CovarianceTopics(bag, covariances, alone=topics is not None)
         joints = None if described is None else topic_of_joints(bag, joint_topic)
-        _check_topics(bag, frame_prefix, joints)
-        with progress_bar(bag.path.name, bag.expected()) as tell:
+        _check_topics(bag, frame_prefix, joints, uncertain.rules)
+        with progress_bar(bag.path.name, bag.expected(uncertain.sources)) as tell:
             assembly.take(bag.arrivals(begin, end), tell)
-        if described is not None and joints is not None:
-            take_joints(bag, described, joints, begin, end,
-                        rename_of(bag.sources_of(joints)[0]), assembly)
+            if described is not None and joints is not None:
+                take_joints(bag, described, joints, begin, end,
+                            rename_of(bag.sources_of(joints)[0]), assembly)
+            uncertain.take_into(assembly, names_of, wanted, begin, end, tell)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(
                 f'{path} has nothing that moves between start and stop: its messages were '
@@ -98,15 +107,18 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     return recording
 
 
-def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str | None) -> None:
+def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str | None,
+                  uncertain: Mapping[str, Covariances]) -> None:
     there = ', '.join(sorted({source.topic for source in bag.everything})) or 'nothing'
-    if not bag.sources and joints is None:
+    with_poses = joints is not None or any(rules.with_poses for rules in uncertain.values())
+    if not bag.sources and not with_poses:
         raise BagError(f'{bag.path} has no topic with transforms; it has: {there}')
     if isinstance(frame_prefix, str):
         return
     if not isinstance(frame_prefix, Mapping):
         raise BagError(f'frame_prefix is a text, or a dictionary of topics, not {frame_prefix!r}')
-    unknown = set(frame_prefix) - {source.topic for source in bag.sources} - {joints}
+    read = {source.topic for source in bag.sources} | {joints} | set(uncertain)
+    unknown = set(frame_prefix) - read
     if unknown:
         raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
                        f'transforms are read; the bag has: {there}')

@@ -11,10 +11,11 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Header
+from tf_tree_py.core.arrivals.estimate import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.ros.messages.convert import transform_message
 from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
-from tf_tree_py.ros.topics.qos import static_covariance_qos, STATIC_COVARIANCE_TOPIC
+from tf_tree_py.ros.topics.qos import static_covariance_qos
 
 from .bad_input import BadInput, number
 from .parameters import declare

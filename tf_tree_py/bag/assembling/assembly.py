@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 import threading
 
+from tf_tree_py.core.arrivals.estimate import Estimate
 from tf_tree_py.core.arrivals.future_guard import FutureGuard
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observers
@@ -61,6 +62,15 @@ class Assembly:
         for window in _windows(arrivals):
             self._take_window(window)
             tell(len(window))
+
+    def take_estimate(self, estimate: Estimate, with_pose: bool, authority: str) -> None:
+        """Take the covariance that a topic tells of an edge; its pose only if that is wanted."""
+        self.oddities.note_incidents(self.intake.take_estimate(estimate, with_pose, authority))
+
+    def refuse(self, incident: Incident) -> None:
+        """Count and note what cannot be taken."""
+        self.intake.refuse(incident)
+        self.oddities.note_incidents([incident])
 
     def _take_window(self, arrivals: Sequence[Arrival]) -> None:
         window = decode(arrivals, self._decoder)
@@ -118,8 +128,7 @@ class Assembly:
         source = arrival.source
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
-            self.intake.refuse(batch)
-            self.oddities.note_incidents([batch])
+            self.refuse(batch)
             return
         if source.static:
             self._note_changes(batch)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping
 
-from tf_tree_py.core.arrivals.frame_names import as_published, FrameFilter, Rename, rename
+from tf_tree_py.core.arrivals.frame_names import as_published, Rename, rename
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.layout import find_layout, find_ros1_layout
 from tf_tree_py.core.arrivals.sample import Batch
@@ -37,25 +37,35 @@ class Decoder:
         return reader
 
 
-def renames(frame_prefix: str | Mapping[str, str], shared_frames: Collection[str],
-            frames: FrameFilter | None) -> Callable[[Source], Rename]:
+def prefixed(frame_prefix: str | Mapping[str, str],
+             shared_frames: Collection[str]) -> Callable[[Source], Rename]:
     """
-    Return how the edges of a source are called, and which are left out.
+    Return how the frames of a source are called.
 
     :param frame_prefix: what to write before every frame, such as ``robot1/``; or that of
         each topic.
     :param shared_frames: frames that keep their name, such as ``map``.
-    :param frames: which edges to take, by their new names; see ``rename``.
     """
-    wanted = rename(frame_filter=frames)
-
     def rename_of(source: Source) -> Rename:
         prefix = (frame_prefix if isinstance(frame_prefix, str)
                   else frame_prefix.get(source.topic, ''))
-        prefixed = rename(frame_prefix=prefix, shared_frames=shared_frames)
+        return rename(frame_prefix=prefix, shared_frames=shared_frames)
+
+    return rename_of
+
+
+def renames(names_of: Callable[[Source], Rename], wanted: Rename) -> Callable[[Source], Rename]:
+    """
+    Return how the edges of a source are called, and which are left out.
+
+    :param names_of: how its frames are called; see ``prefixed``.
+    :param wanted: returns None of an edge to leave out, by its new name.
+    """
+    def rename_of(source: Source) -> Rename:
+        names = names_of(source)
 
         def both(parent: str, child: str) -> tuple[str, str] | None:
-            edge = prefixed(parent, child)
+            edge = names(parent, child)
             return edge and wanted(*edge)
 
         return both

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.arrivals.layout import Key, key_of, WireError
+from tf_tree_py.core.arrivals.cursor import WireError
+from tf_tree_py.core.arrivals.layout import Key, key_of
 from tf_tree_py.core.arrivals.track import Track
 from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.geometry.so3 import Array

@@ -5,7 +5,7 @@ The lowest level: nothing is filtered, and nothing is judged. ``opening`` makes 
 of it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing
 import heapq
 import os
@@ -77,13 +77,16 @@ class Bag:
         """
         return _of_topic(self.path, self.everything, topic)
 
-    def messages(self, topic: str) -> Iterator[Arrival]:
+    def messages(self, topic: str, start: int | None = None,
+                 stop: int | None = None) -> Iterator[Arrival]:
         """
         Yield every message of one topic, of whatever type.
 
+        :param start: leave out what was received before, nanoseconds; None: nothing.
+        :param stop: leave out what was received then or later.
         :raises BagError: the bag does not have it.
         """
-        yield from self._read(self.sources_of(topic), None, None)
+        yield from self._read(self.sources_of(topic), start, stop)
 
     def first_field(self, source: Source) -> str:
         """Return the type of the first field of a source's messages; '' if nobody knows it."""
@@ -95,10 +98,10 @@ class Bag:
         begins, ends = zip(*(storage.span for storage in self._storages), strict=True)
         return min(begins), max(ends)
 
-    def expected(self) -> int:
-        """Return how many messages there should be."""
-        return sum(count for storage in self._storages
-                   for source, count in storage.counts.items() if source in self.sources)
+    def expected(self, others: Collection[Source] = ()) -> int:
+        """Return how many messages of ``sources`` and of others there should be."""
+        return sum(count for storage in self._storages for source, count
+                   in storage.counts.items() if source in self.sources or source in others)
 
     def _read(self, sources: Sequence[Source], start: int | None,
               stop: int | None) -> Iterator[Arrival]:

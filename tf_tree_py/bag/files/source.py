@@ -3,10 +3,13 @@
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple, Protocol, TYPE_CHECKING
 
+from tf_tree_py.core.arrivals.estimate import STATIC_COVARIANCE_TOPIC
+
 if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition
 
 _TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
+_ODOMETRY = ('nav_msgs', 'Odometry')
 
 
 class Source(NamedTuple):
@@ -34,8 +37,17 @@ class Source(NamedTuple):
     @property
     def has_transforms(self) -> bool:
         """Return whether its messages are TFMessages, of tf2 or of ROS 1's tf."""
+        return self._type in _TRANSFORMS
+
+    @property
+    def has_static_covariances(self) -> bool:
+        """Return whether it is where ``static_transform_publisher`` tells of covariances."""
+        return self.topic.endswith(STATIC_COVARIANCE_TOPIC) and self._type == _ODOMETRY
+
+    @property
+    def _type(self) -> tuple[str, str]:
         package, *_, name = self.type_name.split('/')
-        return (package, name) in _TRANSFORMS
+        return package, name
 
     @property
     def static(self) -> bool:

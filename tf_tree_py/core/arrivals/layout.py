@@ -1,14 +1,10 @@
 """
 Where the numbers stand in the bytes of a TFMessage with certain names.
 
-CDR, as ROS 2 has it: 4 bytes of encapsulation, a uint32 count, then for each transform
-int32 sec, uint32 nanosec, string frame_id, string child_frame_id and 7 doubles
-(translation x y z, rotation x y z w); everything is aligned relative to the byte after
-the encapsulation, and a string is a uint32 length that counts its closing NUL. Both byte
-orders are read.
-
-ROS 1: the same without encapsulation, alignment and NULs, little-endian, with a uint32
-seq before each stamp, whose seconds have no sign.
+A uint32 count, then for each transform int32 sec, uint32 nanosec, string frame_id, string
+child_frame_id and 7 doubles (translation x y z, rotation x y z w). ROS 1 has a uint32 seq
+before each stamp, whose seconds have no sign. How both write numbers and strings,
+``cursor`` knows.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -17,13 +13,12 @@ import sys
 from typing import Any
 
 from .block import Block, Place
+from .cursor import cdr_cursor, Cursor, ros1_cursor, WireError
 from .frame_names import Rename
 from .sample import Batch
 from ..edges.packed import pack_pose, POSE_BYTES
 from ..stamp import NANOSECONDS_PER_SECOND
 
-_BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
-ENCAPSULATION_BYTES = 4
 # The first parent's name. ROS 1 has a seq where CDR has its encapsulation, so both agree.
 _FIRST_LENGTH, _FIRST_NAME = 16, 20
 # The smallest transform: a stamp, two empty names, a pose, without padding.
@@ -34,17 +29,11 @@ _MAX_PADDING = 7
 # and as text, and in a text one odd character makes all characters four bytes wide.
 _TRANSFORM_BYTES = 500
 _NAME_BYTES = 5
-# An error about a name that is no text shows this number of its bytes.
-_TOLD_BYTES = 60
 NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
 """The byte order of this machine, as struct writes it."""
 
 Key = tuple[int, bytes]
 _Unpack = Callable[[bytes], tuple[Any, ...]]
-
-
-class WireError(ValueError):
-    """The bytes are not a TFMessage, or only a part of one."""
 
 
 def key_of(data: bytes) -> Key:
@@ -68,7 +57,7 @@ class Layout:
     __slots__ = ('key', 'size', 'edges', '_slashed', '_fixed', '_names', '_unpack_names',
                  '_unpack_numbers', '_wanted', '_order', '_stamp', '_block')
 
-    def __init__(self, cursor: '_Cursor', places: Sequence[Place],
+    def __init__(self, cursor: Cursor, places: Sequence[Place],
                  edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
         """
         Make the layout of a message that was read.
@@ -154,10 +143,7 @@ def find_layout(data: bytes, rename: Rename) -> Layout:
 
     :raises WireError: the bytes are not a TFMessage.
     """
-    order = _BYTE_ORDERS.get(data[:2])
-    if order is None:
-        raise WireError(f'not CDR: it begins with the bytes {data[:4].hex(" ")}')
-    return _layout(_Cursor(data, order), rename)
+    return _layout(cdr_cursor(data), rename)
 
 
 def find_ros1_layout(data: bytes, rename: Rename) -> Layout:
@@ -166,10 +152,10 @@ def find_ros1_layout(data: bytes, rename: Rename) -> Layout:
 
     :raises WireError: the bytes are not a TFMessage.
     """
-    return _layout(_Ros1Cursor(data, '<'), rename)
+    return _layout(ros1_cursor(data), rename)
 
 
-def _layout(cursor: '_Cursor', rename: Rename) -> Layout:
+def _layout(cursor: Cursor, rename: Rename) -> Layout:
     size = len(cursor.data)
     count = cursor.take_uint32()
     if count * _MIN_TRANSFORM_BYTES > size:
@@ -186,80 +172,3 @@ def _layout(cursor: '_Cursor', rename: Rename) -> Layout:
     if size - cursor.position > _MAX_PADDING:
         raise WireError(f'{size - cursor.position} bytes are left over after {count} transforms')
     return Layout(cursor, places, edges, tuple(slashed))
-
-
-class _Cursor:
-    """
-    A position in the bytes of CDR, and methods that read on from there.
-
-    :cvar head: bytes before the first stamp that all messages of a layout share.
-    :cvar stamp: struct's format of a stamp.
-    """
-
-    head = ENCAPSULATION_BYTES + 4
-    stamp = 'iI'
-
-    def __init__(self, data: bytes, order: str) -> None:
-        self.data = data
-        self.order = order
-        self.position = ENCAPSULATION_BYTES
-
-    def skip(self, size: int, alignment: int) -> int:
-        """Go past an aligned field; return where it began."""
-        begin = self.position + -(self.position - ENCAPSULATION_BYTES) % alignment
-        if begin + size > len(self.data):
-            raise WireError(f'truncated at byte {begin} of {len(self.data)}')
-        self.position = begin + size
-        return begin
-
-    def skip_stamp(self) -> int:
-        """Go past a stamp; return where it began."""
-        return self.skip(8, alignment=4)
-
-    def take_uint32(self) -> int:
-        """Read a number."""
-        begin = self.skip(4, alignment=4)
-        (number,) = struct.unpack_from(self.order + 'I', self.data, begin)
-        return int(number)
-
-    def take_string(self) -> tuple[str, slice]:
-        """Read a string; return it, and where it stands, its length included."""
-        length = self.take_uint32()
-        begin = self.skip(length, alignment=1)
-        text = self.data[begin:self.position]
-        return self._decoded(text, begin), slice(begin - 4, self.position)
-
-    def _decoded(self, text: bytes, begin: int) -> str:
-        if text and text[-1]:
-            raise WireError(f'the name at byte {begin} does not end with NUL')
-        return _text(text[:-1], begin)
-
-
-class _Ros1Cursor(_Cursor):
-    """The same in the bytes of ROS 1."""
-
-    head = 4
-    stamp = 'II'
-
-    def __init__(self, data: bytes, order: str) -> None:
-        super().__init__(data, order)
-        self.position = 0
-
-    def skip(self, size: int, alignment: int) -> int:
-        """Go past a field, which is not aligned; return where it began."""
-        return super().skip(size, 1)
-
-    def skip_stamp(self) -> int:
-        """Go past a seq and a stamp; return where the stamp began."""
-        return self.skip(12, alignment=1) + 4
-
-    def _decoded(self, text: bytes, begin: int) -> str:
-        return _text(text, begin)
-
-
-def _text(text: bytes, begin: int) -> str:
-    try:
-        return text.decode()
-    except UnicodeDecodeError:
-        raise WireError(f'the name at byte {begin} is not UTF-8: '
-                        f'{text[:_TOLD_BYTES]!r}') from None

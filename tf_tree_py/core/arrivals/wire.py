@@ -13,17 +13,10 @@ of the names and one unpack of the numbers.
 from collections.abc import Collection
 import struct
 
+from .cursor import ENCAPSULATION_BYTES, WireError
 from .frame_names import as_published, Rename
 from .incidents import Incident, Kind
-from .layout import (
-    ENCAPSULATION_BYTES,
-    find_layout,
-    FindLayout,
-    Key,
-    key_of,
-    Layout,
-    WireError,
-)
+from .layout import find_layout, FindLayout, Key, key_of, Layout
 from .sample import as_sec_nanosec, Batch, Sample
 from ..stamp import LATEST
 

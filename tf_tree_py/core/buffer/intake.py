@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from .waiting import Waiting
+from ..arrivals.estimate import Estimate
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, Kind, Statistics
 from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
@@ -87,6 +88,15 @@ class Intake:
             refused = self._tree.set_covariance(parent, child, stamp, covariance, authority)
             self._count(0, refused)
         return refused
+
+    def take_estimate(self, estimate: Estimate, with_pose: bool,
+                      authority: str) -> list[Incident]:
+        """Take the covariance that a topic tells of an edge; its pose only if that is wanted."""
+        parent, child, stamp, pose, covariance = estimate
+        if with_pose:
+            return self.take_uncertain(
+                Sample(parent, child, stamp, pose), covariance, authority, False)
+        return self.take_covariance(parent, child, stamp, covariance, authority)
 
     def take_rates(self, child: str, stamps: Stamps, rates: Array) -> int:
         """Take angular velocities (N, 3) at stamps (N,), sorted; see ``BufferCore.aid``."""

@@ -4,7 +4,6 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 TF_TOPIC = '/tf'
 TF_STATIC_TOPIC = '/tf_static'
-STATIC_COVARIANCE_TOPIC = '/tf_static_covariance'
 
 
 def dynamic_qos() -> QoSProfile:
