@@ -40,7 +40,7 @@ ORDER = {
         'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
-        'telling: table audit report diagnosis',
+        'telling: table audit report diagnosis poses missing explanation',
         'vitals: limits spread stretch timing motion gathering edge',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
