@@ -18,6 +18,7 @@ executables = [
 
 tools = [
     'tf_doctor',
+    'tf_echo',
 ]
 
 

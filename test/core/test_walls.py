@@ -64,7 +64,7 @@ ORDER = {
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
-    'tools': rooms(': endings arguments output live recording source tf_doctor'),
+    'tools': rooms(': endings arguments output live recording source tf_doctor tf_echo'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

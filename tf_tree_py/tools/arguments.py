@@ -2,8 +2,11 @@
 
 import argparse
 from collections.abc import Sequence
+from decimal import Decimal
 import math
 from typing import Any, NamedTuple, NoReturn
+
+from tf_tree_py.core.stamp import BEGINNING, FOREVER
 
 from .endings import CANNOT
 
@@ -105,3 +108,25 @@ def positive_number(text: str) -> float:
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f'{text!r} is not a number greater than zero')
     return value
+
+
+def frame(text: str) -> str:
+    """Return the name of a frame of the command line."""
+    if not text.strip('/'):
+        raise argparse.ArgumentTypeError(f'{text!r} is no frame')
+    if text.startswith('/'):
+        raise argparse.ArgumentTypeError(
+            f'{text!r} begins with a slash, which no frame of tf2 does: {text.lstrip("/")}')
+    return text
+
+
+def stamp(text: str) -> int:
+    """Return a stamp of the command line, decimal seconds, as exact nanoseconds."""
+    try:
+        nanoseconds = int(Decimal(text).scaleb(9).to_integral_value())
+    except (ArithmeticError, ValueError):
+        nanoseconds = FOREVER
+    if not BEGINNING <= nanoseconds < FOREVER:
+        raise argparse.ArgumentTypeError(
+            f'{text!r} is no stamp: seconds, such as 1700000000.250')
+    return nanoseconds

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 import json
 import os
+import shutil
 import sys
 from typing import Any
 
@@ -15,6 +16,8 @@ _LONGEST = 200
 _LONGEST_SENTENCE = 1200
 # The width of lines where no terminal says one.
 _WIDTH = 100
+# The least that is left of a table's last column.
+_NARROWEST = 12
 
 COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
 
@@ -35,7 +38,7 @@ def console(**options: Any) -> Any:
 def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
           right: Sequence[str] = ()) -> Any:
     """
-    Return a rich ``Table``.
+    Return a rich ``Table`` of one line a row; the last column gives way where it is narrow.
 
     :param rows: of cells: text of strangers, which is not read as markup, or rich's ``Text``.
     :param right: the headings of the columns that end at the right, as numbers do.
@@ -44,7 +47,10 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
     text = needs('rich.text', 'rich', 'tools')
     made = needs('rich.table', 'rich', 'tools').Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in headings:
-        made.add_column(heading, justify='right' if heading in right else 'left')
+        is_last = heading == headings[-1]
+        made.add_column(heading, justify='right' if heading in right else 'left',
+                        no_wrap=not is_last, min_width=_NARROWEST if is_last else None,
+                        overflow='ellipsis')
     for row in rows:
         made.add_row(*(text.Text(shown(cell)) if isinstance(cell, str) else cell for cell in row))
     return made
@@ -73,6 +79,16 @@ def shown(text: str, most: int = _LONGEST) -> str:
     return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
+def fits(line: str) -> bool:
+    """Return whether a line is no longer than the terminal is wide; in a pipe every one fits."""
+    return not sys.stdout.isatty() or len(line) <= shutil.get_terminal_size().columns
+
+
 def print_json(data: Any) -> None:
     """Print data as JSON, in lines that a person can read too."""
     print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def print_json_line(data: Any) -> None:
+    """Print data as JSON in one line, at once: one of many answers that a program reads."""
+    print(json.dumps(data, allow_nan=False), flush=True)

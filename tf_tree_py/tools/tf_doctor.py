@@ -15,9 +15,9 @@ from tf_tree_py.core.text import listed
 from tf_tree_py.core.vitals.limits import Limits
 
 from .arguments import add_number, Parser
-from .endings import Cannot, FINE, FOUND, run
+from .endings import FINE, FOUND, run
 from .output import console, fields, print_json, shown, styled
-from .source import open_source, TreeSource
+from .source import nothing_arrived, open_source, TreeSource
 
 NAME = 'tf_doctor'
 VERSION = 1
@@ -89,7 +89,7 @@ def _work(argv: Sequence[str]) -> int:
         doctor.endpoints = source.endpoints()
         findings = doctor.findings()
         if not findings and not doctor.transforms:
-            raise Cannot(_nothing(source))
+            raise nothing_arrived(source)
         report = _report(source, doctor, findings)
     if arguments.json:
         print_json(report)
@@ -97,13 +97,6 @@ def _work(argv: Sequence[str]) -> int:
         _print(report, findings, arguments.notes)
     strictly = arguments.strict and (report['warnings'] or report['damage'])
     return FOUND if report['errors'] or strictly else FINE
-
-
-def _nothing(source: TreeSource) -> str:
-    damage = ''.join(f'; {sentence}' for sentence in source.damage())
-    return f'no transform arrived from {source.name}{damage}' if damage else (
-        f'no transform arrived from {source.name}: does anybody publish there, '
-        'with the same ROS_DOMAIN_ID?')
 
 
 def _report(source: TreeSource, doctor: Doctor, findings: Sequence[Finding]) -> dict[str, Any]:
