@@ -19,6 +19,7 @@ executables = [
 tools = [
     'tf_doctor',
     'tf_echo',
+    'tf_monitor',
 ]
 
 

@@ -41,10 +41,10 @@ ORDER = {
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis poses missing explanation',
-        'vitals: limits spread stretch timing motion gathering edge',
+        'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
-        ': doctor',
+        ': doctor monitor',
     ),
     'bag': rooms(
         ': errors progress',
@@ -64,7 +64,8 @@ ORDER = {
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
-    'tools': rooms(': endings arguments output live recording source tf_doctor tf_echo'),
+    'tools': rooms(': endings arguments output live recording source',
+                   ': tf_doctor tf_echo tf_monitor'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

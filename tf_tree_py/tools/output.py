@@ -45,7 +45,8 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
     """
     box = needs('rich.box', 'rich', 'tools')
     text = needs('rich.text', 'rich', 'tools')
-    made = needs('rich.table', 'rich', 'tools').Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    made = needs('rich.table', 'rich', 'tools').Table(
+        box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, padding=(0, 1, 0, 0))
     for heading in headings:
         is_last = heading == headings[-1]
         made.add_column(heading, justify='right' if heading in right else 'left',
