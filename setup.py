@@ -19,6 +19,7 @@ executables = [
 tools = [
     'tf_doctor',
     'tf_echo',
+    'tf_frames',
     'tf_monitor',
 ]
 
@@ -66,6 +67,7 @@ setup(
         'console_scripts': [
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
             *(f'{name} = {package_name}.tools.{name}:main' for name in tools),
+            f'view_frames = {package_name}.tools.tf_frames:view_frames',
             f'tf_lab = {package_name}.labs.tf_lab:main',
         ],
     },

@@ -40,7 +40,8 @@ ORDER = {
         'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
-        'telling: table audit report diagnosis poses missing explanation',
+        'telling: table audit report diagnosis poses missing explanation '
+        'frame_graph drawings',
         'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
@@ -65,7 +66,7 @@ ORDER = {
         ': diagnostics',
     ),
     'tools': rooms(': endings arguments output live recording source',
-                   ': tf_doctor tf_echo tf_monitor'),
+                   ': drawing tf_doctor tf_echo tf_frames tf_monitor'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}
