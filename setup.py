@@ -21,6 +21,7 @@ tools = [
     'tf_echo',
     'tf_frames',
     'tf_monitor',
+    'tf_record',
 ]
 
 

@@ -45,7 +45,7 @@ ORDER = {
         'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
-        ': doctor monitor',
+        ': doctor monitor flight_recorder',
     ),
     'bag': rooms(
         ': errors progress',
@@ -66,7 +66,7 @@ ORDER = {
         ': diagnostics',
     ),
     'tools': rooms(': endings arguments output live recording source',
-                   ': drawing tf_doctor tf_echo tf_frames tf_monitor'),
+                   ': drawing dump_requests tf_doctor tf_echo tf_frames tf_monitor tf_record'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}
