@@ -17,6 +17,7 @@ executables = [
 ]
 
 tools = [
+    'tf_audit',
     'tf_doctor',
     'tf_echo',
     'tf_frames',

@@ -40,7 +40,7 @@ ORDER = {
         'tree: many climb path ways spanning remarks tree frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
-        'telling: table audit report diagnosis poses missing explanation '
+        'telling: table audit audit_file report diagnosis poses missing explanation '
         'frame_graph drawings',
         'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
@@ -66,7 +66,8 @@ ORDER = {
         ': diagnostics',
     ),
     'tools': rooms(': endings arguments output live recording source',
-                   ': drawing dump_requests tf_doctor tf_echo tf_frames tf_monitor tf_record'),
+                   ': drawing dump_requests tf_audit tf_doctor tf_echo tf_frames tf_monitor '
+                   'tf_record'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

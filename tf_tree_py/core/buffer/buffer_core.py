@@ -6,6 +6,8 @@ computation runs, and of callers' code only the query that ``wait_for`` was give
 """
 
 from collections.abc import Callable, Hashable, Iterable
+import importlib
+import os
 from typing import Any, NoReturn, TypeVar
 import warnings
 
@@ -34,6 +36,8 @@ DEFAULT_CACHE_TIME = from_seconds(10.0)
 DEFAULT_MAX_FRAMES = 20_000
 DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
+AUDIT_FOLDER = 'TF_TREE_PY_AUDIT'
+"""The environment variable that switches the lookup audit of every buffer on; see ``tf_audit``."""
 
 
 class BufferCore(Queries):
@@ -75,6 +79,9 @@ class BufferCore(Queries):
         """The way in, for those who feed the buffer what was checked already."""
         # What a program that inserts by itself was warned of.
         self._warned: set[Hashable] = set()
+        if AUDIT_FOLDER in os.environ:
+            # tf_audit runs this program; what it switches on stands above this file.
+            importlib.import_module('tf_tree_py.core.telling.audit_file').watch(self)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(f'a {type(self).__name__} can be neither pickled nor copied, for others '
