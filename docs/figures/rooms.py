@@ -26,7 +26,7 @@ IMAGES = Path(__file__).parents[1] / 'images'
 # what lives there. Files that stand in no room go by the name of their box.
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
-        'doctor': (8.9, 7.35, 'watches, tells what is wrong'),
+        'doctor, monitor': (8.9, 7.35, 'watch, and tell what is wrong'),
         'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
         'deskew, twist': (5.45, 6.25, 'points over time, velocities'),
         'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
@@ -56,7 +56,8 @@ ABOVE = (('nodes', 2.0, 'executables that stay up'), ('tools', 5.45, 'executable
          ('dropin', 12.35, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist', 'doctor': 'doctor'},
+LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist', 'doctor': 'doctor, monitor',
+                  'monitor': 'doctor, monitor', 'flight_recorder': 'doctor, monitor'},
          'ros': {'diagnostics': 'diagnostics'}}
 
 

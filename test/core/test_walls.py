@@ -67,7 +67,7 @@ ORDER = {
     ),
     'tools': rooms(': endings arguments output live recording source',
                    ': drawing dump_requests tf_audit tf_doctor tf_echo tf_frames tf_monitor '
-                   'tf_record'),
+                   'tf_record ros2_verbs'),
 }
 
 WITHOUT_ROS = {'numpy', 'scipy'}

@@ -20,12 +20,16 @@ LONG_LIVED = {
     'tf_relay': (['--ros-args', '-r', '__ns:=/robot1'], '/robot1/tf -> /tf', None),
 }
 SHORT_LIVED = {'tf_lab': (['order', '--json'], '"law"')}
+# test/tools tries these; what ros2 makes verbs of, test_ros2_verbs.
+TOOLS = dict.fromkeys(('tf_audit', 'tf_doctor', 'tf_echo', 'tf_frames', 'tf_monitor', 'tf_record',
+                       'view_frames'))
 
 
 def test_all_are_listed_and_tried(tell):
     listed = {line.split()[1] for line in tell('pkg', 'executables', 'tf_tree_py').splitlines()}
     entries = distribution('tf_tree_py').entry_points.select(group='console_scripts')
-    assert listed == {entry.name for entry in entries} == LONG_LIVED.keys() | SHORT_LIVED.keys()
+    assert listed == {entry.name for entry in entries} == (
+        LONG_LIVED.keys() | SHORT_LIVED.keys() | TOOLS.keys())
 
 
 @pytest.mark.parametrize('name', LONG_LIVED)
@@ -50,7 +54,7 @@ def test_it_runs_to_its_end(run, name):
     assert said in done.stdout
 
 
-@pytest.mark.parametrize('name', [*LONG_LIVED, *SHORT_LIVED])
+@pytest.mark.parametrize('name', [*LONG_LIVED, *SHORT_LIVED, *TOOLS])
 def test_help_comes_through(run, name):
     done = run('ros2', 'run', 'tf_tree_py', name, '--help')
     assert done.returncode == 0

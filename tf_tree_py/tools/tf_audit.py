@@ -10,7 +10,7 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 
-from tf_tree_py.core.buffer.buffer_core import AUDIT_FOLDER
+from tf_tree_py.core.arrivals.observers import AUDIT_FOLDER
 from tf_tree_py.core.stamp import format_span
 from tf_tree_py.core.telling.audit import Line
 from tf_tree_py.core.telling.audit_file import read

@@ -19,7 +19,7 @@ from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
 from ..arrivals.jump_back import JumpBack
-from ..arrivals.observers import asked, Observers
+from ..arrivals.observers import asked, AUDIT_FOLDER, Observers
 from ..arrivals.sample import admitted, Batch, Sample
 from ..arrivals.track import checked_track
 from ..geometry.pose import Pose
@@ -36,8 +36,6 @@ DEFAULT_CACHE_TIME = from_seconds(10.0)
 DEFAULT_MAX_FRAMES = 20_000
 DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
-AUDIT_FOLDER = 'TF_TREE_PY_AUDIT'
-"""The environment variable that switches the lookup audit of every buffer on; see ``tf_audit``."""
 
 
 class BufferCore(Queries):

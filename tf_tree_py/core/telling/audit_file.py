@@ -7,12 +7,13 @@ from pathlib import Path
 import time
 
 from .audit import Line, lines_of, LookupAudit, worst_first
-from ..buffer.buffer_core import AUDIT_FOLDER, BufferCore
+from ..arrivals.observers import AUDIT_FOLDER
+from ..tree.queries import Queries
 
 _numbers = count()
 
 
-def watch(buffer: BufferCore) -> None:
+def watch(buffer: Queries) -> None:
     """Audit a buffer's lookups until the process ends; then write them to the folder."""
     audit = LookupAudit(buffer, getattr(buffer, 'now', time.time_ns))
     buffer.observers.add(audit)
