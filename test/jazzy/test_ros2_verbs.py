@@ -6,10 +6,10 @@ VERBS = ('audit', 'doctor', 'echo', 'frames', 'monitor', 'record')
 
 
 def test_verbs_are_listed_with_what_they_do(tell):
-    assert 'Look at the transform tree.' in tell('--help')
+    assert 'Look at the transform tree' in tell('--help')
     listed = tell('tf')
     assert all(verb in listed for verb in VERBS)
-    assert 'Print where one frame is in another, and why.' in listed
+    assert 'Print where one frame is in another, and why' in listed
 
 
 @pytest.mark.parametrize('verb', VERBS)
@@ -31,5 +31,5 @@ def test_status_and_sentence_come_through(run):
     done = run('ros2', 'tf', 'echo', '/map', 'base')
     assert done.returncode == 2
     assert "tf_echo: argument TARGET: '/map' begins with a slash" in done.stderr
-    audit = run('ros2', 'tf', 'audit', '--', 'false')
+    audit = run('ros2', 'tf', 'audit', '--json', '--', 'false')
     assert (audit.returncode, audit.stderr) == (2, 'tf_audit: the program ended with status 1\n')

@@ -60,6 +60,7 @@ def test_what_is_missing_is_told_and_is_a_status(bag, arguments, told):
     (['/map', 'lidar'], "'/map' begins with a slash"),
     (['map', ''], "'' is no frame"),
     (['map', 'lidar', '--at', 'nan'], "'nan' is no stamp"),
+    (['map', 'lidar', '--at', '1e999999999'], "'1e999999999' is no stamp"),
     (['map', 'lidar', '--rate', '0'], "'0' is not a number greater than zero"),
     (['map', 'lidar', '--bag', 'nowhere'], 'nowhere')])
 def test_what_cannot_be_asked_is_one_sentence(arguments, sentence):

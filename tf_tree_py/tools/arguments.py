@@ -6,7 +6,7 @@ from decimal import Decimal
 import math
 from typing import Any, NamedTuple, NoReturn
 
-from tf_tree_py.core.stamp import BEGINNING, FOREVER
+from tf_tree_py.core.stamp import FOREVER, NANOSECONDS_PER_SECOND
 
 from .endings import CANNOT
 
@@ -123,10 +123,12 @@ def frame(text: str) -> str:
 def stamp(text: str) -> int:
     """Return a stamp of the command line, decimal seconds, as exact nanoseconds."""
     try:
-        nanoseconds = int(Decimal(text).scaleb(9).to_integral_value())
-    except (ArithmeticError, ValueError):
-        nanoseconds = FOREVER
-    if not BEGINNING <= nanoseconds < FOREVER:
+        # A number such as 1e999999 would take for ever to be written out.
+        seconds = Decimal(text)
+        known = abs(seconds) < FOREVER // NANOSECONDS_PER_SECOND
+    except ArithmeticError:
+        known = False
+    if not known:
         raise argparse.ArgumentTypeError(
             f'{text!r} is no stamp: seconds, such as 1700000000.250')
-    return nanoseconds
+    return int(seconds.scaleb(9).to_integral_value())

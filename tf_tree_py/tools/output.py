@@ -17,7 +17,7 @@ _LONGEST_SENTENCE = 1200
 # The width of lines where no terminal says one.
 _WIDTH = 100
 # The least that is left of a table's last column.
-_NARROWEST = 12
+_NARROWEST = 9
 
 COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, suppress
 import os
 from pathlib import Path
+from queue import SimpleQueue
 import sys
 import time
 
@@ -95,15 +96,16 @@ def _work(argv: Sequence[str]) -> int:
     with open_source(arguments, NAME, [doctor, recorder],
                      cache_time=doctor.limits.cache_time) as source:
         with suppress(KeyboardInterrupt):
-            _watch(source, recorder, doctor, arguments)
+            _watch(source, recorder, teller, _Watcher(source, doctor, arguments), arguments)
         recorder.close()
+        teller.print_all()
         if not doctor.transforms:
             raise nothing_arrived(source)
     return FOUND if teller.found else FINE
 
 
-def _watch(source: TreeSource, recorder: FlightRecorder, doctor: Doctor,
-           arguments: Namespace) -> None:
+def _watch(source: TreeSource, recorder: FlightRecorder, teller: '_Teller',
+           watcher: '_Watcher', arguments: Namespace) -> None:
     """Write whenever somebody asks, or something is found, until it ends."""
     live, begin = arguments.bag is None, time.monotonic()
     requests = DumpRequests() if live else None
@@ -111,7 +113,6 @@ def _watch(source: TreeSource, recorder: FlightRecorder, doctor: Doctor,
         print(f'keeping the last {arguments.last:g} s of {shown(source.name)}; Enter, SIGUSR1 '
               f'(kill -USR1 {os.getpid()}) or the service ~/dump writes them to '
               f'{arguments.output}/', flush=True)
-    watcher = _Watcher(source, doctor, arguments)
     with requests.served_as(NAME) if requests else nullcontext():
         while True:
             more = source.watch(_PERIOD_S)
@@ -120,6 +121,7 @@ def _watch(source: TreeSource, recorder: FlightRecorder, doctor: Doctor,
             for finding in watcher.new_findings():
                 recorder.write(watcher.happened(finding.code, finding.summary, finding.frames))
             watcher.look_up()
+            teller.print_all()
             if not more:
                 break
             if live and arguments.seconds and time.monotonic() - begin >= arguments.seconds:
@@ -163,7 +165,7 @@ class _Watcher:
 
 class _Teller:
     """
-    Prints what was written, and why.
+    Prints what was written, and why; the recorder tells it from any thread.
 
     :ivar found: whether something happened that nobody asked for.
     """
@@ -171,17 +173,25 @@ class _Teller:
     def __init__(self, as_json: bool) -> None:
         self.found = False
         self._as_json = as_json
+        self._told: SimpleQueue[tuple[Happened, Path | None, str]] = SimpleQueue()
 
     def tell(self, happened: Happened, path: Path | None, why_not: str) -> None:
-        """Print one line."""
-        self.found = self.found or happened.why != ASKED
-        if self._as_json:
-            print_json_line({'version': VERSION, 'why': happened.why, 'stamp': happened.stamp,
-                             'summary': happened.summary, 'frames': list(happened.frames),
-                             'bag': None if path is None else str(path), 'why_not': why_not})
-            return
-        outcome = str(path) if path else f'not written, {why_not}'
-        print(shown(f'{outcome}: {happened.why}: {happened.summary}', 500), flush=True)
+        """Take note of a bag, or of why there is none."""
+        self._told.put((happened, path, why_not))
+
+    def print_all(self) -> None:
+        """Print what was told since the last time."""
+        while not self._told.empty():
+            happened, path, why_not = self._told.get()
+            self.found = self.found or happened.why != ASKED
+            if self._as_json:
+                print_json_line({
+                    'version': VERSION, 'why': happened.why, 'stamp': happened.stamp,
+                    'summary': happened.summary, 'frames': list(happened.frames),
+                    'bag': None if path is None else str(path), 'why_not': why_not})
+            else:
+                outcome = str(path) if path else f'not written, {why_not}'
+                print(shown(f'{outcome}: {happened.why}: {happened.summary}', 500), flush=True)
 
 
 if __name__ == '__main__':
