@@ -79,6 +79,7 @@ def test_reader_that_leaves_gets_no_complaint():
                           text=True) as process:
         process.stdout.close()
         assert process.stderr.read() == ''
+    assert process.returncode == 0
 
 
 # Hides what is not installed, as far as the program can see.

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 
 from bags import write_ros2
 from patients import FAULTY, HEALTHY
@@ -31,6 +32,14 @@ def test_tree_is_drawn_with_what_is_wrong_in_words(bags):
     assert 'tool -> base_link would close a loop and is refused' in done.stdout
     two = tool('tf_frames', '--bag', bags['unconnected'])
     assert (two.returncode, two.stdout.count('a tree of its own')) == (1, 2)
+
+
+def test_frames_too_deep_for_the_terminal_keep_their_names(bags, monkeypatch):
+    monkeypatch.setenv('COLUMNS', '60')
+    lines = tool('tf_frames', '--bag', bags['humanoid']).stdout.splitlines()
+    deep = next(line for line in lines if 'link_29' in line)
+    assert re.match(r'\d+ deep +└─ link_29 +50.0 Hz', deep)
+    assert max(map(len, lines)) <= 60
 
 
 @pytest.mark.parametrize('name, status', [('well', 0), ('loop', 1), ('humanoid', 0)])

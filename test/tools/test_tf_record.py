@@ -48,6 +48,7 @@ def test_lookup_that_is_lost_is_recorded(bags, tmp_path):
     (['--on', 'loops'], "'loops' is neither lookup_failed nor a code"),
     (['--on', 'lookup_failed'], 'belong together'),
     (['--lookup', 'map', 'base'], 'belong together'),
+    (['-o', __file__], 'is no folder for bags: File exists'),
     (['--keep', '-1'], "'-1' is not a number")])
 def test_wrong_arguments_are_one_sentence(arguments, sentence):
     assert_one_sentence(tool('tf_record', *arguments), 'tf_record', sentence)

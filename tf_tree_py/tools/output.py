@@ -5,7 +5,7 @@ import json
 import os
 import shutil
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 from tf_tree_py.core.text import shorten
 
@@ -32,7 +32,14 @@ def console(**options: Any) -> Any:
     """
     rich = needs('rich.console', 'rich', 'tools')
     width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else _WIDTH
-    return rich.Console(highlight=False, width=width, soft_wrap=False, **options)
+    made = rich.Console(highlight=False, width=width, soft_wrap=False, **options)
+    made.on_broken_pipe = _leave  # rich would end the process, with the status 1
+    return made
+
+
+def _leave() -> NoReturn:
+    """Tell that the reader of our output has left."""
+    raise BrokenPipeError
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],

@@ -40,6 +40,8 @@ _EXAMPLES = (
 )
 _LIVE_S = 5.0
 _PICTURES = ('.svg', '.png', '.pdf')
+# What each level of the tree stands further to the right.
+_STEP = '└─ '
 _COLOURS = {'stale': 'warning', 'static': 'note', 'moving': 'fine'}
 
 
@@ -134,7 +136,8 @@ def _print(graph: FrameGraph, source: TreeSource) -> None:
     out = console()
     text = needs('rich.text', 'rich', 'tools').Text
     edges = {edge.info.child: edge for edge in graph.edges}
-    drawn = list(branches(edge.info for edge in graph.edges))
+    drawn = [branch._replace(lead=_lead(branch.lead, out.width // 2))
+             for branch in branches(edge.info for edge in graph.edges)]
     width = max((len(branch.lead) + len(shown(branch.frame, 60)) for branch in drawn), default=0)
     for branch in drawn:
         line = text(branch.lead, style='dim').append(shown(branch.frame, 60), style='bold')
@@ -142,13 +145,21 @@ def _print(graph: FrameGraph, source: TreeSource) -> None:
             if len(graph.roots) > 1:
                 line.append('  a tree of its own', style='yellow')
         else:
-            line.append(' ' * (min(width, out.width // 2) - len(line) + 2))
+            line.append(' ' * max(2, min(width, out.width * 2 // 3) - len(line) + 2))
             line.append_text(_remark(edges[branch.edge.child]))
         out.print(line, no_wrap=True, overflow='ellipsis')
     out.print()
     out.print(text(f'{shown(source.name)}: {len(graph.frames)} frames, {len(graph.edges)} edges'))
     for remark in graph.remarks:
         out.print(styled(remark, 'error' if 'loop' in remark else 'warning'))
+
+
+def _lead(lead: str, most: int) -> str:
+    """Return what stands in front of a frame, where it is too deep for the lines its depth."""
+    if len(lead) <= most:
+        return lead
+    depth = f'{len(lead) // len(_STEP)} deep '
+    return depth + lead[len(depth) - most:]
 
 
 def _remark(edge: GraphEdge) -> Any:

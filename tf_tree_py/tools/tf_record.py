@@ -86,8 +86,12 @@ def _work(argv: Sequence[str]) -> int:
     arguments = _parser().parse(argv)
     if (LOOKUP_FAILED in arguments.on) != bool(arguments.lookup):
         raise Cannot(f'--on {LOOKUP_FAILED} and --lookup TARGET SOURCE belong together')
-    # What writes bags should be missed now, and not when it matters.
+    # What it takes to write bags should be missed now, and not when it matters.
     needs('rosbags.rosbag2', 'rosbags', 'bag')
+    try:
+        arguments.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Cannot(f'{arguments.output} is no folder for bags: {error.strerror}') from error
     teller = _Teller(arguments.json)
     recorder = FlightRecorder(
         arguments.output, last=from_seconds(arguments.last), notify=teller.tell,
