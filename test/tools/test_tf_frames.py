@@ -67,6 +67,13 @@ def test_suffix_says_what_is_written(bags, tmp_path, suffix, begin):
     assert file.read_bytes().startswith(begin)
 
 
+def test_view_frames_draws_a_pdf_with_the_time_in_its_name(bags, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert tool('tf_frames', '--bag', bags['well'], entry='view_frames').returncode == 0
+    file, = tmp_path.iterdir()
+    assert re.fullmatch(r'frames_\d{4}-\d\d-\d\d_\d\d\.\d\d\.\d\d\.pdf', file.name)
+
+
 def test_no_two_boxes_of_a_drawing_stand_on_each_other():
     buffer = BufferCore()
     for number in range(1, 41):

@@ -20,13 +20,14 @@ def command(name):
     return (sys.executable, '-m', f'tf_tree_py.tools.{name}')
 
 
-def tool(name, *arguments):
+def tool(name, *arguments, entry='main'):
     """Run a tool's command line in this process; return what a process of its own would leave."""
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     out, err = io.StringIO(), io.StringIO()
     try:
         with redirect_stdout(out), redirect_stderr(err):
-            status = import_module(f'tf_tree_py.tools.{name}').main([name, *map(str, arguments)])
+            run = getattr(import_module(f'tf_tree_py.tools.{name}'), entry)
+            status = run([name, *map(str, arguments)])
     except SystemExit as end:
         status = end.code
     finally:

@@ -45,6 +45,7 @@ SETTINGS = (
 
 _WALL_GUARD = Duration(seconds=10)
 
+
 def say(line: str) -> None:
     """Write a line at once, into a pipe too."""
     print(line, flush=True)

@@ -159,4 +159,3 @@ def _explained(tree: Queries, info: EdgeInfo, stamp: int, now: int) -> Explained
     gone, turned = se3.distance(around[0][1], around[-1][1]) if around else (0.0, 0.0)
     lacks = max(0, stamp - info.latest) or min(0, stamp - info.oldest)
     return ExplainedEdge(info, age, tuple(knot for knot, _ in around), gone, turned, lacks)
-
