@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from tf_tree_py.core.arrivals.received import Received
 from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import write as as_bytes
+from tf_tree_py.core.arrivals.wire import WireWriter, write as as_bytes
 from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pose
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.tree import Tree
@@ -73,10 +73,11 @@ def write(messages: Iterable[Message], path: str | os.PathLike[str],
         raise BagError(f'{path} cannot be written: {error.strerror}') from error
 
 
-def message_of(arrival: Received) -> Message:
-    """Return a message as it arrived, to be played when it arrived."""
-    return Message(max(arrival.received, LATEST), arrival.static,
-                   as_bytes(arrival.batch.samples()))
+def as_arrived(arrivals: Iterable[Received]) -> Iterator[Message]:
+    """Yield messages as they arrived, to be played when they arrived."""
+    writer = WireWriter()
+    for arrival in arrivals:
+        yield Message(max(arrival.received, LATEST), arrival.static, writer.write(arrival.batch))
 
 
 def messages_of(tree: Tree) -> Iterator[Message]:
