@@ -46,8 +46,9 @@ def test_rates_are_those_of_the_last_seconds():
 def test_edge_that_ended_has_no_rate_and_is_silent():
     robot = Robot()
     robot.send('c', 0, 1, 1, static=True)
+    robot.send('b', 1, 2, 10)
     robot.send('a', 1, 5, 10)
-    robot.send('b', 1, 9, 10)
+    robot.send('b', 2, 9, 10)
     assert robot.rates(0.0) == {'a': 0.0, 'b': pytest.approx(10.0), 'c': 0.0}
     a, b, c = robot.monitor.look(0.0, robot.doctor.findings())
     assert (a.signs.child, a.severity.value, a.signs.silence) == ('a', 'warning', 4 * SECOND)
