@@ -20,8 +20,13 @@ executables = [
 
 tools = [
     'tf_archive',
+    'tf_audit',
     'tf_doctor',
+    'tf_echo',
     'tf_export',
+    'tf_frames',
+    'tf_monitor',
+    'tf_record',
 ]
 
 
@@ -72,7 +77,15 @@ setup(
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
             *(f'{name} = {package_name}.tools.{name}:main' for name in tools),
             f'tf_view = {package_name}.view.tf_view:main',
+            f'view_frames = {package_name}.tools.tf_frames:view_frames',
             f'tf_lab = {package_name}.labs.tf_lab:main',
         ],
+        # `ros2 tf echo` and its kin, where there is a ros2 command.
+        'ros2cli.command': [f'tf = {package_name}.tools.ros2_verbs:TfCommand'],
+        'ros2cli.extension_point': [
+            f'{package_name}.verb = {package_name}.tools.ros2_verbs:VerbExtension'],
+        f'{package_name}.verb': [
+            f'{name.removeprefix("tf_")} = {package_name}.tools.ros2_verbs:'
+            f'{name.removeprefix("tf_").title()}Verb' for name in tools],
     },
 )

@@ -9,6 +9,8 @@ from .timing import ratios, Rounds, Spread, spread
 # The contestants, by the names under which the report shows them.
 OURS = 'tf_tree_py'
 DOCTOR = 'with a doctor'
+TF_DOCTOR = 'tf_doctor'
+TF_MONITOR = 'tf_monitor'
 CORE = 'tf_tree_py core'
 DEBIAN = 'C++ tf2'
 JAZZY = 'C++ tf2 (Jazzy)'

@@ -40,6 +40,7 @@ from tf_tree_py.core import (
     UNLIMITED,
 )
 from tf_tree_py.core.deskew import deskew
+from tf_tree_py.core.flight_recorder import FlightRecorder
 from tf_tree_py.core.geometry import se3
 
 if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
@@ -112,6 +113,7 @@ __all__ = [
     'Drop',
     'EdgeInfo',
     'ExtrapolationException',
+    'FlightRecorder',
     'from_seconds',
     'FutureExtrapolationException',
     'GyroListener',

@@ -7,12 +7,14 @@ import time
 
 from ..effort import Effort
 from ..peers.finding import Contestants
-from ..rows import DOCTOR, OURS, PLAIN, Row, TF2_ROS
+from ..rows import DOCTOR, OURS, PLAIN, Row, TF2_ROS, TF_DOCTOR, TF_MONITOR
 from ..worker import Worker
 
 # Transforms in a message, and messages a second.
 STREAMS = [(1, 1000), (5, 500), (38, 100), (38, 500)]
 
+# Programs of their own, which do not tell what they received.
+_TOOLS = (TF_DOCTOR, TF_MONITOR)
 _OF_PLAIN = 1 / 6
 _OF_BARE = 2.0
 
@@ -29,9 +31,10 @@ def listening(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 
 
 def watching(_: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure what a doctor costs that watches all the time."""
-    row = _row('doctor', [OURS, DOCTOR], *STREAMS[-1], effort)
-    row.compare(DOCTOR, OURS, _OF_BARE)
+    """Measure what a doctor costs that watches all the time, and the tools that have one."""
+    row = _row('doctor', [OURS, DOCTOR, *_TOOLS], *STREAMS[-1], effort)
+    for way in (DOCTOR, *_TOOLS):
+        row.compare(way, OURS, _OF_BARE, name=f'{row.name}: {way}')
     yield row
 
 
@@ -39,7 +42,8 @@ def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort:
     """Let all listen to one stream, several times."""
     with ExitStack() as processes:
         publisher = processes.enter_context(start('publisher'))
-        ears = {way: processes.enter_context(start('subscriber', way)) for way in ways}
+        ears = {way: processes.enter_context(
+            start('looker' if way in _TOOLS else 'subscriber', way)) for way in ways}
         stream = Stream(publisher, ears, transforms, rate_hz)
         stream.await_all()
         rounds = [stream.play(effort.stream_s) for _ in range(effort.streams)]
@@ -47,7 +51,7 @@ def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort:
               {way: [one.cpu_us[way] for one in rounds] for way in ways})
     # However often nothing was lost: it is the sum that counts.
     row.values |= {f'{way}, lost of all': [sum(one.lost[way] for one in rounds)]
-                   for way in ways if way != TF2_ROS}
+                   for way in ways if way not in (TF2_ROS, *_TOOLS)}
     return row
 
 

@@ -26,7 +26,7 @@ IMAGES = Path(__file__).parents[1] / 'images'
 # what lives there. Files that stand in no room go by the name of their box.
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
-        'doctor': (8.9, 7.35, 'watches, tells what is wrong'),
+        'doctor, monitor': (8.9, 7.35, 'watch, and tell what is wrong'),
         'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
         'deskew, twist': (5.45, 6.25, 'points and frames over time'),
         'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
@@ -66,8 +66,8 @@ ABOVE = (('nodes', 1.6, 'executables that stay up'), ('tools', 4.45, 'to look at
          ('dropin', 13.0, 'runs what imports tf2_ros'))
 WIDTH, WIDTH_ABOVE, HEIGHT = 3.1, 2.65, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': dict.fromkeys(('deskew', 'twist', 'trajectory'), 'deskew, twist') | {
-             'doctor': 'doctor'},
+LOOSE = {'core': dict.fromkeys(('deskew', 'twist', 'trajectory'), 'deskew, twist') | dict.fromkeys(
+             ('doctor', 'monitor', 'flight_recorder'), 'doctor, monitor'),
          'ros': {'diagnostics': 'diagnostics'},
          'bag': dict.fromkeys(('joints', 'opening', 'stamps', 'recorder'), 'open_bag, record')}
 

@@ -44,11 +44,12 @@ ORDER = {
         'frozen outline queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist trajectory',
-        'telling: table audit report diagnosis',
-        'vitals: limits spread stretch timing motion gathering edge',
+        'telling: table audit audit_file report diagnosis poses missing explanation '
+        'frame_graph drawings',
+        'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
-        ': doctor',
+        ': doctor monitor flight_recorder',
     ),
     'bag': rooms(
         ': errors progress',
@@ -81,11 +82,12 @@ ORDER = {
         'tracks',
     ),
     'tools': rooms(
-        ': endings arguments output live recording source doctor_report tf_doctor',
+        ': endings arguments output live recording source drawing dump_requests doctor_report '
+        'tf_audit tf_doctor tf_echo tf_frames tf_monitor tf_record',
         'export: stamp_file plan formats',
         ': tf_export',
         'archive: bags page jobs ledger table shielding cluster running',
-        ': tf_archive',
+        ': tf_archive ros2_verbs',
     ),
 }
 

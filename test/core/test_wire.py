@@ -12,7 +12,7 @@ import pytest
 from serialized import serialize
 from tf_tree_py.core import BufferCore, TransformException
 from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import read, WireError, WireReader, write
+from tf_tree_py.core.arrivals.wire import read, WireError, WireReader, WireWriter, write
 from tf_tree_py.core.buffer import intake
 
 FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
@@ -50,6 +50,14 @@ def test_reader_that_remembers_reads_as_one_that_does_not(several):
     reader = WireReader()
     for message in several * 2:
         assert as_transforms(reader.read(serialize(message))) == without_slashes(message)
+
+
+@given(st.lists(messages, min_size=1, max_size=6))
+def test_writer_that_remembers_writes_as_one_that_does_not(several):
+    writer = WireWriter()
+    for message in several * 2:
+        batch = read(serialize(message))
+        assert writer.write(batch) == write(batch.samples())
 
 
 def test_layout_of_the_same_length_is_told_apart_by_any_name():

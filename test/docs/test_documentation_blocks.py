@@ -99,7 +99,9 @@ def test_commands_of_a_shell_block_are_there(block):
                              check=False)
     assert (checked.returncode, checked.stderr) == (0, '')
     for line in block.code.splitlines():
-        words = shlex.split(line.split('--ros-args')[0], comments=True)
+        # What follows is for ROS, or another program's command line.
+        own = re.split('--ros-args| -- ', line)[0]
+        words = shlex.split(own, comments=True)
         while words and words[0] in ('.', 'export'):
             words = words[1:]
         if not words:

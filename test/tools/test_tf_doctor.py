@@ -2,8 +2,6 @@
 
 import json
 import os
-from pathlib import Path
-import re
 import subprocess
 import sys
 import threading
@@ -12,9 +10,9 @@ from bags import write_ros2
 from patients import FAULTY, HEALTHY
 from programs import PATIENCE_S, Program
 import pytest
+from tool_helpers import documented
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.tools.tf_doctor')
-PAGE = Path(__file__).parents[2] / 'docs' / 'doctor.md'
 
 
 def doctor(*arguments, **options):
@@ -34,23 +32,14 @@ def bags(tmp_path_factory):
 
 # --- on bags
 
-TYPES = {'int': int, 'number': (int, float), 'text': str, 'list': list, 'object': dict}
-
-
-def documented(heading):
-    """Return the types of the keys that the page lists below a heading."""
-    section = PAGE.read_text().partition(f'{heading}\n')[2].partition('\n#')[0]
-    return {key: TYPES[kind] for key, kind in re.findall(r'^\| `(\w+)` \| (\w+) \|', section,
-                                                         re.MULTILINE)}
-
-
 @pytest.mark.parametrize('name, strict, status', [
     ('well', True, 0), ('warning', False, 0), ('warning', True, 1), ('error', False, 1)])
 def test_status_says_what_was_found_and_json_has_the_documented_shape(bags, name, strict, status):
     done = doctor('--bag', bags[name], '--json', *(['--strict'] if strict else []))
     assert (done.returncode, done.stderr) == (status, '')
     report = json.loads(done.stdout)
-    of_report, of_finding = documented('### The report'), documented('### A finding')
+    of_report = documented('doctor', '### The report')
+    of_finding = documented('doctor', '### A finding')
     assert report.keys() == of_report.keys()
     assert all(isinstance(report[key], kind) for key, kind in of_report.items())
     assert report['version'] == 1
@@ -90,6 +79,7 @@ def test_reader_that_leaves_gets_no_complaint():
                           text=True) as process:
         process.stdout.close()
         assert process.stderr.read() == ''
+    assert process.returncode == 0
 
 
 # Hides what is not installed, as far as the program can see.

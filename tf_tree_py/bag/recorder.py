@@ -1,6 +1,6 @@
 """What a buffer holds becomes a bag, which players and viewers of ROS 2 open."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 import heapq
 import itertools
 import os
@@ -9,8 +9,9 @@ import shutil
 from tempfile import mkdtemp
 from typing import NamedTuple
 
+from tf_tree_py.core.arrivals.received import Received
 from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.arrivals.wire import WireWriter, write as as_bytes
 from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pose
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.tree import Tree
@@ -21,6 +22,7 @@ _TYPE = 'tf2_msgs/msg/TFMessage'
 _SUFFIX = '.mcap'
 # Transforms of one stamp that go into one message; more go into several.
 _MOST = 1000
+NO_REMARKS: Mapping[str, str] = {}
 
 
 class Message(NamedTuple):
@@ -37,9 +39,19 @@ def record(tree: Tree, path: str | os.PathLike[str]) -> None:
 
     ``/tf_static`` first, transient local, so that a player serves who comes late; then
     ``/tf`` in order of the stamps, which are also the times at which it is played.
+    Parameters and errors are those of ``write``.
+    """
+    write(messages_of(tree), path)
+
+
+def write(messages: Iterable[Message], path: str | os.PathLike[str],
+          remarks: Mapping[str, str] = NO_REMARKS) -> None:
+    """
+    Write messages as a bag of MCAP.
 
     :param path: of the file, such as ``incident.mcap``; without that suffix, of a folder as
         rosbag2 writes it.
+    :param remarks: go into the metadata, as ``custom_data``.
     :raises BagError: something is there already, or there is no place for it.
     :raises InvalidArgumentException: a stamp that no message can hold.
     """
@@ -52,13 +64,20 @@ def record(tree: Tree, path: str | os.PathLike[str]) -> None:
         unfinished = Path(mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
         try:
             folder = unfinished / path.stem
-            _write(folder, messages_of(tree))
+            _write(folder, messages, remarks)
             written = folder if not path.suffix else folder / f'{path.stem}{_SUFFIX}'
             written.rename(path)
         finally:
             shutil.rmtree(unfinished)
     except OSError as error:
         raise BagError(f'{path} cannot be written: {error.strerror}') from error
+
+
+def as_arrived(arrivals: Iterable[Received]) -> Iterator[Message]:
+    """Yield messages as they arrived, to be played when they arrived."""
+    writer = WireWriter()
+    for arrival in arrivals:
+        yield Message(max(arrival.received, LATEST), arrival.static, writer.write(arrival.batch))
 
 
 def messages_of(tree: Tree) -> Iterator[Message]:
@@ -68,13 +87,14 @@ def messages_of(tree: Tree) -> Iterator[Message]:
     moving = heapq.merge(*map(_samples, _moving(tree)), key=lambda sample: sample.stamp)
     first = next(moving, None)
     if static:
-        yield Message(LATEST if first is None else max(first.stamp, LATEST), True, write(static))
+        begin = LATEST if first is None else max(first.stamp, LATEST)
+        yield Message(begin, True, as_bytes(static))
     if first is None:
         return
     for stamp, alike in itertools.groupby(itertools.chain([first], moving),
                                           key=lambda sample: sample.stamp):
         while some := list(itertools.islice(alike, _MOST)):
-            yield Message(max(stamp, LATEST), False, write(some))
+            yield Message(max(stamp, LATEST), False, as_bytes(some))
 
 
 def _moving(tree: Tree) -> Iterator[PackedSamples]:
@@ -95,7 +115,7 @@ def _samples(history: PackedSamples) -> Iterator[Sample]:
         yield Sample(parent, history.child, stamp, unpack_pose(data, number * POSE_BYTES))
 
 
-def _write(folder: Path, messages: Iterator[Message]) -> None:
+def _write(folder: Path, messages: Iterable[Message], remarks: Mapping[str, str]) -> None:
     try:
         from rosbags.interfaces import (
             Qos,
@@ -123,5 +143,7 @@ def _write(folder: Path, messages: Iterator[Message]) -> None:
             for static, topic, durability, depth in (
                 (True, '/tf_static', QosDurability.TRANSIENT_LOCAL, 1),
                 (False, '/tf', QosDurability.VOLATILE, 100))}
+        for name, remark in remarks.items():
+            writer.set_custom_data(name, remark)
         for message in messages:
             writer.write(topics[message.static], message.time, message.data)

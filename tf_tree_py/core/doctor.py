@@ -1,10 +1,11 @@
 """The doctor: watches a buffer, and tells at any time what is wrong."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import islice
 import threading
 
-from .arrivals.incidents import Incident, Kind
+from .arrivals.incidents import Incident, Kind, REMARKS
 from .arrivals.observers import Observer
 from .arrivals.received import Endpoint, Received
 from .buffer.buffer_core import BufferCore
@@ -14,6 +15,7 @@ from .checks.finding import Finding
 from .vitals.edge import Edge, EdgeRecord, Parents
 from .vitals.gathering import Column, Gathering
 from .vitals.limits import Limits
+from .vitals.signs import Signs, signs_of
 
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing new is noted.
 _MAX_EDGES = 10_000
@@ -101,6 +103,16 @@ class Doctor(Observer):
     def watched(self) -> int:
         """Return from the first message to the last, nanoseconds."""
         return self._last - self._first
+
+    def signs(self) -> list[Signs]:
+        """Return what is measured of every edge by now, in order of first appearance."""
+        with self._lock:
+            self._digest()
+            refused: Counter[Edge] = Counter()
+            for (kind, *edge), trouble in self._troubles.items():
+                refused[edge[0], edge[1]] += 0 if kind in REMARKS else trouble.count
+            return [signs_of(edge, refused[edge.frames], self._last)
+                    for edge in self._edges.values()]
 
     def findings(self) -> list[Finding]:
         """Return what is wrong by now, the worst first, without what is only a symptom."""

@@ -10,9 +10,10 @@ from rclpy.task import Future
 from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.stamp import format_stamp
+from tf_tree_py.core.telling.poses import as_line
 
 from .bad_input import positive_number
-from .five_frame_listener import ASKING, columns, FiveFrameListener, say
+from .five_frame_listener import ASKING, FiveFrameListener, say
 from .five_frame_publisher import FiveFramePublisher, SETTINGS as PUBLISHER_SETTINGS
 from .parameters import describe
 from .running import Parser, run, spin, spun_in_background
@@ -57,7 +58,7 @@ class DemoListener(FiveFrameListener):
         self._worst_age = max(self._worst_age, age)
         self._worst_distance = max(self._worst_distance, distance)
         self._worst_angle = max(self._worst_angle, angle)
-        say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms  '
+        say(f'{format_stamp(stamp)[:-6]}  {as_line(pose)}  age {age / 1e6:3.0f} ms  '
             f'off {distance * 1e3:.3f} mm')
 
     def summary(self) -> str:

@@ -1,7 +1,6 @@
 """Asks again and again where the gripper is in the world, and prints the answers."""
 
 from collections.abc import Iterable, Sequence
-from math import degrees
 import sys
 import time
 from typing import Any
@@ -10,14 +9,10 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.task import Future
-from tf_tree_py.core import (
-    EdgeInfo,
-    ExtrapolationException,
-    LATEST,
-    Pose,
-    TransformException,
-)
-from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
+from tf_tree_py.core import LATEST, Pose, TransformException
+from tf_tree_py.core.stamp import format_stamp, from_seconds
+from tf_tree_py.core.telling.missing import what_is_missing
+from tf_tree_py.core.telling.poses import as_line
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import as_pose
 from tf_tree_py.ros.topics.listener import TransformListener
@@ -49,9 +44,6 @@ SETTINGS = (
 )
 
 _WALL_GUARD = Duration(seconds=10)
-
-# Data this far behind is not late: somebody's clock shows another time.
-_ANOTHER_CLOCK = from_seconds(3600.0)
 
 
 def say(line: str) -> None:
@@ -116,7 +108,7 @@ class FiveFrameListener(Node):
             transform = self.buffer.lookup_transform(
                 self.target_frame, self.source_frame, stamp, self._timeout)
         except TransformException as error:
-            self._not_answered(self._missing(error))
+            self._not_answered(what_is_missing(self.buffer, error))
         else:
             self.answered += 1
             self._silent = False
@@ -130,7 +122,7 @@ class FiveFrameListener(Node):
         :param pose: ``target_T_source``.
         :param age: how old that is by now, nanoseconds of wall time.
         """
-        say(f'{format_stamp(stamp)[:-6]}  {columns(pose)}  age {age / 1e6:3.0f} ms')
+        say(f'{format_stamp(stamp)[:-6]}  {as_line(pose)}  age {age / 1e6:3.0f} ms')
 
     def _not_answered(self, missing: str) -> None:
         if self._silent:
@@ -138,41 +130,6 @@ class FiveFrameListener(Node):
         self._silent = True
         what = 'no new data of' if self.answered else 'waiting for'
         say(f'{what} {self.target_frame} -> {self.source_frame}: {missing}')
-
-    def _missing(self, error: TransformException) -> str:
-        """Return what keeps a lookup from its answer, in this program's words if it has some."""
-        if not isinstance(error, ExtrapolationException) or error.requested is None:
-            return str(error)
-        asked = error.requested
-        late = [edge for edge in self._moving_edges() if edge.latest < asked]
-        if late:
-            edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
-            senders = ', '.join(sorted({edge.authority for edge in late}))
-            gap = asked - min(edge.latest for edge in late)
-            told = f'{edges}, sent by {senders}, ended {format_span(gap)} before'
-        elif error.oldest is not None and error.oldest > asked:
-            gap = error.oldest - asked
-            told = f'{error.parent} -> {error.child} begins {format_span(gap)} after'
-        else:  # it has come this very moment
-            return str(error)
-        hint = '; do both go by one clock (use_sim_time)?' if gap > _ANOTHER_CLOCK else ''
-        return f'{told} the moment asked for{hint}'
-
-    def _moving_edges(self) -> list[EdgeInfo]:
-        """Return the moving edges between the two frames, from the target's end on."""
-        try:
-            edges = self.buffer.edges_between(self.source_frame, self.target_frame)
-        except TransformException:  # nothing joins them now
-            return []
-        return [edge for edge in edges if not edge.static]
-
-
-def columns(pose: Pose) -> str:
-    """Return a pose as text whose columns line up from line to line."""
-    # Adding 0.0 turns -0.0 into 0.0.
-    roll, pitch, yaw = (round(degrees(angle), 2) + 0.0 for angle in pose.as_rpy())
-    return (f'xyz {pose.x:7.3f} {pose.y:7.3f} {pose.z:7.3f} m  '
-            f'rpy {roll:7.2f} {pitch:7.2f} {yaw:7.2f} deg')
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -2,8 +2,11 @@
 
 import argparse
 from collections.abc import Sequence
+from decimal import Decimal
 import math
 from typing import Any, NamedTuple, NoReturn
+
+from tf_tree_py.core.stamp import FOREVER, NANOSECONDS_PER_SECOND
 
 from .endings import CANNOT
 
@@ -113,3 +116,27 @@ def positive_integer(text: str) -> int:
     if not text.isdecimal() or int(text) == 0:
         raise argparse.ArgumentTypeError(f'{text!r} is not a whole number greater than zero')
     return int(text)
+
+
+def frame(text: str) -> str:
+    """Return the name of a frame of the command line."""
+    if not text.strip('/'):
+        raise argparse.ArgumentTypeError(f'{text!r} is no frame')
+    if text.startswith('/'):
+        raise argparse.ArgumentTypeError(
+            f'{text!r} begins with a slash, which no frame of tf2 does: {text.lstrip("/")}')
+    return text
+
+
+def stamp(text: str) -> int:
+    """Return a stamp of the command line, decimal seconds, as exact nanoseconds."""
+    try:
+        # A number such as 1e999999 would take for ever to be written out.
+        seconds = Decimal(text)
+        known = abs(seconds) < FOREVER // NANOSECONDS_PER_SECOND
+    except ArithmeticError:
+        known = False
+    if not known:
+        raise argparse.ArgumentTypeError(
+            f'{text!r} is no stamp: seconds, such as 1700000000.250')
+    return int(seconds.scaleb(9).to_integral_value())

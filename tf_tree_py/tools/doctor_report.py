@@ -11,8 +11,7 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.vitals.limits import Limits
 
 from .arguments import add_number, Parser
-from .endings import Cannot
-from .source import TreeSource
+from .source import nothing_arrived, TreeSource
 
 VERSION = 1
 """Of the shape of a report; it changes only if a key goes or gets another meaning."""
@@ -47,15 +46,8 @@ def judged(source: TreeSource, doctor: Doctor) -> tuple[dict[str, Any], list[Fin
     doctor.endpoints = source.endpoints()
     findings = doctor.findings()
     if not findings and not doctor.transforms:
-        raise Cannot(_nothing(source))
+        raise nothing_arrived(source)
     return _report(source, doctor, findings), findings
-
-
-def _nothing(source: TreeSource) -> str:
-    damage = ''.join(f'; {sentence}' for sentence in source.damage())
-    return f'no transform arrived from {source.name}{damage}' if damage else (
-        f'no transform arrived from {source.name}: does anybody publish there, '
-        'with the same ROS_DOMAIN_ID?')
 
 
 def _report(source: TreeSource, doctor: Doctor, findings: Sequence[Finding]) -> dict[str, Any]:

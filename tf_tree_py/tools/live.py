@@ -67,9 +67,10 @@ class Live:
             rclpy.try_shutdown()
             raise Cannot(f'{topic!r} is no topic: {_sentence(error)}') from error
 
-    def watch(self, seconds: float | None) -> None:
+    def watch(self, seconds: float | None) -> bool:
         """Let transforms arrive, in the listener's thread."""
         threading.Event().wait(seconds)
+        return True
 
     def endpoints(self) -> list[Endpoint]:
         """Return who publishes and hears the topics, this tool too, as the graph says."""

@@ -5,8 +5,9 @@ from contextlib import suppress
 import json
 import os
 from pathlib import Path
+import shutil
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 from tf_tree_py.core.text import shorten
 
@@ -17,6 +18,8 @@ _LONGEST = 200
 _LONGEST_SENTENCE = 1200
 # The width of lines where no terminal says one.
 _WIDTH = 100
+# The least that is left of a table's last column.
+_NARROWEST = 9
 
 COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
 
@@ -31,22 +34,33 @@ def console(**options: Any) -> Any:
     """
     rich = needs('rich.console', 'rich', 'tools')
     width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else _WIDTH
-    return rich.Console(highlight=False, width=width, soft_wrap=False, **options)
+    made = rich.Console(highlight=False, width=width, soft_wrap=False, **options)
+    made.on_broken_pipe = _leave  # rich would end the process, with the status 1
+    return made
+
+
+def _leave() -> NoReturn:
+    """Tell that the reader of our output has left."""
+    raise BrokenPipeError
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
           right: Sequence[str] = ()) -> Any:
     """
-    Return a rich ``Table``.
+    Return a rich ``Table`` of one line a row; the last column gives way where it is narrow.
 
     :param rows: of cells: text of strangers, which is not read as markup, or rich's ``Text``.
     :param right: the headings of the columns that end at the right, as numbers do.
     """
     box = needs('rich.box', 'rich', 'tools')
     text = needs('rich.text', 'rich', 'tools')
-    made = needs('rich.table', 'rich', 'tools').Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    made = needs('rich.table', 'rich', 'tools').Table(
+        box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, padding=(0, 1, 0, 0))
     for heading in headings:
-        made.add_column(heading, justify='right' if heading in right else 'left')
+        is_last = heading == headings[-1]
+        made.add_column(heading, justify='right' if heading in right else 'left',
+                        no_wrap=not is_last, min_width=_NARROWEST if is_last else None,
+                        overflow='ellipsis')
     for row in rows:
         made.add_row(*(text.Text(shown(cell)) if isinstance(cell, str) else cell for cell in row))
     return made
@@ -75,6 +89,11 @@ def shown(text: str, most: int = _LONGEST) -> str:
     return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
+def fits(line: str) -> bool:
+    """Return whether a line is no longer than the terminal is wide; in a pipe every one fits."""
+    return not sys.stdout.isatty() or len(line) <= shutil.get_terminal_size().columns
+
+
 def print_json(data: Any) -> None:
     """Print data as JSON, in lines that a person can read too."""
     print(json.dumps(data, indent=2, allow_nan=False))
@@ -93,3 +112,8 @@ def write_file(path: Path, data: bytes) -> None:
     finally:
         with suppress(OSError):
             unfinished.unlink(missing_ok=True)
+
+
+def print_json_line(data: Any) -> None:
+    """Print data as JSON in one line, at once: one of many answers that a program reads."""
+    print(json.dumps(data, allow_nan=False), flush=True)

@@ -49,6 +49,8 @@ class Recording:
         self._time_of = _clock_of(self._bag)
         self._arrivals = self._bag.arrivals()
         self._now = 0
+        # Where the last stretch that was watched ended, by the time of receiving.
+        self._end: int | None = None
 
     def __enter__(self) -> 'Recording':
         return self
@@ -56,18 +58,26 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         self._bag.close()
 
-    def watch(self, seconds: float | None) -> None:
+    def watch(self, seconds: float | None) -> bool:
         """Let transforms arrive, those of so many recorded seconds; None: all that are left."""
-        end = None
+        if seconds is not None:
+            return self._watch(from_seconds(seconds))
         with progress_bar(self._bag.path.name, self._bag.expected()) as tell:
             for number, arrival in enumerate(self._arrivals, start=1):
                 self._take(arrival)
                 if number % _STRIDE == 0:
                     tell(_STRIDE)
-                if seconds is not None:
-                    end = end or arrival.received + from_seconds(seconds)
-                    if arrival.received >= end:
-                        return
+        return False
+
+    def _watch(self, span: int) -> bool:
+        end = None if self._end is None else self._end + span
+        for arrival in self._arrivals:
+            self._take(arrival)
+            end = arrival.received + span if end is None else end
+            if arrival.received >= end:
+                self._end = end
+                return True
+        return False
 
     def endpoints(self) -> list[Endpoint]:
         """Return who published, as far as the bag tells."""

@@ -30,11 +30,12 @@ class TreeSource(Protocol):
     def buffer(self) -> BufferCore:
         """Return the tree; a recorded one fills while ``watch`` reads, a live one always."""
 
-    def watch(self, seconds: float | None) -> None:
+    def watch(self, seconds: float | None) -> bool:
         """
         Let transforms arrive for so many seconds; those of a recording are its own.
 
         :param seconds: None: to the end of the recording, or until Ctrl-C.
+        :return: whether more may come.
         :raises KeyboardInterrupt: Ctrl-C.
         """
 
@@ -71,3 +72,10 @@ def open_source(arguments: Namespace, name: str, observers: Sequence[Observer] =
                      'installation, or let scripts/setup of the tf_tree_py repository make one '
                      'from PyPI; --bag PATH reads a recording without it') from error
     return Live(arguments, name, observers)
+
+
+def nothing_arrived(source: TreeSource) -> Cannot:
+    """Return what to raise where no transform came at all."""
+    damage = ''.join(f'; {sentence}' for sentence in source.damage())
+    hint = damage or ': does anybody publish there, with the same ROS_DOMAIN_ID?'
+    return Cannot(f'no transform arrived from {source.name}{hint}')

@@ -17,6 +17,9 @@ from ..stamp import LATEST
 
 Answer = TypeVar('Answer')
 
+AUDIT_FOLDER = 'TF_TREE_PY_AUDIT'
+"""The environment variable that lets an audit watch every buffer; see ``tf_audit``."""
+
 # Target frame, source frame, stamp; None: the latest.
 Asked = tuple[str, str, int | None]
 End = Callable[[TransformException | None], None]

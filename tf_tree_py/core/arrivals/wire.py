@@ -12,15 +12,19 @@ of the names and one unpack of the numbers.
 
 from collections.abc import Collection
 import struct
+import sys
 
 from .cursor import ENCAPSULATION_BYTES, WireError
 from .frame_names import as_published, Rename
 from .incidents import Incident, Kind
 from .layout import find_layout, FindLayout, Key, key_of, Layout
 from .sample import as_sec_nanosec, Batch, Sample
+from ..edges.packed import POSE_BYTES
+from ..geometry import se3
 from ..stamp import LATEST
 
 _HEAD_BYTES = 8  # encapsulation and count
+_STAMP = struct.Struct('<iI')
 # Bytes that all layouts together may take: a swarm of robots has hundreds of transforms.
 _MAX_REMEMBERED = 8_000_000
 # Layouts with one key; a message is compared with one after the other.
@@ -103,21 +107,57 @@ class WireReader:
 
 def write(samples: Collection[Sample]) -> bytes:
     """
-    Return a TFMessage of these transforms, serialized.
+    Return a TFMessage of these transforms, serialized; of whole batches a ``WireWriter`` does.
 
     :raises InvalidArgumentException: a stamp that no message can hold.
     """
-    data = bytearray(_HEAD_BYTES)
+    return bytes(_laid_out(samples)[0])
+
+
+def _laid_out(samples: Collection[Sample]) -> tuple[bytearray, list[int], list[int]]:
+    """Return a message, and where in it each stamp and each pose begins."""
+    data, stamps_at, poses_at = bytearray(_HEAD_BYTES), list[int](), list[int]()
     struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
     for parent, child, stamp, pose in samples:
         _align(data, 4)
-        data += struct.pack('<iI', *as_sec_nanosec(stamp))
+        stamps_at.append(len(data))
+        data += _STAMP.pack(*as_sec_nanosec(stamp))
         for name in (parent.encode() + b'\0', child.encode() + b'\0'):
             _align(data, 4)
             data += struct.pack('<I', len(name)) + name
         _align(data, 8)
+        poses_at.append(len(data))
         data += struct.pack('<7d', *pose)
-    return bytes(data)
+    return data, stamps_at, poses_at
+
+
+class WireWriter:
+    """Writes batches of few layouts: of each the names are laid out once."""
+
+    def __init__(self) -> None:
+        # Of each layout a message, and where in it each stamp and each pose begins.
+        self._layouts: dict[
+            tuple[tuple[str, str], ...], tuple[bytearray, list[int], list[int]]] = {}
+
+    def write(self, batch: Batch) -> bytes:
+        """
+        Return a batch as a TFMessage, serialized.
+
+        :raises InvalidArgumentException: a stamp that no message can hold.
+        """
+        if sys.byteorder != 'little':
+            return write(batch.samples())
+        edges = tuple(batch.edges)
+        if edges not in self._layouts:
+            self._layouts[edges] = _laid_out(
+                [Sample(*edge, LATEST, se3.IDENTITY) for edge in edges])
+        pattern, stamps_at, poses_at = self._layouts[edges]
+        data = bytearray(pattern)
+        for place, stamp in zip(stamps_at, batch.stamps, strict=True):
+            _STAMP.pack_into(data, place, *as_sec_nanosec(stamp))
+        for place, pose in zip(poses_at, batch.poses, strict=True):
+            data[place:place + POSE_BYTES] = pose
+        return bytes(data)
 
 
 def _align(data: bytearray, size: int) -> None:

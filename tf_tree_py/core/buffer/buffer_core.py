@@ -6,6 +6,8 @@ computation runs, and of callers' code only the query that ``wait_for`` was give
 """
 
 from collections.abc import Callable, Hashable, Iterable
+import importlib
+import os
 from typing import Any, NoReturn, TypeVar
 import warnings
 
@@ -18,7 +20,7 @@ from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
 from ..arrivals.jump_back import JumpBack
-from ..arrivals.observers import asked, Observers
+from ..arrivals.observers import asked, AUDIT_FOLDER, Observers
 from ..arrivals.sample import admitted, Batch, Sample
 from ..arrivals.track import checked_rates, checked_track
 from ..edges.spline import Spline
@@ -79,6 +81,9 @@ class BufferCore(Queries):
         """The way in, for those who feed the buffer what was checked already."""
         # What a program that inserts by itself was warned of.
         self._warned: set[Hashable] = set()
+        if AUDIT_FOLDER in os.environ:
+            # tf_audit runs this program; what it switches on stands above this file.
+            importlib.import_module('tf_tree_py.core.telling.audit_file').watch(self)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(f'a {type(self).__name__} can be neither pickled nor copied, for others '

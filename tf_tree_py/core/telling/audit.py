@@ -7,7 +7,7 @@ calling line it compares the stamps with the newest data and with the present ti
 measures how far the source moved in the target in between: centimetres and degrees.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass
@@ -219,8 +219,7 @@ class LookupAudit(Observer):
         """Return copies of all lines: first those that may be wrong, the costliest on top."""
         with self._lock:
             lines = [Line(**vars(line)) for line in self._lines.values()]
-        return sorted(lines, key=lambda line: (
-            not (line.latest or line.told), -line.moved_m, line.caller, line.target))
+        return worst_first(lines)
 
     def clear(self) -> None:
         """Forget all lines."""
@@ -236,6 +235,19 @@ class LookupAudit(Observer):
         return json.dumps([
             {**asdict(line), 'caller': line.caller._asdict(), 'meaning': line.meaning}
             for line in self.lines()], indent=2)
+
+
+def worst_first(lines: Iterable[Line]) -> list[Line]:
+    """Return lines in order: first those that may be wrong, the costliest on top."""
+    return sorted(lines, key=lambda line: (
+        not (line.latest or line.told), -line.moved_m, line.caller, line.target))
+
+
+def lines_of(text: str) -> list[Line]:
+    """Return the lines that ``as_json`` wrote."""
+    return [Line(**{**found, 'caller': Caller(**found['caller'])}) for found in (
+        {name: value for name, value in line.items() if name != 'meaning'}
+        for line in json.loads(text))]
 
 
 _HEADINGS = ('line', 'target <- source', 'asked for', 'times', 'failed', 'behind newest [ms]',

@@ -69,7 +69,7 @@ def as_string(edges: Iterable[EdgeInfo]) -> str:
 def as_dot(edges: Iterable[EdgeInfo]) -> str:
     """Return the tree as a graph in DOT, an arrow from each parent to its child."""
     lines = [
-        f'  {_quoted(edge.parent)} -> {_quoted(edge.child)} [label={_quoted(_dot_label(edge))}];\n'
+        f'  {quoted(edge.parent)} -> {quoted(edge.child)} [label={quoted(_dot_label(edge))}];\n'
         for edge in edges
     ]
     return 'digraph G {\n' + (''.join(lines) or '  "no tf data received";\n') + '}\n'
@@ -83,7 +83,7 @@ def _dot_label(edge: EdgeInfo) -> str:
             f'Buffer length: {as_seconds(edge.span):.3f} s')
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     """Return a quoted ID of DOT, with backslashes, quotes and line ends escaped."""
     escaped = text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', '\\n')
     return f'"{escaped}"'

@@ -49,26 +49,46 @@ def as_html(title: str, edges: list[EdgeInfo]) -> str:
 
 def outline(edges: Iterable[EdgeInfo]) -> list[str]:
     """Return a line for each frame, under that of its parent."""
-    children: dict[str, list[EdgeInfo]] = {}
-    for edge in edges:
-        children.setdefault(edge.parent, []).append(edge)
-    below = {edge.child for siblings in children.values() for edge in siblings}
-    lines = []
-    for root in children:
-        if root not in below:
-            lines += [_shown(root), *_lines_below(root, children)]
+    lines = [_shown(branch.frame) if branch.edge is None else
+             f'{branch.lead}{_shown(branch.frame)}  {_remark(branch.edge)}'
+             for branch in branches(edges)]
     if len(lines) > _MAX_LINES:
         lines[_MAX_LINES:] = [f'and {len(lines) - _MAX_LINES} more']
     return lines
 
 
-def _lines_below(root: str, children: dict[str, list[EdgeInfo]]) -> Iterator[str]:
+class Branch(NamedTuple):
+    """
+    One frame of a tree that is drawn with characters.
+
+    :ivar lead: what stands in front of its name: lines from its parent, and from those above.
+    :ivar edge: to its parent; None for a root.
+    """
+
+    lead: str
+    frame: str
+    edge: EdgeInfo | None
+
+
+def branches(edges: Iterable[EdgeInfo]) -> Iterator[Branch]:
+    """Yield each frame under its parent, the roots in order of first appearance."""
+    children: dict[str, list[EdgeInfo]] = {}
+    for edge in edges:
+        children.setdefault(edge.parent, []).append(edge)
+    below = {edge.child for siblings in children.values() for edge in siblings}
+    for root in children:
+        if root not in below:
+            yield Branch('', root, None)
+            yield from _branches_below(root, children)
+
+
+def _branches_below(root: str, children: dict[str, list[EdgeInfo]]) -> Iterator[Branch]:
     # The edges still to be shown, the next one at the end. Each has the lead of its line, and
     # whether a sibling follows it.
     waiting = [(edge, '', number > 0) for number, edge in enumerate(reversed(children[root]))]
     while waiting:
         edge, lead, more = waiting.pop()
-        yield f'{lead}{"├─" if more else "└─"} {_shown(edge.child)}  {_remark(edge)}'
+        yield Branch(f'{lead}{"├─" if more else "└─"} ', edge.child, edge)
         lead += '│  ' if more else '   '
         waiting += [(below, lead, number > 0) for number, below
                     in enumerate(reversed(children.get(edge.child, ())))]

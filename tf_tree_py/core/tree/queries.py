@@ -21,7 +21,7 @@ from .propagation import Errors, total_at
 from .tree import Tree
 from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
 from ..arrivals.observers import asked, halves, NOBODY, Observers
-from ..edges.protocol import History
+from ..edges.protocol import History, moves
 from ..errors import (
     Blocker,
     ConnectivityException,
@@ -227,6 +227,26 @@ class Queries:
                 return []
             links = self._tree.ways.branches(target_frame, source_frame, moment).links()
             return [_info_at(parent, history, moment) for parent, history in links]
+
+    def samples_around(self, child_frame: str, stamp: int) -> list[tuple[int, Pose]]:
+        """
+        Return the samples of a frame's edge at or next to a stamp, with their own stamps.
+
+        One where the stamp is a sample's, or lies outside of what is stored; two between
+        two samples; none where the edge does not move or is not known.
+
+        :param stamp: nanoseconds; 0 is a time here.
+        """
+        with self._lock:
+            history = self._tree.histories.get(child_frame)
+            if not moves(history) or history.oldest_stamp is None:
+                return []
+            assert history.latest_stamp is not None
+            inside = min(max(stamp, history.oldest_stamp), history.latest_stamp)
+            knots = history.track(inside, inside).knots.tolist()
+            around = {max((knot for knot in knots if knot <= inside), default=inside),
+                      min((knot for knot in knots if knot >= inside), default=inside)}
+            return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
 
     # --- many poses
 

@@ -6,6 +6,7 @@ waits nor needs a clock is in ``tf2_methods``.
 """
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 import threading
 import time
 from typing import Any, TypeVar
@@ -25,6 +26,7 @@ from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_MAX_NAME_BYTES,
 )
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.core.telling.audit import LookupAudit
 
@@ -61,7 +63,8 @@ class Buffer(CoreApi, BufferInterface):
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
-                 clear_on_jump_back: Duration | None = None) -> None:
+                 clear_on_jump_back: Duration | None = None,
+                 flight_recorder: FlightRecorder | None = None) -> None:
         """
         Make an empty buffer.
 
@@ -78,6 +81,8 @@ class Buffer(CoreApi, BufferInterface):
         :param clear_on_jump_back: forget what moves when stamps jump back by more than
             that, as those of a bag that is played in a loop without ``/clock`` do: more
             than any publisher is late, less than the bag is long. None: refuse them.
+        :param flight_recorder: keeps what listeners hear, and writes it as a bag on the first
+            lookup that fails after it had worked.
         """
         if isinstance(cache_time, Node):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
@@ -102,6 +107,9 @@ class Buffer(CoreApi, BufferInterface):
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
             self.observers.add(self.audit)
+        if flight_recorder is not None:
+            flight_recorder.notify = flight_recorder.notify or _log_recording
+            self.observers.add(flight_recorder)
 
     def now(self) -> int:
         """Return the time by the clock that stamps go by, nanoseconds."""
@@ -346,6 +354,11 @@ class Buffer(CoreApi, BufferInterface):
                       response: FrameGraph.Response) -> FrameGraph.Response:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
+
+
+def _log_recording(happened: Happened, path: Path | None, why_not: str) -> None:
+    what = f'recorded as {path}' if path else f'not recorded: {why_not}'
+    rclpy.logging.get_logger('tf_tree_py').warning(f'{happened.summary} ({what})')
 
 
 def _cache_time(given: Duration | int | None) -> int | None:

@@ -1,0 +1,67 @@
+"""The command tf_echo: what it answers, explains and misses, on a bag."""
+
+import json
+
+from bags import write_ros2
+from patients import HEALTHY
+import pytest
+from tool_helpers import assert_one_sentence, assert_shape, tool
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    return write_ros2(tmp_path_factory.mktemp('echo') / 'bag', sorted(
+        HEALTHY['warehouse_robot'](), key=lambda message: message.received))
+
+
+def test_answers_come_at_a_rate_of_recorded_time(bag):
+    done = tool('tf_echo', 'map', 'lidar', '--bag', bag)
+    lines = done.stdout.splitlines()
+    assert (done.returncode, len(lines)) == (0, 9)
+    assert lines[3].startswith('1700000003.500000000  age      4.3 ms  xyz  ')
+    many = tool('tf_echo', 'map', 'lidar', '--bag', bag, '--rate', '10').stdout.splitlines()
+    assert len(many) > 75
+
+
+def test_explanation_has_the_path_and_each_edge(bag):
+    done = tool('tf_echo', 'map', 'lidar', '--bag', bag, '--at', '1700000003.333', '--explain',
+                '--as', 'all')
+    assert done.returncode == 0
+    assert '1.000000' in done.stdout and 'rad)' in done.stdout
+    assert 'map <- odom <- base_link <- lidar' in done.stdout
+    edge, = (line for line in done.stdout.splitlines() if line.startswith(' odom -> base_link'))
+    assert edge.split()[3:] == ['50.0', 'Hz', '4.5', 'ms', '-13.0', '+7.0', 'ms', '2.1', 'cm',
+                                '0.2°', '-']
+
+
+def test_json_has_the_documented_shape_with_and_without_an_answer(bag):
+    for frames, status in ((('map', 'lidar'), 0), (('map', 'nowhere'), 1)):
+        done = tool('tf_echo', *frames, '--bag', bag, '--once', '--json')
+        assert done.returncode == status
+        answer = json.loads(done.stdout)
+        assert_shape(answer, 'tools', '### An answer of tf_echo')
+        for edge in answer['edges']:
+            assert_shape(edge, 'tools', '### An edge of an answer')
+        assert bool(answer['edges']) is (status == 0)
+
+
+@pytest.mark.parametrize('arguments, told', [
+    (['mapp', 'lidr'], ["'mapp': did you mean 'map'?", "'lidr': did you mean 'lidar'?",
+                        'there is: lidar, base_link']),
+    (['map', 'lidar', '--at', '1800000000'],
+     ['odom -> base_link', 'ended 99999992.020 s before the moment asked for'])])
+def test_what_is_missing_is_told_and_is_a_status(bag, arguments, told):
+    done = tool('tf_echo', *arguments, '--once', '--bag', bag)
+    assert (done.returncode, done.stderr) == (1, '')
+    assert all(text in done.stdout for text in told)
+
+
+@pytest.mark.parametrize('arguments, sentence', [
+    (['/map', 'lidar'], "'/map' begins with a slash"),
+    (['map', ''], "'' is no frame"),
+    (['map', 'lidar', '--at', 'nan'], "'nan' is no stamp"),
+    (['map', 'lidar', '--at', '1e999999999'], "'1e999999999' is no stamp"),
+    (['map', 'lidar', '--rate', '0'], "'0' is not a number greater than zero"),
+    (['map', 'lidar', '--bag', 'nowhere'], 'nowhere')])
+def test_what_cannot_be_asked_is_one_sentence(arguments, sentence):
+    assert_one_sentence(tool('tf_echo', *arguments), 'tf_echo', sentence)

@@ -1,0 +1,54 @@
+"""The command tf_record on bags: it cuts out what was found."""
+
+import json
+
+from bags import write_ros2
+from patients import FAULTY, HEALTHY
+import pytest
+from tool_helpers import assert_one_sentence, assert_shape, tool
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('record')
+    return {name: write_ros2(folder / name, sorted(messages, key=lambda each: each.received))
+            for name, messages in (('well', HEALTHY['warehouse_robot']()),
+                                   ('loop', FAULTY['loop']), ('gap', FAULTY['gap']))}
+
+
+def test_what_is_cut_out_shows_the_same_finding_to_the_doctor(bags, tmp_path):
+    done = tool('tf_record', '--bag', bags['loop'], '--on', 'loop,gap', '-o', tmp_path, '--json')
+    assert done.returncode == 1
+    line = json.loads(done.stdout)
+    assert_shape(line, 'tools', '### A line of tf_record')
+    assert (line['why'], line['frames']) == ('loop', ['tool', 'base_link'])
+    findings = json.loads(tool('tf_doctor', '--bag', line['bag'], '--json').stdout)['findings']
+    assert [finding['code'] for finding in findings] == ['loop']
+
+
+def test_healthy_recording_gives_its_last_seconds(bags, tmp_path):
+    done = tool('tf_record', '--bag', bags['well'], '--last', '2', '-o', tmp_path)
+    assert done.returncode == 0
+    bag, = tmp_path.glob('*.mcap')
+    assert done.stdout == f'{bag}: asked: the end of the recording\n'
+    watched = json.loads(tool('tf_doctor', '--bag', bag, '--json').stdout)
+    assert watched['watched_s'] == pytest.approx(2.0, abs=0.1)
+    on = tool('tf_record', '--bag', bags['well'], '--on', 'loop', '-o', tmp_path / 'none')
+    assert (on.returncode, on.stdout) == (0, '')
+
+
+def test_lookup_that_is_lost_is_recorded(bags, tmp_path):
+    done = tool('tf_record', '--bag', bags['gap'], '--on', 'lookup_failed', '--lookup', 'map',
+                'lidar', '-o', tmp_path)
+    assert done.returncode == 1
+    assert 'lookup_failed: Lookup would require extrapolation' in done.stdout
+
+
+@pytest.mark.parametrize('arguments, sentence', [
+    (['--on', 'loops'], "'loops' is neither lookup_failed nor a code"),
+    (['--on', 'lookup_failed'], 'belong together'),
+    (['--lookup', 'map', 'base'], 'belong together'),
+    (['-o', __file__], 'is no folder for bags: File exists'),
+    (['--keep', '-1'], "'-1' is not a number")])
+def test_wrong_arguments_are_one_sentence(arguments, sentence):
+    assert_one_sentence(tool('tf_record', *arguments), 'tf_record', sentence)

@@ -1,0 +1,117 @@
+"""Every tool over DDS by its real command line, all beside one robot of five frames."""
+
+import json
+import signal
+import subprocess
+
+from programs import executable, PATIENCE_S, Program
+import pytest
+from tf_tree_py.bag import open_bag
+from tool_helpers import assert_shape, command, started
+
+pytest.importorskip('rclpy')
+
+EDGES = {('world', 'odom'), ('odom', 'base_link'), ('base_link', 'camera'),
+         ('base_link', 'gripper')}
+
+
+@pytest.fixture(scope='module')
+def programs(tmp_path_factory):
+    """Return the tools, started together: each needs a moment to find the robot."""
+    folder = tmp_path_factory.mktemp('live')
+    robot = Program(*executable('five_frame_publisher'))
+    tools = {
+        'once': started('tf_echo', 'world', 'gripper', '--once', '--explain', '--seconds', 50),
+        'echo': started('tf_echo', 'world', 'griper', '--rate', 10),
+        'monitor': started('tf_monitor', 'world', 'gripper', '--period', 0.5, '--json'),
+        'frames': started('tf_frames', '--seconds', 8, '-o', folder / 'frames.json'),
+        'audit': started('tf_audit', '--json', '--', *executable('five_frame_listener')),
+        'record': started('tf_record', '-o', folder, '--every', 0.001),
+    }
+    tools['folder'] = folder
+    yield tools
+    robot.kill()
+    for program in tools.values():
+        if isinstance(program, Program):
+            program.kill()
+
+
+def test_echo_answers_once_and_explains(programs):
+    assert programs['once'].end() == 0
+    told = programs['once'].output
+    assert 'world <- odom <- base_link <- gripper' in told
+    assert 'xyz' in told
+
+
+def test_echo_says_what_is_missing_and_what_may_be_meant(programs):
+    programs['echo'].wait_for("'griper': did you mean 'gripper'?")
+    programs['echo'].interrupt()
+    assert programs['echo'].end() == 1
+    assert 'Traceback' not in programs['echo'].output
+
+
+def test_monitor_prints_once_in_a_period(programs):
+    monitor = programs['monitor']
+    monitor.wait_for('"child": "gripper"', count=3)
+    monitor.interrupt()
+    assert monitor.end() == 0
+    look = json.loads(monitor.output.splitlines()[-1])
+    assert_shape(look, 'tools', '### A look of tf_monitor')
+    assert {(edge['parent'], edge['child']) for edge in look['edges']} == {
+        edge for edge in EDGES if edge[1] != 'camera'}
+    assert all(edge['publishers'] == ['/five_frame_publisher'] for edge in look['edges'])
+
+
+def test_audit_tells_what_a_node_looked_up_until_ctrl_c(programs):
+    audit = programs['audit']
+    audit.wait_for('xyz', count=2)
+    audit.interrupt()
+    status, said = audit.end(), audit.output
+    line, = json.loads(said[said.index('{'):])['lines']
+    # At first there was nobody to hear.
+    assert status == int(line['doubtful']) == int(line['failed'] > 0)
+    assert line['caller']['file'].endswith('five_frame_listener.py')
+    assert (line['target'], line['source'], line['latest']) == ('world', 'gripper', False)
+    assert line['lookups'] >= 2
+
+
+def test_frames_are_all_there(programs):
+    assert programs['frames'].end() == 0
+    report = json.loads((programs['folder'] / 'frames.json').read_text())
+    assert {(edge['parent'], edge['child']) for edge in report['edges']} == EDGES
+    assert (report['roots'], report['remarks']) == (['world'], [])
+
+
+def test_recorder_writes_when_it_is_told_to(programs):
+    import rclpy
+    from std_srvs.srv import Trigger
+    record = programs['record']
+    record.wait_for('keeping the last 30 s of /tf and /tf_static')
+    count = 0
+    while '.mcap: asked' not in record.output:  # before anything arrived nothing is written
+        count += 1
+        record.interrupt(signal.SIGUSR1)
+        record.wait_for('asked for by SIGUSR1', count)
+    context = rclpy.context.Context()
+    rclpy.init(context=context, args=[])
+    node = rclpy.create_node('asking', context=context)
+    client = node.create_client(Trigger, '/tf_record/dump')
+    assert client.wait_for_service(PATIENCE_S)
+    client.call_async(Trigger.Request())
+    record.wait_for('asked for by ~/dump')
+    node.destroy_node()
+    context.shutdown()
+    record.interrupt()
+    assert record.end() == 0
+    bags = sorted(programs['folder'].glob('*.mcap'))
+    assert len(bags) == 2
+    assert {(edge.parent, edge.child) for edge in open_bag(bags[-1]).edges()} == EDGES
+
+
+def test_reader_that_leaves_is_a_normal_end(programs):
+    with subprocess.Popen([*command('tf_monitor'), '--period', '0.2', '--json'], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.readline()
+        process.stdout.close()
+        assert 'Traceback' not in process.stderr.read()
+    assert process.returncode == 0

@@ -1,0 +1,93 @@
+"""Every edge of a tree beside what is wrong with it, trouble first; and how often it comes now."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .checks.finding import Finding, Severity
+from .doctor import Doctor
+from .vitals.edge import Edge
+from .vitals.signs import Signs
+
+# Rates are those of so long at least, seconds: over less they flicker.
+_WINDOW_S = 5.0
+# An edge that is silent for so many usual intervals comes no more.
+_MISSED = 3.0
+# Behind all severities.
+_WELL = len(Severity)
+
+
+@dataclass(frozen=True)
+class Watched:
+    """
+    One edge, and what is wrong with it.
+
+    :ivar rate_hz: how many arrived a second of late; of what does not move, 0.
+    :ivar findings: the worst first.
+    """
+
+    signs: Signs
+    rate_hz: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def severity(self) -> Severity | None:
+        """Return that of the worst finding; None where there is none."""
+        return self.findings[0].severity if self.findings else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data: always the same keys."""
+        severity = self.severity
+        return {**self.signs.as_dict(), 'rate_hz': self.rate_hz,
+                'severity': None if severity is None else severity.value,
+                'codes': [finding.code for finding in self.findings]}
+
+
+class Monitor:
+    """Looks at what a doctor knows, again and again; in one thread."""
+
+    def __init__(self, doctor: Doctor) -> None:
+        self._doctor = doctor
+        # When was looked, seconds, and how many of each edge had arrived by then.
+        self._looks: deque[tuple[float, dict[Edge, int]]] = deque()
+
+    def look(self, now: float, findings: Sequence[Finding]) -> list[Watched]:
+        """
+        Return every edge, those with the worst trouble first, static ones last.
+
+        :param now: by a clock that always goes, seconds.
+        :param findings: of the doctor, just now.
+        """
+        signs = self._doctor.signs()
+        rates = self._rates(now, signs)
+        of_edge: dict[Edge, list[Finding]] = {}
+        for finding in findings:
+            for edge in _edges_of(finding):
+                of_edge.setdefault(edge, []).append(finding)
+        rows = [Watched(one, rates[one.parent, one.child],
+                        tuple(of_edge.get((one.parent, one.child), ()))) for one in signs]
+        return sorted(rows, key=lambda row: (
+            _WELL if row.severity is None else row.severity.rank, row.signs.static))
+
+    def _rates(self, now: float, signs: Sequence[Signs]) -> dict[Edge, float]:
+        while len(self._looks) > 1 and now - self._looks[1][0] >= _WINDOW_S:
+            self._looks.popleft()
+        since, counts = self._looks[0] if self._looks else (now, {})
+        self._looks.append((now, {(one.parent, one.child): one.count for one in signs}))
+        return {edge: _rate(one, now - since, one.count - counts[edge] if edge in counts else 0)
+                for one in signs for edge in [(one.parent, one.child)]}
+
+
+def _rate(signs: Signs, seconds: float, count: int) -> float:
+    """Return the rate of late: over some seconds if several came then, else that of all time."""
+    if signs.static or not signs.rate_hz:
+        return 0.0
+    if count > 1 and seconds > 0.0:
+        return count / seconds
+    return 0.0 if (signs.silence or 0) * signs.rate_hz > _MISSED * 1e9 else signs.rate_hz
+
+
+def _edges_of(finding: Finding) -> list[Edge]:
+    """Return the edges that a finding may be about: each frame but the last above the last."""
+    return [(parent, finding.frames[-1]) for parent in finding.frames[:-1]]

@@ -1,0 +1,45 @@
+"""What keeps a lookup from its answer, as a person who watches a robot would say it."""
+
+from ..errors import ExtrapolationException, TransformException
+from ..stamp import format_span, from_seconds
+from ..tree.outline import EdgeInfo
+from ..tree.queries import Queries
+
+# Data this far behind is not late: somebody's clock shows another time.
+_ANOTHER_CLOCK = from_seconds(3600.0)
+
+
+def what_is_missing(tree: Queries, error: TransformException) -> str:
+    """
+    Return why a lookup of a tree failed: of a stamp all edges that ended before it.
+
+    The error itself names one of them.
+    """
+    if not isinstance(error, ExtrapolationException) or error.requested is None:
+        return str(error)
+    asked = error.requested
+    late = [edge for edge in _moving_edges(tree, error) if edge.latest < asked]
+    if late:
+        edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
+        senders = ', '.join(sorted({edge.authority for edge in late if edge.authority}))
+        gap = asked - min(edge.latest for edge in late)
+        by = f', sent by {senders}' if senders else ''
+        told = f'{edges}{by}, ended {format_span(gap)} before'
+    elif error.oldest is not None and error.oldest > asked:
+        gap = error.oldest - asked
+        told = f'{error.parent} -> {error.child} begins {format_span(gap)} after'
+    else:  # it has come this very moment
+        return str(error)
+    hint = '; do both go by one clock (use_sim_time)?' if gap > _ANOTHER_CLOCK else ''
+    return f'{told} the moment asked for{hint}'
+
+
+def _moving_edges(tree: Queries, error: TransformException) -> list[EdgeInfo]:
+    """Return the moving edges between the two frames, from the target's end on."""
+    if error.source_frame is None or error.target_frame is None:
+        return []
+    try:
+        edges = tree.edges_between(error.source_frame, error.target_frame)
+    except TransformException:  # nothing joins them now
+        return []
+    return [edge for edge in edges if not edge.static]

@@ -1,0 +1,108 @@
+"""
+The tools as verbs of the ros2 command: ``ros2 tf echo``, ``ros2 tf doctor``, and so on.
+
+ros2cli finds them by entry points, as it finds those of ros2topic. Only it imports this.
+"""
+
+from argparse import ArgumentParser, Namespace, REMAINDER
+from importlib import import_module
+from typing import Any
+
+from ros2cli.command import add_subparsers_on_demand, CommandExtension
+from ros2cli.plugin_system import PLUGIN_SYSTEM_VERSION, satisfies_version
+
+VERBS = 'tf_tree_py.verb'
+"""The group of entry points; other packages may add verbs to it."""
+
+
+class TfCommand(CommandExtension):  # type: ignore[misc]
+    """Look at the transform tree."""
+
+    def add_arguments(self, parser: ArgumentParser, cli_name: str) -> None:
+        """Add a parser for each verb."""
+        self._parser = parser
+        add_subparsers_on_demand(parser, cli_name, '_verb', VERBS, required=False)
+
+    def main(self, *, parser: ArgumentParser, args: Namespace) -> int:
+        """Run the verb that was typed; without one, tell which there are."""
+        verb: Any = getattr(args, '_verb', None)
+        if verb is None:
+            self._parser.print_help()
+            return 0
+        status: int = verb.main(args=args)
+        return status
+
+
+class VerbExtension:
+    """
+    The extension point for verbs of ``ros2 tf``.
+
+    :ivar NAME: the entry point's name, which ros2cli sets.
+    :ivar TOOL: the executable of this package whose command line it has.
+    """
+
+    NAME: str | None = None
+    EXTENSION_POINT_VERSION = '0.1'
+    TOOL = ''
+
+    def __init__(self) -> None:
+        satisfies_version(PLUGIN_SYSTEM_VERSION, '^0.1')
+
+    def add_arguments(self, parser: ArgumentParser, _: str) -> None:
+        """Leave the arguments to the tool, --help too: it reads them as when it runs alone."""
+        parser.prefix_chars = '\0'
+        parser.add_argument('arguments', nargs=REMAINDER)
+
+    def main(self, *, args: Namespace) -> int:
+        """Run the tool."""
+        tool = import_module(f'.{self.TOOL}', __package__)
+        status: int = tool.main([self.TOOL, *args.arguments])
+        return status
+
+
+class ArchiveVerb(VerbExtension):
+    """Report on thousands of recordings, or export from them."""
+
+    TOOL = 'tf_archive'
+
+
+class AuditVerb(VerbExtension):
+    """Run a program, and tell which of its lines looked up which time."""
+
+    TOOL = 'tf_audit'
+
+
+class DoctorVerb(VerbExtension):
+    """Tell what is wrong with the tree, the worst first."""
+
+    TOOL = 'tf_doctor'
+
+
+class EchoVerb(VerbExtension):
+    """Print where one frame is in another, and why."""
+
+    TOOL = 'tf_echo'
+
+
+class ExportVerb(VerbExtension):
+    """Write where one frame was in another, out of a recording."""
+
+    TOOL = 'tf_export'
+
+
+class FramesVerb(VerbExtension):
+    """Show all frames, on the terminal or as a drawing."""
+
+    TOOL = 'tf_frames'
+
+
+class MonitorVerb(VerbExtension):
+    """Show every edge in a live table, trouble first."""
+
+    TOOL = 'tf_monitor'
+
+
+class RecordVerb(VerbExtension):
+    """Keep the last seconds, and write them as a bag when it matters."""
+
+    TOOL = 'tf_record'
