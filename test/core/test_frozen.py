@@ -1,4 +1,8 @@
-"""A buffer that is saved and loaded answers as it did; what is no whole file is told."""
+"""
+A buffer that is saved and loaded answers as it did; what is no whole file is told.
+
+That each kind of history is what it was is in test_edges.
+"""
 
 import copy
 import json
@@ -7,7 +11,16 @@ import struct
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, load, Pose, TransformException, TreeFileError, UNLIMITED
+from strategies import waving_poses
+from tf_tree_py.core import (
+    BufferCore,
+    load,
+    Pose,
+    Spline,
+    TransformException,
+    TreeFileError,
+    UNLIMITED,
+)
 from tf_tree_py.core.edges.discrete import HeldHistory
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.tree.frozen import thaw
@@ -32,7 +45,22 @@ def fill(buffer):
     buffer.insert('a', 'b', 2 * SECOND, pose())
     buffer.insert('b', 'a', 9 * SECOND, pose(), strict=False)
     buffer.insert('map', 'näme', 5, pose())
+    fill_with_more_than_samples(buffer)
     return buffer
+
+
+def fill_with_more_than_samples(buffer):
+    """Insert a spline, which covers the end, a gyroscope, some of it unused, covariances."""
+    stamps = np.arange(8 * SECOND, 11 * SECOND, SECOND // 20)
+    buffer.insert_spline('base', 'imu', Spline.fit(stamps, waving_poses(stamps * 1e-9), 10.0))
+    buffer.insert_spline('imu', 'screw', Spline.fit(
+        stamps, waving_poses(stamps * 1e-9), 10.0, on_se3=True))
+    rates = RNG.normal(size=(len(stamps), 3))
+    buffer.aid('odom', stamps + 3, rates)
+    buffer.aid('nobody', stamps, rates)
+    for stamp in stamps.tolist():
+        buffer.insert('imu', 'gps', stamp, pose(), covariance=np.diag(RNG.random(6)) * 1e-4)
+    buffer.insert('gps', 'roof', 0, pose(), static=True, covariance=np.eye(6) * 1e-8)
 
 
 def answers(buffer):
@@ -47,8 +75,14 @@ def answers(buffer):
                     found.append(buffer.lookup_at(target, source, stamp))
                 except TransformException as error:
                     found.append(str(error))
+    for source in 'roof', 'odom', 'screw':
+        latest = buffer.latest_common_time('map', source)
+        found += [part.tobytes() if isinstance(part, np.ndarray) else part for part in (
+            *buffer.lookup_uncertain('map', source),
+            *buffer.lookup_uncertain_many('map', source, [latest - 7, latest]),
+            *buffer.predict('map', source, latest + SECOND // 10, SECOND))]
     stamps = np.arange(SECOND, 12 * SECOND, SECOND // 7)
-    for source in ('cup', 'lidar'):
+    for source in ('cup', 'lidar', 'roof', 'screw'):
         found.append([part.tobytes() for part in
                       buffer.lookup_many('map', source, stamps, outside='mask')])
     return [*found, buffer.edges(), buffer.frames(), buffer.cache_time]
@@ -124,9 +158,9 @@ def test_header_that_was_changed_is_told(tmp_path, buffer):
         load(path)
 
 
-def test_newer_version_is_told():
+def test_other_version_is_told():
     data = struct.pack('<8sIII', b'tf_tree\0', 2, 2, 0) + json.dumps({}).encode()
-    with pytest.raises(TreeFileError, match='version 2.*takes a newer one'):
+    with pytest.raises(TreeFileError, match='version 2.*takes the one that wrote it'):
         thaw(data)
 
 

@@ -35,8 +35,8 @@ ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
-        'edges: track protocol packed static discrete aided uncertainty spline_samples spline '
-        'spline_track spline_history spline_fitter',
+        'edges: track storage columns protocol packed static discrete aided uncertainty '
+        'spline_samples spline spline_track spline_history spline_fitter kinds',
         'arrivals: incidents sample received observers track frame_names block layout wire '
         'stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '

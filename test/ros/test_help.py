@@ -4,7 +4,7 @@ from tf_tree_py import Buffer, BufferCore, BufferInterface
 
 FOR_THE_PACKAGE = {
     'alarm_clock', 'begin_feed', 'end_feed', 'fail_waiters', 'fed_by', 'forget_orphans',
-    'leave_orphan', 'log_to', 'name_later', 'no_longer_fed_by', 'note', 'observe', 'record',
+    'leave_orphan', 'log_to', 'name_later', 'no_longer_fed_by', 'note', 'observe',
     'refuse', 'sleep_until_waited_for', 'unobserve', 'wake_everybody'}
 
 

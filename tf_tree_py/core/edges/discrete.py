@@ -8,7 +8,8 @@ What a frame is called, who hangs on whom and who may insert is the business of
 from bisect import bisect_right
 from collections.abc import Iterator
 
-from .packed import PackedSamples, POSE_BYTES, POSE_FLOATS, unpack_pair, unpack_pose
+from .columns import POSE_FLOATS
+from .packed import PackedSamples, POSE_BYTES, unpack_pair, unpack_pose
 from .protocol import Stretch
 from .track import EdgeTrack, HeldTrack, InterpolatedTrack
 from ..errors import (

@@ -504,6 +504,8 @@ class Queries:
         """
         Write everything as it is now into a file, which ``load`` opens in no time.
 
+        Covariances, splines and gyroscopes are kept as well.
+
         :param path: such as ``run.tftree``; a file that is there is replaced, in one step.
         :raises TreeFileError: no place for the file.
         """
@@ -511,9 +513,11 @@ class Queries:
 
     def record(self, path: str | os.PathLike[str]) -> None:
         """
-        Write everything as it is now as a bag, which ``ros2 bag play`` and viewers open.
+        Write all poses as they are now as a bag, which ``ros2 bag play`` and viewers open.
 
-        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it.
+        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it, but
+        for what a bag has no place for: a spline becomes poses, ten for each of its pieces;
+        covariances, and what a gyroscope says between two poses, are left out.
 
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
         :raises TreeFileError: something is there already, or there is no place for it.
