@@ -129,9 +129,10 @@ class AidedHistory(DynamicHistory):
         :raises ExtrapolationException: the stamp lies outside the stored span, or where the
             edge had ended. The gyroscope's samples after the last pose change nothing.
         """
-        straight = super().sample(stamp)
         index = self._index_at(stamp)
-        assert index is not None
+        if index is None:
+            raise self.extrapolation(stamp)
+        straight = super().sample(stamp)
         begin = self._stamps[index]
         if stamp == begin or self._parents and self._parents[index] != self._parents[index + 1]:
             return straight

@@ -28,7 +28,7 @@ from ..geometry.spline import (
     steps_between,
 )
 from ..geometry.spline_fit import fitted, on_pieces, ORDER
-from ..stamp import BEGINNING, format_stamp, NANOSECONDS_PER_SECOND
+from ..stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
 from ..times import checked_stamp, checked_stamps, Stamps
 
 # Radians: where a piece turns by more than half a turn, the curve takes the other way round.
@@ -138,12 +138,15 @@ class Spline:
         spline, count = cls.__new__(cls), stored.whole('knots', ORDER)
         spline.knots = np.frombuffer(stored.floats(7 * count)).reshape(-1, 7)
         spline.steps = np.frombuffer(stored.floats(6 * count - 6)).reshape(-1, 6)
-        spline.begin = spline.oldest = stored.whole('begin', BEGINNING)
-        spline.knot_period = stored.whole('knot_period', 1)
-        spline.latest = stored.whole('latest', spline.oldest)
+        spline.begin = spline.oldest = stored.whole('begin', BEGINNING, FOREVER)
+        spline.knot_period = stored.whole('knot_period', 1, FOREVER)
+        spline.latest = stored.whole('latest', spline.oldest, FOREVER)
         spline.group = _GROUPS.get(stored.one('group', str), SPLIT)
         if spline.latest > spline.begin + spline.pieces * spline.knot_period:
             raise ValueError('a spline ends behind its last piece')
+        # No more than half a turn, but for rounding; sines of what is infinite raise errors.
+        if not (np.abs(spline.steps[:, 3:]) < 3.2).all():
+            raise ValueError('a spline turns by more than half a turn from knot to knot')
         return spline
 
     @property

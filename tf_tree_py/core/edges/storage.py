@@ -7,6 +7,7 @@ business of ``tree.frozen``.
 
 from array import array
 from collections.abc import Iterator
+import math
 from typing import Any, TypeVar
 
 from ..geometry.so3 import Array
@@ -78,11 +79,11 @@ class Stored:
         """Return a list of facts."""
         return [_checked(key, value, kind) for value in self.one(key, list)]
 
-    def whole(self, key: str, least: int = 0) -> int:
-        """Return a fact that is a number, and not too small."""
+    def whole(self, key: str, least: int = 0, most: float = math.inf) -> int:
+        """Return a fact that is a number between two others."""
         number = self.one(key, int)
-        if number < least:
-            raise ValueError(f'{key!r} is {number}')
+        if not least <= number <= most:
+            raise ValueError(f'{key!r} is not between {least} and {most}')
         return number
 
     def integers(self, count: int) -> 'memoryview[int]':

@@ -5,9 +5,9 @@ A file is a magic word, the version, the length and the CRC-32 of the header; th
 JSON that says what the tree has; then the arrays. What an edge has of both is said by the
 kind of its history (``edges.kinds``). What is in the window is written, not what has expired.
 
-Nothing of the arrays is read before a lookup asks for it, but of edges that changed their
-parent; so opening takes the same time whatever the size, and processes that open one file
-share its pages.
+Samples are not read before a lookup asks for them, but for who was the parent where that
+changed; so opening takes the same time whatever the size, and processes that open one file
+share its pages. Hence they have no checksum: of a damaged sample come wrong numbers.
 """
 
 from collections.abc import Sequence
