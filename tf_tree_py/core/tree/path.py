@@ -70,13 +70,19 @@ class Path:
         """Return the edges that keep it from answering at a stamp."""
         return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
 
-    def failure(self, stamp: int) -> ExtrapolationException:
-        """Return why a fixed path has no answer at a stamp, and what may change that."""
+    def failure(self, stamp: int, error: ExtrapolationException) -> ExtrapolationException:
+        """
+        Return why a fixed path has no answer at a stamp, and what may change that.
+
+        :param error: of one of its edges; returned if it is that of the worst.
+        """
         stuck = self.without_data(stamp)
-        error = furthest_from_cure(stuck, stamp).extrapolation(stamp)
+        worst = furthest_from_cure(stuck, stamp)
+        if worst.child != error.child:
+            error = worst.extrapolation(stamp)
         if not any(edge.is_too_old(stamp) for edge in stuck):
             error.blocked_on = tuple(
-                (edge.child, edge.next_turn(stamp)) for edge in self._dynamic)
+                [(edge.child, edge.next_turn(stamp)) for edge in self._dynamic])
         return error
 
     def pose_at(self, stamp: int) -> PoseTuple:
@@ -100,10 +106,10 @@ def furthest_from_cure(edges: Iterable[MovingHistory], stamp: int) -> MovingHist
     data as old, then the one whose newest data is the oldest.
     """
     def order(edge: MovingHistory) -> tuple[int, int]:
-        oldest, latest = edge.oldest_stamp, edge.latest_stamp
-        if oldest is None or latest is None:
+        latest = edge.latest_stamp
+        if latest is None:
             return 2, BEGINNING
-        if stamp < oldest:
+        if stamp < latest and (oldest := edge.oldest_stamp) is not None and stamp < oldest:
             return (0 if edge.is_too_old(stamp) else 1), -oldest
         return 2, latest
 
