@@ -40,7 +40,7 @@ ORDER = {
         'arrivals: incidents sample received observers track frame_names block layout wire '
         'stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'frozen outline queries',
+        'frozen outline many_stamps lookups queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
