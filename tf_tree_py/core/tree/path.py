@@ -21,15 +21,22 @@ class Path:
 
     Runs of static edges are composed once, here; so a path is valid only until one of
     them changes. ``fixed`` says whether no edge on it changes its parent over time. If
-    one does, the path is valid only for the stamp that it was found for.
+    one does, the path is valid only for the stamp that it was found for. ``for_good`` says
+    that there was no other way at any time, either: where an edge of it has no data, its
+    child hung on nothing, and what is above never led down again.
     """
 
-    __slots__ = ('fixed', '_source_parts', '_target_parts', '_dynamic')
+    __slots__ = ('fixed', 'for_good', '_source_parts', '_target_parts', '_dynamic')
 
-    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History]) -> None:
-        """Take the edges of both branches, each from the leaf up to the meeting point."""
-        # Edges above the meeting point do not matter: the branches meet below them.
+    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
+                 above: Sequence[History] = ()) -> None:
+        """
+        Take the edges of both branches, each from the leaf up to the meeting point.
+
+        :param above: those above it, by the newest samples. No pose needs them.
+        """
         self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
+        self.for_good = self.fixed and all(edge.fixed_parent for edge in above)
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
         self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))

@@ -7,7 +7,7 @@ the structure of the tree does.
 
 from functools import partial
 
-from .climb import blockers, Branches, climb_both
+from .climb import blockers, Branches, climb, climb_both
 from .path import furthest_from_cure, Path
 from ..edges.protocol import History, moves
 from ..errors import (
@@ -80,9 +80,9 @@ class Ways:
             try:
                 return path.pose_at(stamp)
             except ExtrapolationException as error:
-                if not self.was_rehung:
+                if path.for_good:
                     raise path.failure(stamp, error) from None
-                # A frame hung elsewhere at some time, so there may be another way.
+                # A frame above hung elsewhere at some time, so there may be another way.
         return self._path(target, source, stamp).pose_at(stamp)
 
     def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
@@ -118,13 +118,19 @@ class Ways:
     def _find_fixed_path(self, target: str, source: str) -> Path | None:
         self._check_frames(target, source)
         now = climb_both(self._histories, target, source, None)
-        path = Path(*now.edges()) if now.meet else None
+        path = Path(*now.edges(), self._above(now.target.top)) if now.meet else None
         if path is not None and not path.fixed:
             path = None
         if len(self._paths) >= _MAX_PATHS:
             self._paths.clear()
         self._paths[target, source] = path
         return path
+
+    def _above(self, frame: str) -> list[History]:
+        """Return the edges above a frame, as it hangs now; the last of them may have ended."""
+        above = climb(self._histories, frame, None)
+        last = self._histories.get(above.top)
+        return above.edges if last is None else [*above.edges, last]
 
     def _path(self, target: str, source: str, stamp: int | None) -> Path:
         """Return the way at a stamp (None: by the newest samples)."""
