@@ -26,6 +26,7 @@ from ..edges.kinds import frozen, thawed
 from ..edges.storage import ALIGNMENT, Arrays, Bytes, Stored
 from ..edges.uncertainty import Uncertainty
 from ..errors import TreeFileError
+from ..text import shorten
 
 _MAGIC = b'tf_tree\0'
 _VERSION = 1
@@ -80,7 +81,7 @@ def thaw(data: Bytes, name: object = 'the data') -> Tree:
     try:
         return _tree(json.loads(header), view[begin:])
     except (ValueError, RecursionError) as error:
-        raise TreeFileError(f'{name} is damaged: {error}') from error
+        raise TreeFileError(f'{name} is damaged: {shorten(str(error))}') from error
 
 
 def _header(view: memoryview, name: object) -> tuple[bytes, int]:
