@@ -1,11 +1,12 @@
 """What a buffer holds becomes a bag that opens as the same buffer, to the bit."""
 
 from bags import fed, random_pose, RNG, RUN, SECOND, START, write_ros2
+import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 from tf_tree_py.bag import BagError, open_bag, read_arrivals
-from tf_tree_py.core import BufferCore, load, Pose, UNLIMITED
+from tf_tree_py.core import BufferCore, load, Pose, se3, Spline, UNLIMITED
 from tf_tree_py.core.tree.frozen import freeze
 
 
@@ -106,3 +107,41 @@ def test_what_is_there_is_not_replaced_and_what_cannot_be_written_is_told(tmp_pa
             buffer.record(tmp_path / name)
     assert (tmp_path / 'there.mcap').read_text() == 'precious'
     assert [path.name for path in tmp_path.iterdir()] == ['there.mcap']
+
+
+def test_spline_is_recorded_as_poses_that_follow_it(tmp_path):
+    seconds = np.arange(0.0, 4.001, 0.025)
+    stamps = START + (seconds * SECOND).astype(np.int64)
+    poses = [Pose.from_xyz_rpy(x=np.sin(6.0 * t), yaw=np.cos(5.0 * t)) for t in seconds]
+    spline = Spline.fit(stamps, poses, 20.0)
+    buffer = BufferCore(UNLIMITED)
+    buffer.insert_track('map', 'odom', stamps[::4], poses[::4])
+    buffer.insert_spline('odom', 'base', spline)
+    buffer.record(tmp_path / 'incident.mcap')
+    again = open_bag(tmp_path / 'incident.mcap')
+    edges = [edge[1:2] + edge[4:] for edge in again.edges()]
+    assert edges == [('odom', 41, stamps[0], stamps[-1]),
+                     ('base', 10 * spline.pieces + 1, stamps[0], stamps[-1])]
+    knots, asked = stamps[::2], np.arange(stamps[0], stamps[-1], SECOND // 777)
+    from_knot_to_knot = BufferCore(UNLIMITED)
+    from_knot_to_knot.insert_track('odom', 'base', knots, spline.poses(knots))
+    fine, coarse = (np.max(se3.distance_many(
+        spline.poses(asked), one.lookup_many('odom', 'base', asked)), axis=1)
+        for one in (again, from_knot_to_knot))
+    assert (fine < 0.012 * coarse).all()
+    buffer.clear()
+    buffer.record(tmp_path / 'nothing.mcap')
+    assert open_bag(tmp_path / 'nothing.mcap').edges() == []
+
+
+def test_of_an_aided_edge_the_poses_are_recorded(tmp_path):
+    plain, aided = (BufferCore(UNLIMITED) for _ in range(2))
+    for number in range(20):
+        pose = random_pose(RNG)
+        plain.insert('map', 'base', START + number * SECOND, pose)
+        aided.insert('map', 'base', START + number * SECOND, pose, covariance=np.eye(6))
+    stamps = START + np.arange(0, 10 * SECOND, SECOND // 50)
+    aided.aid('base', stamps, RNG.normal(size=(len(stamps), 3)))
+    aided.aid('camera', stamps, RNG.normal(size=(len(stamps), 3)))
+    aided.record(tmp_path / 'incident.mcap')
+    assert content(open_bag(tmp_path / 'incident.mcap')) == content(plain)

@@ -432,6 +432,34 @@ def test_kept_path_does_not_outlive_the_structure():
         buffer.lookup('a', 'c')
 
 
+def test_path_is_kept_though_it_never_had_an_answer():
+    buffer = BufferCore()
+    buffer.insert('a', 'b', 10, at(x=1.0))
+    with pytest.raises(FutureExtrapolationException) as never:
+        buffer.lookup('a', 'b', 11)
+    kept = buffer._tree.ways.newest_path('a', 'b')
+    assert kept is buffer._tree.ways.newest_path('a', 'b')
+    buffer.insert('a', 'b', 20, at(x=3.0))
+    assert buffer.lookup('a', 'b', 15) == at(x=2.0)
+    with pytest.raises(FutureExtrapolationException) as again:
+        buffer.lookup('a', 'b', 21)
+    assert (never.value.blocked_on, again.value.blocked_on) == ((('b', 11),), (('b', 21),))
+
+
+def test_way_that_went_through_what_is_above_now_is_found_behind_a_fixed_one():
+    buffer = BufferCore()
+    buffer.insert('a', 'b', 1, at(x=1.0))
+    buffer.insert('b', 'a', 5 * SECOND, at(x=9.0), strict=False)  # turns the silent edge round
+    with pytest.raises(PastExtrapolationException):
+        buffer.lookup('b', 'a', 2)
+    assert buffer.lookup('b', 'a', 1) == at(x=-1.0)
+    buffer.insert('b', 'c', 5 * SECOND, at())
+    for _ in range(2):
+        assert buffer.lookup('a', 'c') == at(x=-9.0)
+        with pytest.raises(PastExtrapolationException, match='b -> c'):
+            buffer.lookup('a', 'c', 1)
+
+
 # --- forgetting
 
 

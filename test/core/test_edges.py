@@ -1,6 +1,7 @@
 """What the tree asks of an edge's history, of every kind there is, and of one from outside."""
 
 import ast
+import json
 from pathlib import Path
 
 from hypothesis import given, strategies as st
@@ -8,12 +9,14 @@ import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import core
-from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline
+from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline, TreeFileError
 from tf_tree_py.core.edges.aided import AidedHistory
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
+from tf_tree_py.core.edges.kinds import frozen, KINDS, thawed
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.edges.spline_history import SplineHistory
 from tf_tree_py.core.edges.static import StaticHistory
+from tf_tree_py.core.edges.storage import Arrays, Stored
 from tf_tree_py.core.edges.track import HeldTrack
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
@@ -181,6 +184,44 @@ def test_copy_is_one_of_its_own(begin):
 
 
 @every_kind
+@given(stamps=st.lists(STAMPS, max_size=12), parents=some_parents, ended=st.booleans())
+def test_kind_is_frozen_and_thawed_to_the_bit_or_says_that_it_cannot_be(
+        begin, stamps, parents, ended):
+    history = history_of(begin, stamps, parents) if stamps else begin()
+    history.authority = 'somebody'
+    if ended and moves(history):
+        history.end()
+    arrays = Arrays()
+    if type(history) is EasedHistory:
+        with pytest.raises(TreeFileError, match="above 'child' cannot be frozen: it is a Eased"):
+            frozen(history, arrays)
+        return
+    facts = json.loads(json.dumps(frozen(history, arrays)))
+    stored = Stored(facts, memoryview(b''.join(arrays.parts)), WINDOW)
+    twin = thawed(stored)
+    stored.check_used_up()
+    assert type(twin) is type(history)
+    for other in (twin, twin.copy()):
+        assert said_by(other) == said_by(history)
+
+
+def test_all_kinds_that_can_be_frozen_are_tried():
+    assert {type(begin()) for begin in BEGINNINGS} == {*KINDS.values(), EasedHistory}
+
+
+def said_by(history):
+    asked = range(-1, 62)
+    track = None
+    if history.oldest_stamp is not None and history.fixed_parent:
+        ends = history.oldest_stamp, history.latest_stamp
+        track = history.track(*ends).at(np.clip(np.arange(70), *ends)).tobytes()
+    return (history.child, history.parent, history.authority, len(history),
+            history.oldest_stamp, history.latest_stamp, [pose_at(history, at) for at in asked],
+            [history.parent_at(at) for at in asked], [history.next_stamp(at) for at in asked],
+            list(history.parents_between(BEGINNING, FOREVER)), track)
+
+
+@every_kind
 @given(stamps=some_stamps, stamp=STAMPS)
 def test_append_is_insert_or_nothing(begin, stamps, stamp):
     history, other = history_of(begin, stamps), history_of(begin, stamps)
@@ -284,9 +325,9 @@ def test_path_through_all_kinds_is_answered_as_one_by_one(target, source, count)
 
 def test_snapshot_keeps_the_kinds():
     buffer = mixed_tree()
-    frozen = buffer.snapshot()
-    assert frozen.lookup_at('map', 'jumping', 49_999).x == 0.0
-    assert buffer.edges() == frozen.edges()
+    still = buffer.snapshot()
+    assert still.lookup_at('map', 'jumping', 49_999).x == 0.0
+    assert buffer.edges() == still.edges()
 
 
 def test_tree_asks_for_no_kind():

@@ -1,16 +1,34 @@
-"""A buffer that is saved and loaded answers as it did; what is no whole file is told."""
+"""
+A buffer that is saved and loaded answers as it did; what is no whole file is told.
 
+That each kind of history is what it was is in test_edges.
+"""
+
+from contextlib import suppress
 import copy
 import json
 import pickle
 import struct
+import zlib
 
+from effort import examples
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, load, Pose, TransformException, TreeFileError, UNLIMITED
+from strategies import waving_poses
+from tf_tree_py.core import (
+    BufferCore,
+    load,
+    Pose,
+    Spline,
+    TransformException,
+    TreeFileError,
+    UNLIMITED,
+)
 from tf_tree_py.core.edges.discrete import HeldHistory
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.tree.frozen import thaw
+from tf_tree_py.core.tree.frozen import freeze, thaw
+from tf_tree_py.core.tree.queries import Snapshot
 
 SECOND = 10**9
 RNG = np.random.default_rng(3)
@@ -32,7 +50,22 @@ def fill(buffer):
     buffer.insert('a', 'b', 2 * SECOND, pose())
     buffer.insert('b', 'a', 9 * SECOND, pose(), strict=False)
     buffer.insert('map', 'näme', 5, pose())
+    fill_with_more_than_samples(buffer)
     return buffer
+
+
+def fill_with_more_than_samples(buffer):
+    """Insert a spline, which covers the end, a gyroscope, some of it unused, covariances."""
+    stamps = np.arange(8 * SECOND, 11 * SECOND, SECOND // 20)
+    buffer.insert_spline('base', 'imu', Spline.fit(stamps, waving_poses(stamps * 1e-9), 10.0))
+    buffer.insert_spline('imu', 'screw', Spline.fit(
+        stamps, waving_poses(stamps * 1e-9), 10.0, on_se3=True))
+    rates = RNG.normal(size=(len(stamps), 3))
+    buffer.aid('odom', stamps + 3, rates)
+    buffer.aid('nobody', stamps, rates)
+    for stamp in stamps.tolist():
+        buffer.insert('imu', 'gps', stamp, pose(), covariance=np.diag(RNG.random(6)) * 1e-4)
+    buffer.insert('gps', 'roof', 0, pose(), static=True, covariance=np.eye(6) * 1e-8)
 
 
 def answers(buffer):
@@ -47,8 +80,14 @@ def answers(buffer):
                     found.append(buffer.lookup_at(target, source, stamp))
                 except TransformException as error:
                     found.append(str(error))
+    for source in 'roof', 'odom', 'screw':
+        latest = buffer.latest_common_time('map', source)
+        found += [part.tobytes() if isinstance(part, np.ndarray) else part for part in (
+            *buffer.lookup_uncertain('map', source),
+            *buffer.lookup_uncertain_many('map', source, [latest - 7, latest]),
+            *buffer.predict('map', source, latest + SECOND // 10, SECOND))]
     stamps = np.arange(SECOND, 12 * SECOND, SECOND // 7)
-    for source in ('cup', 'lidar'):
+    for source in ('cup', 'lidar', 'roof', 'screw'):
         found.append([part.tobytes() for part in
                       buffer.lookup_many('map', source, stamps, outside='mask')])
     return [*found, buffer.edges(), buffer.frames(), buffer.cache_time]
@@ -124,9 +163,9 @@ def test_header_that_was_changed_is_told(tmp_path, buffer):
         load(path)
 
 
-def test_newer_version_is_told():
+def test_other_version_is_told():
     data = struct.pack('<8sIII', b'tf_tree\0', 2, 2, 0) + json.dumps({}).encode()
-    with pytest.raises(TreeFileError, match='version 2.*takes a newer one'):
+    with pytest.raises(TreeFileError, match='version 2.*takes the one that wrote it'):
         thaw(data)
 
 
@@ -142,3 +181,70 @@ def test_foreign_missing_and_unwritable_files_are_told(tmp_path):
     with pytest.raises(TreeFileError, match='cannot be written: No such file'):
         BufferCore().save(tmp_path / 'nowhere' / 'run.tftree')
     assert [path.name for path in tmp_path.iterdir()] == ['run.mcap']
+
+
+# --- what somebody wrote who means harm
+
+PREFIX = struct.Struct('<8sIII')
+WHOLE = freeze(fill(BufferCore(3 * SECOND))._tree).as_bytes()
+HEADER_ENDS = PREFIX.size + PREFIX.unpack_from(WHOLE)[2]
+FACTS = json.loads(WHOLE[PREFIX.size:HEADER_ENDS])
+
+
+def places_in(facts):
+    """Yield every list and dictionary in the header, with each of its keys."""
+    for key in range(len(facts)) if isinstance(facts, list) else list(facts):
+        yield facts, key
+        if isinstance(facts[key], list | dict):
+            yield from places_in(facts[key])
+
+
+def nothing_but_the_tree_error(data):
+    """Open a file, if that can be; lookups in it fail as in any other tree, and end."""
+    try:
+        tree = thaw(data)
+    except TreeFileError as error:
+        assert len(str(error)) < 5000
+        return
+    loaded = Snapshot(tree)
+    for target in loaded.frames()[:10:3]:
+        for ask in (lambda target=target: loaded.lookup_tree(target, 9 * SECOND),
+                    *(lambda source=source, target=target: ask_for(loaded, target, source)
+                      for source in loaded.frames()[:12:2])):
+            with suppress(TransformException):
+                ask()
+    assert repr(loaded) and loaded.snapshot().edges() == loaded.edges()
+
+
+def ask_for(loaded, target, source):
+    loaded.lookup_many(target, source, [SECOND, 9 * SECOND], outside='mask')
+    loaded.predict(target, source, 12 * SECOND, SECOND)
+    loaded.lookup_uncertain(target, source, 9 * SECOND + 1)
+
+
+@examples(5.0)
+@given(st.data())
+def test_facts_that_cannot_be_are_told_whoever_wrote_them(data):
+    facts = json.loads(json.dumps(FACTS))
+    for _ in range(data.draw(st.integers(1, 3))):
+        holder, key = data.draw(st.sampled_from(list(places_in(facts))))
+        holder[key] = data.draw(st.sampled_from([
+            None, 0, 1, -1, 7, 2**70, -2**70, 1.5, True, 'map', 'base', '', 'held', 'aided',
+            'spline', 'interpolated', 'static', 'x' * 10**5, [], {}, [1], ['map'], SECOND]))
+    header = json.dumps(facts).encode()
+    header += b' ' * (-(PREFIX.size + len(header)) % 8)
+    nothing_but_the_tree_error(
+        PREFIX.pack(b'tf_tree\0', 1, len(header), zlib.crc32(header)) + header
+        + WHOLE[HEADER_ENDS:])
+
+
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')  # of numpy, about what is infinite
+@examples(2.0)
+@given(st.lists(st.tuples(st.integers(0, len(WHOLE) - 1), st.binary(min_size=1, max_size=99)),
+                min_size=1, max_size=30), st.booleans())
+def test_bytes_that_were_changed_are_wrong_numbers_at_worst(changes, in_arrays):
+    data = bytearray(WHOLE)
+    for place, changed in changes:
+        place = max(place, HEADER_ENDS) if in_arrays else place
+        data[place:place + len(changed)] = changed[:len(data) - place]
+    nothing_but_the_tree_error(bytes(data))

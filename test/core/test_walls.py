@@ -36,12 +36,12 @@ ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
-        'edges: track protocol packed static discrete aided uncertainty spline_samples spline '
-        'spline_track spline_history spline_fitter',
+        'edges: track storage columns protocol packed static discrete aided uncertainty '
+        'spline_samples spline spline_track spline_history spline_fitter kinds',
         'arrivals: incidents sample estimate received observers track frame_names block cursor '
         'estimate_bytes layout wire stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'frozen outline queries',
+        'frozen outline many_stamps lookups queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist trajectory',
         'telling: table audit audit_file report diagnosis poses missing explanation '

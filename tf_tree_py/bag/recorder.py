@@ -12,7 +12,8 @@ from typing import NamedTuple
 from tf_tree_py.core.arrivals.received import Received
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.core.arrivals.wire import WireWriter, write as as_bytes
-from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pose
+from tf_tree_py.core.edges.packed import POSE_BYTES, unpack_pose
+from tf_tree_py.core.edges.protocol import moves, MovingHistory
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.tree import Tree
 
@@ -38,8 +39,9 @@ def record(tree: Tree, path: str | os.PathLike[str]) -> None:
     Write a tree, that nobody changes meanwhile, as a bag of MCAP.
 
     ``/tf_static`` first, transient local, so that a player serves who comes late; then
-    ``/tf`` in order of the stamps, which are also the times at which it is played.
-    Parameters and errors are those of ``write``.
+    ``/tf`` in order of the stamps, which are also the times at which it is played. Of a
+    spline it has ten poses for each piece; a bag has no place for covariances, nor for what
+    a gyroscope says between two poses. Parameters and errors are those of ``write``.
     """
     write(messages_of(tree), path)
 
@@ -84,7 +86,8 @@ def messages_of(tree: Tree) -> Iterator[Message]:
     """Yield what a tree holds as messages, in the order in which they are to be played."""
     static = [Sample(str(history.parent), history.child, LATEST, history.sample(LATEST))
               for history in tree.histories.values() if history.is_static]
-    moving = heapq.merge(*map(_samples, _moving(tree)), key=lambda sample: sample.stamp)
+    moving = heapq.merge(*map(_samples, filter(moves, tree.histories.values())),
+                         key=lambda sample: sample.stamp)
     first = next(moving, None)
     if static:
         begin = LATEST if first is None else max(first.stamp, LATEST)
@@ -97,18 +100,11 @@ def messages_of(tree: Tree) -> Iterator[Message]:
             yield Message(max(stamp, LATEST), False, as_bytes(some))
 
 
-def _moving(tree: Tree) -> Iterator[PackedSamples]:
-    for history in tree.histories.values():
-        if isinstance(history, PackedSamples):
-            yield history
-        elif not history.is_static:
-            raise BagError(f'the edge above {history.child!r} cannot be recorded: it is a '
-                           f'{type(history).__name__}')
-
-
-def _samples(history: PackedSamples) -> Iterator[Sample]:
+def _samples(history: MovingHistory) -> Iterator[Sample]:
     """Yield the samples of an edge, those of one stamp in order of arrival."""
     stamps, poses, parents, _ = history.columns()
+    if not stamps:
+        return
     data = poses.cast('B')
     named = itertools.repeat(str(history.parent)) if parents is None else parents
     for number, (stamp, parent) in enumerate(zip(stamps, named)):  # noqa: B905 - no end

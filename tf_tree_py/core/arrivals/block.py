@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..edges.packed import POSE_FLOATS
+from ..edges.columns import POSE_FLOATS
 from ..geometry.so3 import Array
 from ..stamp import NANOSECONDS_PER_SECOND
 from ..times import Stamps

@@ -14,6 +14,7 @@ import numpy as np
 from .discrete import DynamicHistory, HeldHistory
 from .packed import POSE_BYTES, unpack_pose
 from .protocol import History
+from .storage import Arrays, Facts, Stored
 from .track import EdgeTrack, InterpolatedTrack
 from ..errors import InvalidArgumentException
 from ..geometry import se3, so3
@@ -109,6 +110,18 @@ class AidedHistory(DynamicHistory):
         twin.gyro = self.gyro.copy()
         return twin
 
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add to arrays what is in the window."""
+        # The last rate is left out: it serves who adds samples, and nothing can be added.
+        return super().frozen(arrays) | {'gyro': self.gyro.orientations.frozen(arrays)}
+
+    @classmethod
+    def thawed(cls, child: str, stored: Stored) -> 'AidedHistory':
+        """Return what was frozen, which uses the memory where it lies; nothing can be added."""
+        history = super().thawed(child, stored)
+        history.gyro.orientations = DynamicHistory.thawed('', stored.part('gyro'))
+        return history
+
     def sample(self, stamp: int) -> PoseTuple:
         """
         Return the pose at a stamp; see the top of the class.
@@ -116,9 +129,10 @@ class AidedHistory(DynamicHistory):
         :raises ExtrapolationException: the stamp lies outside the stored span, or where the
             edge had ended. The gyroscope's samples after the last pose change nothing.
         """
-        straight = super().sample(stamp)
         index = self._index_at(stamp)
-        assert index is not None
+        if index is None:
+            raise self.extrapolation(stamp)
+        straight = super().sample(stamp)
         begin = self._stamps[index]
         if stamp == begin or self._parents and self._parents[index] != self._parents[index + 1]:
             return straight

@@ -8,7 +8,8 @@ What a frame is called, who hangs on whom and who may insert is the business of
 from bisect import bisect_right
 from collections.abc import Iterator
 
-from .packed import PackedSamples, POSE_BYTES, POSE_FLOATS, unpack_pair, unpack_pose
+from .columns import POSE_FLOATS
+from .packed import PackedSamples, POSE_BYTES, unpack_pair, unpack_pose
 from .protocol import Stretch
 from .track import EdgeTrack, HeldTrack, InterpolatedTrack
 from ..errors import (
@@ -153,15 +154,16 @@ class DynamicHistory(PackedSamples):
         Either because it reaches the stamp, or because what is known of it leaves the
         window. So may a sample that is older than all that are stored, at any time.
         """
-        latest, index = self.latest_stamp, self._index_at(stamp)
+        latest = self.latest_stamp
         if latest is None:
             return FOREVER
+        if stamp > latest:
+            return stamp
+        index = self._index_at(stamp)
         if index is not None:
             # The window moves when a sample comes, and then by the newest stamp before it.
             return max(self._stamps[index] + self.cache_time + 1, latest)
-        if self.is_too_old(stamp):
-            return FOREVER
-        return stamp if stamp > latest else stamp + self.cache_time + 1
+        return FOREVER if self.is_too_old(stamp) else stamp + self.cache_time + 1
 
     def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
         """

@@ -6,18 +6,18 @@ What a sample says between two others is the business of who reads them.
 
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Sequence
 import struct
-from typing import cast, NamedTuple, TypeVar
+from typing import cast, TypeVar
 
 import numpy as np
 
+from .columns import Columns, POSE_FLOATS, restored, store
+from .storage import Arrays, Facts, Stored
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER
 from ..times import Stamps
 
-POSE_FLOATS = 7
 POSE_BYTES = 56
 pack_pose = struct.Struct('=7d').pack
 unpack_pose = struct.Struct('=7d').unpack_from
@@ -28,22 +28,6 @@ _Twin = TypeVar('_Twin', bound='PackedSamples')
 
 # Expired samples are removed in blocks: for fewer than this, moving the rest costs too much.
 _MIN_BLOCK = 64
-
-
-class Columns(NamedTuple):
-    """
-    The memory of a history, each column as long as there are samples.
-
-    :ivar stamps: int64 nanoseconds, sorted.
-    :ivar poses: float64, seven a sample.
-    :ivar parents: of each sample; None while all name the newest's.
-    :ivar ends: stamps of the samples with which the edge ended.
-    """
-
-    stamps: 'memoryview[int]'
-    poses: 'memoryview[float]'
-    parents: Sequence[str] | None
-    ends: Collection[int]
 
 
 class PackedSamples:
@@ -210,19 +194,22 @@ class PackedSamples:
         return Columns(stamps, poses,
                        None if self._parents is None else self._parents[first:], ends)
 
-    def adopt(self, columns: Columns, parent: str | None) -> None:
-        """
-        Answer from memory that is somebody else's, such as a file's; nothing can be added.
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add to arrays what is in the window."""
+        return store(self.columns(), self.parent, arrays)
 
-        :param parent: the newest sample's; None after an end.
-        """
+    @classmethod
+    def thawed(cls: type[_Kind], child: str, stored: Stored) -> _Kind:
+        """Return what was frozen, which uses the memory where it lies; nothing can be added."""
+        history = cls(child, stored.cache_time)
+        columns, history.parent = restored(stored)
         # Whoever only reads finds no difference to arrays and lists.
-        self._stamps = cast('array[int]', columns.stamps)
-        self._poses = cast('array[float]', columns.poses)
-        self._parents = cast('list[str] | None', columns.parents)
-        self._ends = set(columns.ends)
-        self.parent = parent
-        self.latest_stamp = self._stamps[-1] if self._stamps else None
+        history._stamps = cast('array[int]', columns.stamps)
+        history._poses = cast('array[float]', columns.poses)
+        history._parents = cast('list[str] | None', columns.parents)
+        history._ends = set(columns.ends)
+        history.latest_stamp = history._stamps[-1] if history._stamps else None
+        return history
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """

@@ -9,6 +9,7 @@ protocols only.
 from collections.abc import Iterator
 from typing import Protocol, TypeGuard
 
+from .columns import Columns
 from .track import EdgeTrack
 from ..errors import ExtrapolationException
 from ..geometry.se3 import PoseTuple
@@ -149,6 +150,13 @@ class MovingHistory(History, Protocol):
         :param stamps: (n,) in order of arrival, n > 0; none is older than the window when
             its turn comes.
         :param poses: (n, 7) ``parent_T_child``, with unit quaternions.
+        """
+
+    def columns(self) -> Columns:
+        """
+        Return samples for who interpolates between them, such as who reads a recording.
+
+        While they are held, nothing can be added.
         """
 
     def next_turn(self, stamp: int) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .spline_samples import checked_rate, checked_samples, first_guess, places
+from .storage import Arrays, Facts, Stored
 from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
 from ..geometry.screws import Screw
@@ -27,11 +28,13 @@ from ..geometry.spline import (
     steps_between,
 )
 from ..geometry.spline_fit import fitted, on_pieces, ORDER
-from ..stamp import format_stamp, NANOSECONDS_PER_SECOND
+from ..stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
 from ..times import checked_stamp, checked_stamps, Stamps
 
 # Radians: where a piece turns by more than half a turn, the curve takes the other way round.
 _HOPELESS = 0.5
+
+_GROUPS = {group.name: group for group in (SPLIT, SE3)}
 
 
 class Spline:
@@ -122,10 +125,40 @@ class Spline:
         return (_restored, (self.begin, self.knot_period, self.knots, self.latest,
                             self.group is SE3))
 
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the knots and steps to arrays."""
+        arrays.add(self.knots)
+        arrays.add(np.ascontiguousarray(self.steps))
+        return {'knots': len(self), 'begin': self.begin, 'knot_period': self.knot_period,
+                'latest': self.latest, 'group': self.group.name}
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Spline':
+        """Return what was frozen, which uses the memory where it lies."""
+        spline, count = cls.__new__(cls), stored.whole('knots', ORDER)
+        spline.knots = np.frombuffer(stored.floats(7 * count)).reshape(-1, 7)
+        spline.steps = np.frombuffer(stored.floats(6 * count - 6)).reshape(-1, 6)
+        spline.begin = spline.oldest = stored.whole('begin', BEGINNING, FOREVER)
+        spline.knot_period = stored.whole('knot_period', 1, FOREVER)
+        spline.latest = stored.whole('latest', spline.oldest, FOREVER)
+        spline.group = _GROUPS.get(stored.one('group', str), SPLIT)
+        if spline.latest > spline.begin + spline.pieces * spline.knot_period:
+            raise ValueError('a spline ends behind its last piece')
+        # No more than half a turn, but for rounding; sines of what is infinite raise errors.
+        if not (np.abs(spline.steps[:, 3:]) < 3.2).all():
+            raise ValueError('a spline turns by more than half a turn from knot to knot')
+        return spline
+
     @property
     def pieces(self) -> int:
         """Return how many pieces there are."""
         return len(self.knots) - ORDER + 1
+
+    def cuts(self, pieces: range, parts: int) -> Stamps:
+        """Return the stamps that cut pieces into equal parts, from end to end."""
+        begins = self.begin + self.knot_period * np.arange(pieces.start, pieces.stop + 1)
+        cuts = [self.knot_period * part // parts for part in range(parts)]
+        return np.unique(np.clip((begins[:, None] + cuts).ravel(), self.oldest, self.latest))
 
     # --- at one stamp
 

@@ -4,12 +4,17 @@ The history of an edge that is known in continuous time: one spline.
 It takes no samples. Whoever has newer ones fits them, and gives the edge another spline.
 """
 
+from array import array
 from collections.abc import Iterator
 from typing import TypeGuard
 
+import numpy as np
+
+from .columns import Columns
 from .protocol import History, Stretch
 from .spline import Spline
 from .spline_track import SplineTrack
+from .storage import Arrays, Facts, Stored
 from ..errors import (
     ExtrapolationException,
     FutureExtrapolationException,
@@ -20,6 +25,10 @@ from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import FOREVER, UNLIMITED
 from ..times import Stamps
+
+# So that a straight line between two of them is off by no more than a hundredth of what it
+# would be off from knot to knot.
+_POSES_A_PIECE = 10
 
 
 class SplineHistory:
@@ -151,6 +160,27 @@ class SplineHistory:
     def copy(self) -> 'SplineHistory':
         """Return a history of its own, with the same spline, which never changes."""
         return SplineHistory(self.child, self.parent, self.spline, self.authority)
+
+    def columns(self) -> Columns:
+        """Return poses on the spline, ten for each piece, for who interpolates between them."""
+        spline = self.spline
+        if spline is None:
+            return Columns(memoryview(array('q')), memoryview(array('d')), None, ())
+        stamps = spline.cuts(range(spline.pieces), _POSES_A_PIECE)
+        poses = np.ascontiguousarray(spline.poses(stamps))
+        return Columns(memoryview(stamps), memoryview(poses.ravel()), None, ())
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the spline to arrays."""
+        return {'parent': self.parent,
+                'spline': None if self.spline is None else self.spline.frozen(arrays)}
+
+    @classmethod
+    def thawed(cls, child: str, stored: Stored) -> 'SplineHistory':
+        """Return what was frozen, whose spline uses the memory where it lies."""
+        if not stored.has('spline'):
+            return cls(child, None, None)
+        return cls(child, stored.one('parent', str), Spline.thawed(stored.part('spline')))
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
         """Return the error for a stamp outside the spline."""

@@ -35,11 +35,9 @@ class SplineTrack:
         pieces = range(begin, end + 1)
         self._steps = np.abs(_lengths(spline.steps[pieces.start:pieces.stop + 2]))
         self._positions = spline.knots[pieces.start:pieces.stop + 3, :3]
-        parts = min(max(1, math.ceil(self._bound()[0] / _TURN)), _MAX_PARTS, period)
-        begins = spline.begin + period * np.arange(pieces.start, pieces.stop + 1)
-        cuts = period * np.arange(parts) // parts
-        knots = (begins[:, None] + cuts).ravel()
-        self.knots: Stamps = np.unique(np.clip(knots, spline.oldest, spline.latest))
+        # In this order, for the bound of what a file says may be infinite, or no number.
+        parts = min(max(1, math.ceil(min(_MAX_PARTS, self._bound()[0] / _TURN))), period)
+        self.knots: Stamps = spline.cuts(pieces, parts)
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
         """Return the poses (7, ...) some time after stamps."""

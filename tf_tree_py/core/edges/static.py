@@ -1,10 +1,12 @@
 """The history of an edge that is valid at all times: one sample, no stamp."""
 
+from array import array
 from collections.abc import Iterator
 
 import numpy as np
 
 from .protocol import Stretch
+from .storage import Arrays, Facts, Stored
 from .track import ConstantTrack
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
@@ -87,3 +89,14 @@ class StaticHistory:
     def copy(self) -> 'StaticHistory':
         """Return a history of its own."""
         return StaticHistory(self.child, self.parent, self.pose, self.authority)
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the pose to arrays."""
+        arrays.add(array('d', self.pose))
+        return {'parent': self.parent}
+
+    @classmethod
+    def thawed(cls, child: str, stored: Stored) -> 'StaticHistory':
+        """Return what was frozen."""
+        x, y, z, qx, qy, qz, qw = stored.floats(7)
+        return cls(child, stored.one('parent', str), (x, y, z, qx, qy, qz, qw))

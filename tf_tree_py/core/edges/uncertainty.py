@@ -7,11 +7,12 @@ odometry. What a covariance means, ``geometry.covariances`` says.
 
 from array import array
 from bisect import bisect_left, bisect_right
-from typing import NamedTuple
+from typing import cast, NamedTuple
 
 import numpy as np
 
 from .protocol import History
+from .storage import Arrays, Facts, Stored
 from ..geometry import se3, so3
 from ..geometry.covariances import pack, PACKED_FLOATS, unpack
 from ..geometry.so3 import Array
@@ -114,6 +115,21 @@ class Uncertainty:
         twin = Uncertainty(self.parent)
         twin._stamps, twin._packed = self._stamps[:], self._packed[:]
         return twin
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add to arrays what is kept."""
+        arrays.add(self._stamps)
+        arrays.add(self._packed)
+        return {'parent': self.parent, 'count': len(self)}
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Uncertainty':
+        """Return what was frozen, which uses the memory where it lies; nothing can be added."""
+        one, count = cls(stored.one('parent', str)), stored.whole('count', 1)
+        # Whoever only reads finds no difference to arrays.
+        one._stamps = cast('array[int]', stored.integers(count))
+        one._packed = cast('array[float]', stored.floats(PACKED_FLOATS * count))
+        return one
 
 
 def _turn(history: History, first: int, last: int) -> so3.Vector3:

@@ -2,16 +2,15 @@
 A tree as a file whose arrays are used where they lie: frozen, and thawed in no time.
 
 A file is a magic word, the version, the length and the CRC-32 of the header; the header,
-JSON that names frames and edges and says where their arrays stand; then the arrays:
-stamps (int64), poses (7 float64) and, for edges that changed their parent, the number of
-each sample's parent (uint32). What is in the window is written, not what has expired.
+JSON that says what the tree has; then the arrays. What an edge has of both is said by the
+kind of its history (``edges.kinds``). What is in the window is written, not what has expired.
 
-Nothing of the arrays is read before a lookup asks for it, so opening takes the same time
-whatever the size, and processes that open one file share its pages.
+Samples are not read before a lookup asks for them, but for who was the parent where that
+changed; so opening takes the same time whatever the size, and processes that open one file
+share its pages. Hence they have no checksum: of a damaged sample come wrong numbers.
 """
 
-from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 import json
 import mmap
@@ -19,26 +18,19 @@ import os
 from pathlib import Path
 import struct
 import sys
-from typing import Any, NamedTuple, overload
+from typing import NamedTuple
 import zlib
 
 from .tree import Tree
-from ..edges.discrete import DynamicHistory, HeldHistory
-from ..edges.packed import Columns, PackedSamples, POSE_BYTES
-from ..edges.protocol import History
-from ..edges.static import StaticHistory
+from ..edges.kinds import frozen, thawed
+from ..edges.storage import ALIGNMENT, Arrays, Bytes, Stored
+from ..edges.uncertainty import Uncertainty
 from ..errors import TreeFileError
+from ..text import shorten
 
 _MAGIC = b'tf_tree\0'
 _VERSION = 1
 _PREFIX = struct.Struct('<8sIII')  # magic, version, length and CRC-32 of the header
-# Arrays begin where every number is aligned.
-_ALIGNMENT = 8
-
-_KINDS: dict[str, type[PackedSamples]] = {'interpolated': DynamicHistory, 'held': HeldHistory}
-_NAMES = {kind: name for name, kind in _KINDS.items()}
-
-Buffer = bytes | bytearray | memoryview
 
 
 class Frozen(NamedTuple):
@@ -50,7 +42,7 @@ class Frozen(NamedTuple):
     """
 
     header: bytes
-    arrays: Sequence[Buffer]
+    arrays: Sequence[Bytes]
 
     def as_bytes(self) -> bytes:
         """Return all of it."""
@@ -63,41 +55,21 @@ def freeze(tree: Tree) -> Frozen:
 
     :raises TreeFileError: a history of a kind that cannot be frozen.
     """
-    arrays: list[Buffer] = []
-    edges = [_described(history, arrays) for history in tree.histories.values()]
-    header = json.dumps({
+    arrays = Arrays()
+    facts = {
         'byte_order': sys.byteorder, 'cache_time': tree.cache_time,
         'max_frames': tree.max_frames, 'max_name_bytes': tree.max_name_bytes,
-        'frames': list(tree.frames), 'edges': edges,
-        'array_bytes': sum(len(each) for each in arrays)}).encode()
-    header += b' ' * (-(_PREFIX.size + len(header)) % _ALIGNMENT)
+        'frames': list(tree.frames),
+        'edges': [frozen(history, arrays) for history in tree.histories.values()],
+        'uncertainty': [{'child': child} | known.frozen(arrays)
+                        for child, known in tree.uncertainty.items()]}
+    header = json.dumps(facts).encode()
+    header += b' ' * (-(_PREFIX.size + len(header)) % ALIGNMENT)
     return Frozen(_PREFIX.pack(_MAGIC, _VERSION, len(header), zlib.crc32(header)) + header,
-                  arrays)
+                  arrays.parts)
 
 
-def _described(history: History, arrays: list[Buffer]) -> dict[str, Any]:
-    """Return an edge for the header, and add its arrays."""
-    if isinstance(history, StaticHistory):
-        return {'kind': 'static', 'child': history.child, 'parent': history.parent,
-                'authority': history.authority, 'pose': history.pose}
-    if not isinstance(history, PackedSamples) or type(history) not in _NAMES:
-        raise TreeFileError(f'the edge above {history.child!r} cannot be frozen: it is a '
-                            f'{type(history).__name__}')
-    columns = history.columns()
-    arrays += [columns.stamps.cast('B'), columns.poses.cast('B')]
-    parents: list[str] = []
-    if columns.parents is not None:
-        parents = list(dict.fromkeys(columns.parents))
-        number = {name: index for index, name in enumerate(parents)}
-        codes = array('I', [number[name] for name in columns.parents])
-        codes.extend([0] * (len(codes) % 2))  # so that the next array is aligned
-        arrays.append(codes.tobytes())
-    return {'kind': _NAMES[type(history)], 'child': history.child, 'parent': history.parent,
-            'authority': history.authority, 'samples': len(columns.stamps),
-            'parents': parents, 'ends': sorted(columns.ends)}
-
-
-def thaw(data: Buffer, name: object = 'the data') -> Tree:
+def thaw(data: Bytes, name: object = 'the data') -> Tree:
     """
     Return the tree that was frozen, which uses the data where it lies, and cannot change.
 
@@ -106,87 +78,48 @@ def thaw(data: Buffer, name: object = 'the data') -> Tree:
     """
     view = memoryview(data)
     header, begin = _header(view, name)
-    tree = Tree(header['cache_time'], header['max_frames'], header['max_name_bytes'])
-    tree.frames.update(dict.fromkeys(header['frames']))
-    for edge in header['edges']:
-        history, begin = _thawed(edge, view, begin, tree.cache_time)
-        tree.histories[history.child] = history
-    return tree
+    try:
+        return _tree(json.loads(header), view[begin:])
+    except (ValueError, RecursionError) as error:
+        raise TreeFileError(f'{name} is damaged: {shorten(str(error))}') from error
 
 
-def _header(view: memoryview, name: object) -> tuple[dict[str, Any], int]:
-    """Return the header, checked, and where it ends."""
+def _header(view: memoryview, name: object) -> tuple[bytes, int]:
+    """Return the header, as it was written, and where it ends."""
     if len(view) < _PREFIX.size or bytes(view[:len(_MAGIC)]) != _MAGIC:
         raise TreeFileError(f'{name} is no frozen tree: those are what save() of a buffer writes')
     _, version, length, checksum = _PREFIX.unpack_from(view)
-    if version > _VERSION:
+    if version != _VERSION:
         raise TreeFileError(f'{name} is a frozen tree of version {version}, and this tf_tree_py '
-                            f'reads version {_VERSION}: it takes a newer one')
+                            f'reads version {_VERSION}: it takes the one that wrote it')
     begin = _PREFIX.size + length
-    text = bytes(view[_PREFIX.size:begin])
-    if len(text) < length or zlib.crc32(text) != checksum:
+    header = bytes(view[_PREFIX.size:begin])
+    if len(header) < length or zlib.crc32(header) != checksum:
         raise TreeFileError(f'{name} is damaged: the header of the frozen tree is not what was '
                             'written')
-    header: dict[str, Any] = json.loads(text)
-    if header['byte_order'] != sys.byteorder:
-        raise TreeFileError(f'{name} is a frozen tree of a {header["byte_order"]}-endian machine, '
-                            f'and this one is {sys.byteorder}-endian')
-    if len(view) - begin != header['array_bytes']:
-        raise TreeFileError(f'{name} is damaged: {len(view) - begin} bytes of samples where '
-                            f'{header["array_bytes"]} were written')
     return header, begin
 
 
-def _thawed(edge: dict[str, Any], view: memoryview, begin: int,
-            cache_time: int) -> tuple[History, int]:
-    """Return an edge's history, and where its arrays end."""
-    if edge['kind'] == 'static':
-        return StaticHistory(edge['child'], edge['parent'], tuple(edge['pose']),
-                             edge['authority']), begin
-
-    def take(size: int) -> memoryview:
-        nonlocal begin
-        begin += size
-        return view[begin - size:begin]
-
-    count = edge['samples']
-    stamps, poses = take(8 * count).cast('q'), take(POSE_BYTES * count).cast('d')
-    parents = None
-    if edge['parents']:
-        codes = take(4 * (count + count % 2)).cast('I')
-        parents = _Names(codes[:count], edge['parents'])
-    history = _KINDS[edge['kind']](edge['child'], cache_time, edge['authority'])
-    history.adopt(Columns(stamps, poses, parents, set(edge['ends'])), edge['parent'])
-    assert isinstance(history, DynamicHistory)
-    return history, begin
-
-
-class _Names(Sequence[str]):
-    """The parent of every sample, kept as a number of a few names."""
-
-    def __init__(self, codes: 'memoryview[int]', names: Sequence[str]) -> None:
-        self._codes = codes
-        self._names = names
-
-    def __len__(self) -> int:
-        return len(self._codes)
-
-    @overload
-    def __getitem__(self, index: int) -> str: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> '_Names': ...
-
-    def __getitem__(self, index: int | slice) -> 'str | _Names':
-        if isinstance(index, slice):
-            return _Names(self._codes[index], self._names)
-        return self._names[self._codes[index]]
-
-    def __iter__(self) -> Iterator[str]:
-        return map(self._names.__getitem__, self._codes)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._names
+def _tree(facts: object, arrays: memoryview) -> Tree:
+    """Return what a header and arrays say; a ``ValueError`` says what is wrong with them."""
+    stored = Stored(facts, arrays, 0)
+    byte_order = stored.one('byte_order', str)
+    if byte_order != sys.byteorder:
+        raise ValueError(f'it is of a {byte_order}-endian machine, and this one is '
+                         f'{sys.byteorder}-endian')
+    tree = Tree(stored.whole('cache_time', 1), stored.whole('max_frames'),
+                stored.whole('max_name_bytes'))
+    stored.cache_time = tree.cache_time
+    tree.frames.update(dict.fromkeys(stored.many('frames', str)))
+    for edge in stored.parts('edges'):
+        history = thawed(edge)
+        tree.histories[history.child] = history
+    uncertainty = {one.one('child', str): Uncertainty.thawed(one)
+                   for one in stored.parts('uncertainty')}
+    if uncertainty:
+        tree.uncertainty = uncertainty
+    stored.check_used_up()
+    return tree
 
 
 # --- files

@@ -1,10 +1,11 @@
-"""A buffer's tree for a person to look at: one line, or each frame under its parent."""
+"""What a tree has, edge by edge; for a person in one line, or each frame under its parent."""
 
 from collections.abc import Iterable, Iterator
 import html
 from typing import NamedTuple
 
-from ..stamp import format_span, format_stamp
+from ..edges.protocol import History
+from ..stamp import BEGINNING, FOREVER, format_span, format_stamp
 
 # Nobody reads more lines than this, and no screen shows longer names.
 _MAX_LINES = 200
@@ -110,3 +111,20 @@ def _shown(name: str) -> str:
 
 def _counted(number: int, noun: str) -> str:
     return f'{number} {noun}' + ('' if number == 1 else 's')
+
+
+def info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
+    """Return what is stored of an edge for as long as it has the parent of a moment."""
+    info = info_of(parent, history)
+    if moment is None or history.fixed_parent:
+        return info
+    since, until = next((since, until) for _, since, until
+                        in history.parents_between(BEGINNING, FOREVER) if since <= moment < until)
+    stamps = history.track(since, min(info.latest, until - 1)).knots
+    return info._replace(oldest=since, latest=int(stamps[stamps < until][-1]))
+
+
+def info_of(parent: str, history: History) -> EdgeInfo:
+    """Return what is stored of an edge."""
+    return EdgeInfo(parent, history.child, history.authority, history.is_static, len(history),
+                    history.oldest_stamp or 0, history.latest_stamp or 0)

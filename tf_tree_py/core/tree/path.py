@@ -21,15 +21,22 @@ class Path:
 
     Runs of static edges are composed once, here; so a path is valid only until one of
     them changes. ``fixed`` says whether no edge on it changes its parent over time. If
-    one does, the path is valid only for the stamp that it was found for.
+    one does, the path is valid only for the stamp that it was found for. ``for_good`` says
+    that there was no other way at any time, either: where an edge of it has no data, its
+    child hung on nothing, and what is above never led down again.
     """
 
-    __slots__ = ('fixed', '_source_parts', '_target_parts', '_dynamic')
+    __slots__ = ('fixed', 'for_good', '_source_parts', '_target_parts', '_dynamic')
 
-    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History]) -> None:
-        """Take the edges of both branches, each from the leaf up to the meeting point."""
-        # Edges above the meeting point do not matter: the branches meet below them.
+    def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
+                 above: Sequence[History] = ()) -> None:
+        """
+        Take the edges of both branches, each from the leaf up to the meeting point.
+
+        :param above: those above it, by the newest samples. No pose needs them.
+        """
         self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
+        self.for_good = self.fixed and all(edge.fixed_parent for edge in above)
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
         self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
@@ -70,13 +77,19 @@ class Path:
         """Return the edges that keep it from answering at a stamp."""
         return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
 
-    def failure(self, stamp: int) -> ExtrapolationException:
-        """Return why a fixed path has no answer at a stamp, and what may change that."""
+    def failure(self, stamp: int, error: ExtrapolationException) -> ExtrapolationException:
+        """
+        Return why a fixed path has no answer at a stamp, and what may change that.
+
+        :param error: of one of its edges; returned if it is that of the worst.
+        """
         stuck = self.without_data(stamp)
-        error = furthest_from_cure(stuck, stamp).extrapolation(stamp)
+        worst = furthest_from_cure(stuck, stamp)
+        if worst.child != error.child:
+            error = worst.extrapolation(stamp)
         if not any(edge.is_too_old(stamp) for edge in stuck):
             error.blocked_on = tuple(
-                (edge.child, edge.next_turn(stamp)) for edge in self._dynamic)
+                [(edge.child, edge.next_turn(stamp)) for edge in self._dynamic])
         return error
 
     def pose_at(self, stamp: int) -> PoseTuple:
@@ -100,10 +113,10 @@ def furthest_from_cure(edges: Iterable[MovingHistory], stamp: int) -> MovingHist
     data as old, then the one whose newest data is the oldest.
     """
     def order(edge: MovingHistory) -> tuple[int, int]:
-        oldest, latest = edge.oldest_stamp, edge.latest_stamp
-        if oldest is None or latest is None:
+        latest = edge.latest_stamp
+        if latest is None:
             return 2, BEGINNING
-        if stamp < oldest:
+        if stamp < latest and (oldest := edge.oldest_stamp) is not None and stamp < oldest:
             return (0 if edge.is_too_old(stamp) else 1), -oldest
         return 2, latest
 

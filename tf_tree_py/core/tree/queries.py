@@ -1,10 +1,10 @@
 """
-The questions to a tree: one lookup, many stamps, all frames.
+All questions to a tree: one pose, many, how sure they are, and what there is.
 
 The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 """
 
-from collections.abc import Callable
+from functools import partial
 import importlib
 import os
 import threading
@@ -14,239 +14,25 @@ import numpy as np
 import numpy.typing as npt
 
 from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
-from .outline import as_html, EdgeInfo, summary
-from .path import Path
+from .lookups import Lookups, Naming
+from .many_stamps import ends_of, poses_at, refuse_missing
+from .outline import as_html, EdgeInfo, info_of, summary
 from .prediction import checked_horizon, known_beyond, predicted, Prediction
 from .propagation import Errors, total_at
-from .tree import Tree
 from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
-from ..arrivals.observers import asked, halves, NOBODY, Observers
-from ..edges.protocol import History, moves
-from ..errors import (
-    Blocker,
-    ConnectivityException,
-    ExtrapolationException,
-    InvalidArgumentException,
-    TransformException,
-)
-from ..geometry import se3
+from ..arrivals.observers import asked
+from ..edges.protocol import moves
+from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
 from ..geometry.screws import carry_many
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..stamp import BEGINNING, FOREVER, format_stamp, LATEST
-from ..times import checked_stamp, checked_stamps, Stamps, without_mask
+from ..stamp import LATEST
+from ..times import Stamps, without_mask
 
 
-class Queries:
-    """
-    Lookups on a tree, from any thread.
-
-    ``lookup('map', 'camera', stamp)`` gives ``map_T_camera``: it takes coordinates
-    in camera to coordinates in map, as everything was at the stamp. Stamps are
-    integer nanoseconds. In ``lookup`` and other questions for one pose the stamp 0 is
-    ``LATEST``, as in tf2: the newest time that every edge between the two frames has data
-    for. In ``lookup_at``, and in all that takes many stamps, 0 is a time like any other,
-    for data whose time begins at 0.
-    """
-
-    def __init__(self, tree: Tree) -> None:
-        # Re-entrant, so that a wait can hold it across a query and its own registration.
-        self._lock = threading.RLock()
-        self._tree = tree
-
-    # Nobody watches a snapshot.
-    observers: Observers = NOBODY
-    """Who is told of every lookup; see ``Observer``."""
-
-    # What callers give as stamps, as integers; ``ros`` takes ROS times as well.
-    _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
-
-    def _stamps_of(self, stamps: npt.ArrayLike) -> Stamps:
-        return checked_stamps(stamps, self._stamp_of)
-
-    @property
-    def cache_time(self) -> int:
-        """Return how much history each edge keeps, nanoseconds."""
-        return self._tree.cache_time
-
-    # --- one pose
-
-    def lookup(self, target_frame: str, source_frame: str, stamp: int = LATEST) -> Pose:
-        """
-        Return ``target_T_source`` at a stamp.
-
-        :param stamp: nanoseconds, or ``LATEST``.
-        :raises InvalidArgumentException: a name that cannot be a frame, or a stamp that is
-            no integer.
-        :raises LookupException: a frame that nobody published.
-        :raises ConnectivityException: nothing joins the two.
-        :raises ExtrapolationException: an edge between them has no data for the stamp.
-        """
-        return Pose._make(self.lookup_stamped(target_frame, source_frame, stamp)[1])
-
-    def lookup_stamped(self, target_frame: str, source_frame: str,
-                       stamp: int = LATEST) -> tuple[int, PoseTuple]:
-        """Return the stamp that ``LATEST`` came to, and the pose; see ``lookup``."""
-        if type(stamp) is not int:
-            stamp = self._stamp_of(stamp)
-        if self.observers.of_lookups and self.observers.hear_lookups():
-            return self.observers.watch(
-                [asked(target_frame, source_frame, stamp)],
-                self.lookup_stamped, target_frame, source_frame, stamp)
-        try:
-            with self._lock:
-                if target_frame == source_frame:
-                    return self._own_stamp(target_frame, stamp), se3.IDENTITY
-                if stamp == LATEST:
-                    return self._tree.ways.newest_pose(target_frame, source_frame)
-                return stamp, self._tree.ways.pose_at(target_frame, source_frame, stamp)
-        except TransformException as error:
-            error.target_frame, error.source_frame = target_frame, source_frame
-            raise
-
-    def lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> Pose:
-        """
-        Return ``target_T_source`` at a stamp, where 0 is a time and not ``LATEST``.
-
-        Otherwise as ``lookup``.
-        """
-        stamp = self._stamp_of(stamp)
-        if self.observers.hear_lookups():
-            return self.observers.watch([(target_frame, source_frame, stamp)],
-                                        self.lookup_at, target_frame, source_frame, stamp)
-        with self._lock, _Naming(target_frame, source_frame):
-            if target_frame == source_frame:
-                return Pose._make(se3.IDENTITY)
-            return Pose._make(self._tree.ways.pose_at(target_frame, source_frame, stamp))
-
-    def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
-                    source_stamp: int, fixed_frame: str) -> Pose:
-        """
-        Return ``target_T_source`` between two times, through a frame that does not move.
-
-        (target <- fixed at target_stamp) (fixed <- source at source_stamp): a thing was
-        seen from the source at source_stamp; this gives where it is in the target at
-        target_stamp, if it did not move in the fixed frame. Raises as ``lookup`` does.
-        """
-        return Pose._make(self.lookup_full_stamped(
-            target_frame, target_stamp, source_frame, source_stamp, fixed_frame)[1])
-
-    def lookup_full_stamped(self, target_frame: str, target_stamp: int, source_frame: str,
-                            source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
-        """Return what ``target_stamp`` came to, and the pose; see ``lookup_full``."""
-        if self.observers.hear_lookups():
-            return self.observers.watch(
-                halves(target_frame, self._stamp_of(target_stamp), source_frame,
-                       self._stamp_of(source_stamp), fixed_frame),
-                self.lookup_full_stamped, target_frame, target_stamp, source_frame,
-                source_stamp, fixed_frame)
-        with self._lock, _Naming(target_frame, source_frame):
-            self._tree.ways.check_frame('target_frame', target_frame)
-            self._tree.ways.check_frame('source_frame', source_frame)
-            self._tree.ways.check_frame('fixed_frame', fixed_frame)
-            both = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
-                    (target_frame, fixed_frame, self._stamp_of(target_stamp))]
-            (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(both)
-        return stamp, se3.compose(target_T_fixed, fixed_T_source)
-
-    def _lookup_both(self, halves: list[tuple[str, str, int]]) -> list[tuple[int, PoseTuple]]:
-        """Return the answers of two lookups, or raise what one of them lacks."""
-        answers: list[tuple[int, PoseTuple]] = []
-        errors: list[TransformException] = []
-        watched: list[Blocker] = []
-        for target_frame, source_frame, stamp in halves:
-            try:
-                answers.append(self.lookup_stamped(target_frame, source_frame, stamp))
-            except TransformException as error:
-                errors.append(error)
-                watched += error.blocked_on or ()
-            else:
-                # This half may lose its data during the wait for the other.
-                watched += () if stamp == LATEST else self._tree.ways.blockers(
-                    target_frame, source_frame, stamp)
-        if not errors:
-            return answers
-        for hopeless in errors:
-            if hopeless.blocked_on is None:
-                raise hopeless
-        errors[0].blocked_on = tuple(watched)
-        raise errors[0]
-
-    def latest_common_time(self, target_frame: str, source_frame: str) -> int:
-        """
-        Return what ``LATEST`` comes to between two frames, nanoseconds.
-
-        ``LATEST`` itself when nothing between them moves. Raises as ``lookup`` does,
-        but for extrapolation.
-        """
-        with self._lock, _Naming(target_frame, source_frame):
-            self._tree.ways.check_frame('target_frame', target_frame)
-            self._tree.ways.check_frame('source_frame', source_frame)
-            if target_frame == source_frame:
-                return self._own_stamp(target_frame, LATEST)
-            return self._tree.ways.newest_path(target_frame, source_frame).latest_common_time()
-
-    def _own_stamp(self, frame: str, stamp: int) -> int:
-        """Return the stamp of a frame's transform to itself: as asked, or its own newest."""
-        if stamp != LATEST or frame not in self._tree.histories:
-            return stamp
-        return self._tree.histories[frame].latest_stamp or LATEST
-
-    def frames_between(self, target_frame: str, source_frame: str,
-                       stamp: int = LATEST) -> list[str]:
-        """
-        Return the frames from the source up to the common ancestor and down to the target.
-
-        Both ends are among them. Raises as ``lookup`` does.
-        """
-        stamp = self._stamp_of(stamp)
-        moment = None if stamp == LATEST else stamp
-        with self._lock, _Naming(target_frame, source_frame):
-            if target_frame == source_frame:
-                return [source_frame]
-            return self._tree.ways.branches(target_frame, source_frame, moment).frames()
-
-    def edges_between(self, target_frame: str, source_frame: str,
-                      stamp: int = LATEST) -> list[EdgeInfo]:
-        """
-        Return the edges from the source up to the common ancestor and down to the target.
-
-        In that order, each with its parent at the stamp, and the stamps from and to which
-        that is its parent. Raises as ``lookup`` does.
-        """
-        stamp = self._stamp_of(stamp)
-        return self._edges_between(
-            target_frame, source_frame, None if stamp == LATEST else stamp)
-
-    def _edges_between(self, target_frame: str, source_frame: str,
-                       moment: int | None) -> list[EdgeInfo]:
-        """Return them at a stamp, 0 among them; None goes by the newest samples."""
-        with self._lock, _Naming(target_frame, source_frame):
-            if target_frame == source_frame:
-                return []
-            links = self._tree.ways.branches(target_frame, source_frame, moment).links()
-            return [_info_at(parent, history, moment) for parent, history in links]
-
-    def samples_around(self, child_frame: str, stamp: int) -> list[tuple[int, Pose]]:
-        """
-        Return the samples of a frame's edge at or next to a stamp, with their own stamps.
-
-        One where the stamp is a sample's, or lies outside of what is stored; two between
-        two samples; none where the edge does not move or is not known.
-
-        :param stamp: nanoseconds; 0 is a time here.
-        """
-        with self._lock:
-            history = self._tree.histories.get(child_frame)
-            if not moves(history) or history.oldest_stamp is None:
-                return []
-            assert history.latest_stamp is not None
-            inside = min(max(stamp, history.oldest_stamp), history.latest_stamp)
-            knots = history.track(inside, inside).knots.tolist()
-            around = {max((knot for knot in knots if knot <= inside), default=inside),
-                      min((knot for knot in knots if knot >= inside), default=inside)}
-            return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
+class Queries(Lookups):
+    """All that can be asked of a tree, from any thread; see ``Lookups`` about stamps."""
 
     # --- many poses
 
@@ -288,81 +74,15 @@ class Queries:
 
     def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
                      given: npt.NDArray[np.bool_] | None, outside: str) -> Any:
-        with _Naming(target_frame, source_frame):
-            poses, valid = self._poses_at(target_frame, source_frame, array)
+        with Naming(target_frame, source_frame):
+            poses, valid = poses_at(self._tree, self._lock, target_frame, source_frame, array)
         if given is not None:
             valid &= given
             poses[~given] = np.nan
         if outside == 'mask':
             return poses, valid
-        if not valid.all():
-            self._raise_first(target_frame, source_frame, array, given, valid)
+        refuse_missing(partial(self.lookup_at, target_frame, source_frame), array, given, valid)
         return poses
-
-    def _poses_at(self, target_frame: str, source_frame: str,
-                  stamps: Stamps) -> tuple[Array, npt.NDArray[np.bool_]]:
-        if target_frame == source_frame:
-            return np.tile(se3.IDENTITY, (len(stamps), 1)), np.ones(len(stamps), dtype=bool)
-        with self._lock:
-            path, was_rehung = self._path_for_all(target_frame, source_frame)
-            valid = np.zeros(len(stamps), dtype=bool)
-            if path is not None:
-                oldest, latest = path.span()
-                valid = (stamps >= oldest) & (stamps <= latest)
-                inside = stamps if valid.all() else stamps[valid]
-                track = path.track(*_ends(inside))
-            # Where this path has no data, frames may have hung elsewhere.
-            frozen = self.snapshot() if was_rehung and not valid.all() else None
-        if path is not None and inside is stamps:
-            return track.poses_at(stamps), valid
-        poses = np.full((len(stamps), 7), np.nan)
-        if path is not None:
-            poses[valid] = track.poses_at(inside)
-        if frozen is not None:
-            frozen._add_one_by_one(target_frame, source_frame, stamps, poses, valid)
-        return poses, valid
-
-    def _path_for_all(self, target_frame: str, source_frame: str) -> tuple[Path | None, bool]:
-        """Return the path if it is fixed, else None; and whether frames ever hung elsewhere."""
-        was_rehung = self._tree.ways.was_rehung
-        try:
-            path = self._tree.ways.newest_path(target_frame, source_frame)
-        except ConnectivityException:
-            if not was_rehung:
-                raise
-            return None, True
-        return (path if path.fixed else None), was_rehung
-
-    def _add_one_by_one(self, target_frame: str, source_frame: str, stamps: Stamps,
-                        poses: Array, valid: npt.NDArray[np.bool_]) -> None:
-        """Look up the stamps without an answer one by one: frames may have hung elsewhere."""
-        for number in np.flatnonzero(~valid).tolist():
-            try:
-                poses[number] = self._tree.ways.pose_at(
-                    target_frame, source_frame, int(stamps[number]))
-            except (ConnectivityException, ExtrapolationException):
-                continue
-            valid[number] = True
-
-    def _raise_first(self, target_frame: str, source_frame: str, stamps: Stamps,
-                     given: npt.NDArray[np.bool_] | None,
-                     valid: npt.NDArray[np.bool_]) -> None:
-        """Raise the error of ``lookup_at`` for the first stamp that has no answer."""
-        first = int(np.argmin(valid))
-        count = len(stamps) - int(valid.sum())
-        many = (f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}]'
-                "{}; outside='mask' returns the others")
-        if given is not None and not given[first]:
-            raise InvalidArgumentException(many.format(', which is masked'))
-        stamp = int(stamps[first])
-        try:
-            self.lookup_at(target_frame, source_frame, stamp)
-        except TransformException as error:
-            of_all = many.format(f' = {format_stamp(stamp)} s')
-            error.hint = f'{error.hint}. {of_all}' if error.hint else of_all
-            raise
-        raise InvalidArgumentException(
-            f'{count} of {len(stamps)} stamps had no answer while this was asked')
 
     def lookup_tree(self, target_frame: str, stamp: int = LATEST) -> dict[str, Pose]:
         """
@@ -378,7 +98,7 @@ class Queries:
             no integer.
         """
         stamp = self._stamp_of(stamp)
-        with self._lock, _Naming(target_frame, None):
+        with self._lock, Naming(target_frame, None):
             if stamp == LATEST:
                 stamp = self._tree.spanning.newest_of_all(target_frame)
             poses = self._tree.spanning.poses_from(target_frame, stamp)
@@ -402,7 +122,7 @@ class Queries:
             if twists is None or child == far:
                 return twists
             # The inverse moves by -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
-            track = history.track(*_ends(stamps))
+            track = history.track(*ends_of(stamps))
         return -carry_many(track.at(stamps).T, twists)
 
     # --- how sure
@@ -501,7 +221,7 @@ class Queries:
             return self.observers.watch(
                 [asked(target_frame, source_frame, stamp)],
                 self.predict, target_frame, source_frame, stamp, horizon)
-        with _Naming(target_frame, source_frame):
+        with Naming(target_frame, source_frame):
             with self._lock:
                 known = known_beyond(self._tree, target_frame, source_frame, stamp)
             if known is not None:
@@ -524,6 +244,8 @@ class Queries:
         """
         Write everything as it is now into a file, which ``load`` opens in no time.
 
+        Covariances, splines and gyroscopes are kept as well.
+
         :param path: such as ``run.tftree``; a file that is there is replaced, in one step.
         :raises TreeFileError: no place for the file.
         """
@@ -531,9 +253,11 @@ class Queries:
 
     def record(self, path: str | os.PathLike[str]) -> None:
         """
-        Write everything as it is now as a bag, which ``ros2 bag play`` and viewers open.
+        Write all poses as they are now as a bag, which ``ros2 bag play`` and viewers open.
 
-        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it.
+        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it, but
+        for what a bag has no place for: a spline becomes poses, ten for each of its pieces;
+        covariances, and what a gyroscope says between two poses, are left out.
 
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
         :raises TreeFileError: something is there already, or there is no place for it.
@@ -558,7 +282,7 @@ class Queries:
         with self._lock:
             histories = [self._tree.histories[frame] for frame in self._tree.frames
                          if frame in self._tree.histories]
-            return [_info(history.parent, history)
+            return [info_of(history.parent, history)
                     for history in histories if history.parent is not None]
 
     def parents_at(self, stamp: int) -> dict[str, str]:
@@ -584,6 +308,26 @@ class Queries:
             if history is None or history.oldest_stamp is None or history.latest_stamp is None:
                 return np.empty(0, dtype=np.int64)
             return history.track(history.oldest_stamp, history.latest_stamp).knots
+
+    def samples_around(self, child_frame: str, stamp: int) -> list[tuple[int, Pose]]:
+        """
+        Return the samples of a frame's edge at or next to a stamp, with their own stamps.
+
+        One where the stamp is a sample's, or lies outside of what is stored; two between
+        two samples; none where the edge does not move or is not known.
+
+        :param stamp: nanoseconds; 0 is a time here.
+        """
+        with self._lock:
+            history = self._tree.histories.get(child_frame)
+            if not moves(history) or history.oldest_stamp is None:
+                return []
+            assert history.latest_stamp is not None
+            inside = min(max(stamp, history.oldest_stamp), history.latest_stamp)
+            knots = history.track(inside, inside).knots.tolist()
+            around = {max((knot for knot in knots if knot <= inside), default=inside),
+                      min((knot for knot in knots if knot >= inside), default=inside)}
+            return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
 
     def __repr__(self) -> str:
         return f'<{self._summary()}>'
@@ -634,39 +378,3 @@ def load(path: str | os.PathLike[str]) -> Snapshot:
     :raises TreeFileError: nothing that can be read, what is no frozen tree, or half of one.
     """
     return Snapshot(read_tree(path))
-
-
-class _Naming:
-    """Puts the frames of a question into its error."""
-
-    __slots__ = ('frames',)
-
-    def __init__(self, target_frame: str, source_frame: str | None) -> None:
-        self.frames = target_frame, source_frame
-
-    def __enter__(self) -> None:
-        """Nothing is to be done before."""
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, TransformException):
-            error.target_frame, error.source_frame = self.frames
-
-
-def _info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
-    """Return what is stored of an edge for as long as it has the parent of a moment."""
-    info = _info(parent, history)
-    if moment is None or history.fixed_parent:
-        return info
-    since, until = next((since, until) for _, since, until
-                        in history.parents_between(BEGINNING, FOREVER) if since <= moment < until)
-    stamps = history.track(since, min(info.latest, until - 1)).knots
-    return info._replace(oldest=since, latest=int(stamps[stamps < until][-1]))
-
-
-def _info(parent: str, history: History) -> EdgeInfo:
-    return EdgeInfo(parent, history.child, history.authority, history.is_static, len(history),
-                    history.oldest_stamp or 0, history.latest_stamp or 0)
-
-
-def _ends(stamps: Stamps) -> tuple[int, int]:
-    return (int(stamps.min()), int(stamps.max())) if len(stamps) else (0, 0)

@@ -7,7 +7,7 @@ the structure of the tree does.
 
 from functools import partial
 
-from .climb import blockers, Branches, climb_both
+from .climb import blockers, Branches, climb, climb_both
 from .path import furthest_from_cure, Path
 from ..edges.protocol import History, moves
 from ..errors import (
@@ -45,7 +45,8 @@ class Ways:
         self._histories = histories
         self._frames = frames
         self._was_rehung: bool | None = None
-        self._paths: dict[tuple[str, str], Path] = {}
+        # None where the way of now may change with the stamp, or there is none.
+        self._paths: dict[tuple[str, str], Path | None] = {}
 
     def forget(self) -> None:
         """Find every way anew: the structure has changed."""
@@ -63,7 +64,7 @@ class Ways:
         :raises LookupException: a frame that nobody published.
         :raises ConnectivityException: nothing joins the two.
         """
-        return self._kept_path(target, source) or self._find_path(target, source, None)
+        return self._fixed_path(target, source) or self._path(target, source, None)
 
     def pose_at(self, target: str, source: str, stamp: int) -> PoseTuple:
         """
@@ -74,15 +75,15 @@ class Ways:
 
         The other errors are those of ``newest_path``.
         """
-        path = self._kept_path(target, source)
+        path = self._fixed_path(target, source)
         if path is not None:
             try:
                 return path.pose_at(stamp)
-            except ExtrapolationException:
-                if not self.was_rehung:
-                    raise path.failure(stamp) from None
-                # A frame hung elsewhere at some time, so there may be another way.
-        return self._find_path(target, source, stamp).pose_at(stamp)
+            except ExtrapolationException as error:
+                if path.for_good:
+                    raise path.failure(stamp, error) from None
+                # A frame above hung elsewhere at some time, so there may be another way.
+        return self._path(target, source, stamp).pose_at(stamp)
 
     def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
         """
@@ -105,20 +106,35 @@ class Ways:
                 (edge.child, stamp + 1) for edge in path.slowest_edges()))
             raise
 
-    def _kept_path(self, target: str, source: str) -> Path | None:
+    def _fixed_path(self, target: str, source: str) -> Path | None:
+        """Return the way of now if it never changes, found once; None if it does, or is none."""
         try:
-            return self._paths.get((target, source))
+            path = self._paths.get((target, source))
+            known = path is not None or (target, source) in self._paths
         except TypeError:  # not hashable, such as a list: check_frame raises an error for it
             return None
+        return path if known else self._find_fixed_path(target, source)
 
-    def _find_path(self, target: str, source: str, stamp: int | None) -> Path:
-        """Return the way at a stamp (None: by the newest samples); keep it if it never changes."""
-        path = Path(*self.branches(target, source, stamp).edges())
-        if path.fixed:
-            if len(self._paths) >= _MAX_PATHS:
-                self._paths.clear()
-            self._paths[target, source] = path
+    def _find_fixed_path(self, target: str, source: str) -> Path | None:
+        self._check_frames(target, source)
+        now = climb_both(self._histories, target, source, None)
+        path = Path(*now.edges(), self._above(now.target.top)) if now.meet else None
+        if path is not None and not path.fixed:
+            path = None
+        if len(self._paths) >= _MAX_PATHS:
+            self._paths.clear()
+        self._paths[target, source] = path
         return path
+
+    def _above(self, frame: str) -> list[History]:
+        """Return the edges above a frame, as it hangs now; the last of them may have ended."""
+        above = climb(self._histories, frame, None)
+        last = self._histories.get(above.top)
+        return above.edges if last is None else [*above.edges, last]
+
+    def _path(self, target: str, source: str, stamp: int | None) -> Path:
+        """Return the way at a stamp (None: by the newest samples)."""
+        return Path(*self.branches(target, source, stamp).edges())
 
     def blockers(self, target: str, source: str, stamp: int) -> tuple[Blocker, ...]:
         """Return what may change the answer at a stamp; empty if nothing ever can."""
@@ -148,6 +164,10 @@ class Ways:
                 f'"{frame}" passed to lookupTransform argument {argument} does not exist',
                 hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
 
+    def _check_frames(self, target: str, source: str) -> None:
+        self.check_frame('target_frame', target)
+        self.check_frame('source_frame', source)
+
     def _known_frames(self, frame: str) -> Hint:
         if not self._frames:
             return self.when_empty
@@ -161,8 +181,7 @@ class Ways:
 
         Errors are those of ``newest_path`` and ``pose_at``.
         """
-        self.check_frame('target_frame', target)
-        self.check_frame('source_frame', source)
+        self._check_frames(target, source)
         branches = climb_both(self._histories, target, source, stamp)
         if not branches.meet:
             raise self._not_joined(branches, target, source, stamp)

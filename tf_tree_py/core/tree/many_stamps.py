@@ -1,0 +1,107 @@
+"""One transform at many stamps: where one path answers them all, and where it does not."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+import numpy as np
+import numpy.typing as npt
+
+from .path import Path
+from .tree import Tree
+from .ways import Ways
+from ..errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    TransformException,
+)
+from ..geometry import se3
+from ..geometry.so3 import Array
+from ..stamp import format_stamp
+from ..times import Stamps
+
+Mask = npt.NDArray[np.bool_]
+
+
+def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, source: str,
+             stamps: Stamps) -> tuple[Array, Mask]:
+    """
+    Return ``target_T_source`` (N, 7) at stamps (N,), and which of them have an answer.
+
+    :param lock: of the tree; held while samples are copied, and no longer.
+    """
+    if target == source:
+        return np.tile(se3.IDENTITY, (len(stamps), 1)), np.ones(len(stamps), dtype=bool)
+    with lock:
+        path, was_rehung = _path_for_all(tree.ways, target, source)
+        valid = np.zeros(len(stamps), dtype=bool)
+        if path is not None:
+            oldest, latest = path.span()
+            valid = (stamps >= oldest) & (stamps <= latest)
+            inside = stamps if valid.all() else stamps[valid]
+            track = path.track(*ends_of(inside))
+        # Where this path has no data, frames may have hung elsewhere.
+        still = tree.copy() if was_rehung and not valid.all() else None
+    if path is not None and inside is stamps:
+        return track.poses_at(stamps), valid
+    poses = np.full((len(stamps), 7), np.nan)
+    if path is not None:
+        poses[valid] = track.poses_at(inside)
+    if still is not None:
+        _add_one_by_one(still.ways, target, source, stamps, poses, valid)
+    return poses, valid
+
+
+def _path_for_all(ways: Ways, target: str, source: str) -> tuple[Path | None, bool]:
+    """Return the path if it is fixed, else None; and whether frames ever hung elsewhere."""
+    was_rehung = ways.was_rehung
+    try:
+        path = ways.newest_path(target, source)
+    except ConnectivityException:
+        if not was_rehung:
+            raise
+        return None, True
+    return (path if path.fixed else None), was_rehung
+
+
+def _add_one_by_one(ways: Ways, target: str, source: str, stamps: Stamps, poses: Array,
+                    valid: Mask) -> None:
+    """Look up the stamps without an answer one by one: frames may have hung elsewhere."""
+    for number in np.flatnonzero(~valid).tolist():
+        try:
+            poses[number] = ways.pose_at(target, source, int(stamps[number]))
+        except (ConnectivityException, ExtrapolationException):
+            continue
+        valid[number] = True
+
+
+def refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Mask | None,
+                   valid: Mask) -> None:
+    """
+    Raise the error of the first stamp that has no answer, if there is one.
+
+    :param lookup_at: raises the error of a stamp.
+    :param given: which stamps are not masked; None: all.
+    """
+    if valid.all():
+        return
+    first = int(np.argmin(valid))
+    count = len(stamps) - int(valid.sum())
+    many = (f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}]'
+            "{}; outside='mask' returns the others")
+    if given is not None and not given[first]:
+        raise InvalidArgumentException(many.format(', which is masked'))
+    stamp = int(stamps[first])
+    try:
+        lookup_at(stamp)
+    except TransformException as error:
+        of_all = many.format(f' = {format_stamp(stamp)} s')
+        error.hint = f'{error.hint}. {of_all}' if error.hint else of_all
+        raise
+    raise InvalidArgumentException(
+        f'{count} of {len(stamps)} stamps had no answer while this was asked')
+
+
+def ends_of(stamps: Stamps) -> tuple[int, int]:
+    """Return the first and the last of stamps, in whichever order they are; 0 of none."""
+    return (int(stamps.min()), int(stamps.max())) if len(stamps) else (0, 0)
