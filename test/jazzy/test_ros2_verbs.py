@@ -23,7 +23,7 @@ def test_verb_sees_a_robot(start, ros2):
     start('ros2', 'run', 'tf_tree_py', 'five_frame_publisher', '--ros-args', '-r', '/tf:=/r1/tf',
           '-r', '/tf_static:=/r1/tf_static')
     done = ros2('tf', 'echo', 'world', 'gripper', '--once', '--seconds', '50',
-               '--tf-topic', '/r1/tf', '--ros-args', '-r', '/tf_static:=/r1/tf_static')
+                '--tf-topic', '/r1/tf', '--ros-args', '-r', '/tf_static:=/r1/tf_static')
     assert (done.returncode, done.stdout.count('xyz')) == (0, 1), done.stderr
 
 

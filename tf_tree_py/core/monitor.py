@@ -12,8 +12,9 @@ from .vitals.signs import Signs
 
 # Rates are those of so long at least, seconds: over less they flicker.
 _WINDOW_S = 5.0
-# An edge that is silent for so many usual intervals comes no more.
+# An edge comes no more that is silent for a second and so many usual intervals.
 _MISSED = 3.0
+_SILENT_S = 1.0
 # Behind all severities.
 _WELL = len(Severity)
 
@@ -85,7 +86,8 @@ def _rate(signs: Signs, seconds: float, count: int) -> float:
         return 0.0
     if count > 1 and seconds > 0.0:
         return count / seconds
-    return 0.0 if (signs.silence or 0) * signs.rate_hz > _MISSED * 1e9 else signs.rate_hz
+    silent_s = (signs.silence or 0) / 1e9
+    return 0.0 if silent_s > _SILENT_S + _MISSED / signs.rate_hz else signs.rate_hz
 
 
 def _edges_of(finding: Finding) -> list[Edge]:

@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import replace
 import sys
 import time
 from typing import Any, NamedTuple
@@ -113,13 +114,26 @@ def _looks(source: TreeSource, doctor: Doctor, arguments: Namespace) -> Iterator
 def _look(source: TreeSource, doctor: Doctor, monitor: Monitor, arguments: Namespace,
           now: float) -> Look:
     findings = [one for one in doctor.findings() if one.severity is not Severity.NOTE]
-    rows, chain = monitor.look(now, findings), None
+    rows, chain = _named(monitor.look(now, findings), source), None
     if arguments.target:
         chain = explain(source.buffer, arguments.target, arguments.source, now=source.now())
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]
     return Look(source.name, doctor.transforms, doctor.watched / 1e9, rows, findings, chain)
+
+
+def _named(rows: Sequence[Watched], source: TreeSource) -> list[Watched]:
+    """Name who sent what came before its sender was known; by now the buffer knows it."""
+    known = {(edge.parent, edge.child): edge.authority for edge in source.buffer.edges()}
+
+    def named(row: Watched) -> Watched:
+        sender = known.get((row.signs.parent, row.signs.child))
+        if row.signs.publishers or not sender:
+            return row
+        return replace(row, signs=replace(row.signs, publishers=(sender,)))
+
+    return list(map(named, rows))
 
 
 class _Pipe(nullcontext[None]):
