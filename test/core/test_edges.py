@@ -1,6 +1,7 @@
 """What the tree asks of an edge's history, of every kind there is, and of one from outside."""
 
 import ast
+import math
 from pathlib import Path
 
 from hypothesis import given, strategies as st
@@ -10,12 +11,15 @@ from strategies import assert_same_pose
 from tf_tree_py import core
 from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline
 from tf_tree_py.core.edges.aided import AidedHistory
+from tf_tree_py.core.edges.corrected import with_correction
+from tf_tree_py.core.edges.correction import Correction, Measured
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.edges.spline_history import SplineHistory
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.edges.track import HeldTrack
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.blend import Limits
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 
 WINDOW = 40
@@ -71,17 +75,35 @@ def aided_by_a_gyroscope():
     return history
 
 
+def blending(history):
+    """Return a history whose samples a correction moves, more and more from 20 to 45."""
+    correction = Correction('parent', BEGINNING)
+    correction.absorb(Measured(20, Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0)), 20,
+                      (1.0, 0.0, 0.0), Limits(25, math.inf, math.inf, 1.0), BEGINNING)
+    return with_correction(history, correction)
+
+
+def corrected():
+    return blending(DynamicHistory('child', WINDOW))
+
+
+def aided_and_corrected():
+    return blending(aided_by_a_gyroscope())
+
+
 def static():
     return StaticHistory('child', 'parent', pose_number(0))
 
 
 MOVING = (DynamicHistory, HeldHistory, EasedHistory)
 BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING),
-              aided_by_a_gyroscope, lambda: SplineHistory('child', None, None))
+              aided_by_a_gyroscope, corrected, aided_and_corrected,
+              lambda: SplineHistory('child', None, None))
 
 
 every_kind = pytest.mark.parametrize(
-    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'spline'])
+    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'corrected',
+                              'aided and corrected', 'spline'])
 
 
 def history_of(begin, stamps, parents=('parent',)):

@@ -34,14 +34,16 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
-        'edges: track protocol packed static discrete aided uncertainty spline_samples spline '
+        'geometry: so3 se3 screws covariances pose poses se2 spline '
+        'spline_fit blend',
+        'edges: track protocol packed static discrete aided correction corrected uncertainty '
+        'spline_samples spline '
         'spline_track spline_history spline_fitter',
         'arrivals: incidents observers sample track frame_names wire stencil future_guard '
         'jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'outline queries',
-        'buffer: waiters deadline waiting intake buffer_core',
+        'tree: many climb path ways spanning remarks tree corrections propagation uncertain '
+        'prediction outline queries',
+        'buffer: waiters deadline waiting intake correcting buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
     ),

@@ -12,6 +12,7 @@ import warnings
 import numpy as np
 import numpy.typing as npt
 
+from .correcting import Correcting
 from .deadline import Deadline, WallDeadline
 from .intake import Intake
 from .waiting import Waiting
@@ -29,7 +30,6 @@ from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time
-from ..tree.queries import Queries
 from ..tree.tree import Tree
 
 Answer = TypeVar('Answer')
@@ -40,7 +40,7 @@ DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class BufferCore(Queries):
+class BufferCore(Correcting):
     """
     Transforms between frames, over a window of time. ``Queries`` has the lookups.
 

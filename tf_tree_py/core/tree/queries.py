@@ -11,6 +11,7 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
+from .corrections import CorrectionQueries
 from .outline import as_html, EdgeInfo, summary
 from .path import Path
 from .prediction import checked_horizon, known_beyond, predicted, Prediction
@@ -35,7 +36,7 @@ from ..stamp import BEGINNING, FOREVER, format_stamp, LATEST
 from ..times import checked_stamp, checked_stamps, Stamps, without_mask
 
 
-class Queries:
+class Queries(CorrectionQueries):
     """
     Lookups on a tree, from any thread.
 
