@@ -41,9 +41,10 @@ ORDER = {
         'spline_track spline_history spline_fitter',
         'arrivals: incidents observers sample track frame_names wire stencil future_guard '
         'jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree corrections propagation uncertain '
-        'prediction outline queries',
-        'buffer: waiters deadline waiting intake correcting buffer_core',
+        'tree: many climb path ways spanning remarks tree corrections sources '
+        'propagation uncertain prediction outline queries',
+        'buffer: waiters deadline waiting intake correcting switching '
+        'buffer_core',
         ': deskew twist',
         'telling: table audit report diagnosis',
     ),

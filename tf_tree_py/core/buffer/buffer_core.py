@@ -12,9 +12,9 @@ import warnings
 import numpy as np
 import numpy.typing as npt
 
-from .correcting import Correcting
 from .deadline import Deadline, WallDeadline
 from .intake import Intake
+from .switching import Switching
 from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
@@ -40,7 +40,7 @@ DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class BufferCore(Correcting):
+class BufferCore(Switching):
     """
     Transforms between frames, over a window of time. ``Queries`` has the lookups.
 

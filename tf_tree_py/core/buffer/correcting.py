@@ -60,7 +60,7 @@ class Correcting(Queries):
         seen_at = None if stamp is None else self._stamp_of(stamp)
         place = None if about is None else _point(about)
         with self._lock:
-            return absorb(self._tree, _frame(child), motion, seen_at, place, limits)
+            return absorb(self._tree, checked_frame(child), motion, seen_at, place, limits)
 
     def smoothed(self) -> Snapshot:
         """
@@ -95,7 +95,12 @@ def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: flo
     return Limits(span, fast, turn, near)
 
 
-def _frame(child: Any) -> str:
+def checked_frame(child: Any) -> str:
+    """
+    Return the name of a caller's child frame, without a leading slash.
+
+    :raises InvalidArgumentException: it is none.
+    """
     if not isinstance(child, str) or not child.removeprefix('/'):
         raise InvalidArgumentException(f'child is the name of a frame, not {child!r}')
     return child.removeprefix('/')

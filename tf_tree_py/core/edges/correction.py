@@ -134,7 +134,11 @@ class Correction:
         :param stamps: (N,)
         :param poses: (N, 7) corrected ones.
         """
-        raw = se3.compose_many(se3.inverse_many(self.at_many(stamps)), poses)
+        return self.with_all(
+            stamps, se3.compose_many(se3.inverse_many(self.at_many(stamps)), poses))
+
+    def with_all(self, stamps: Stamps, raw: Array) -> Array:
+        """Return poses that were never corrected as ``smoothed`` has them."""
         if not self.measured:
             return raw
         knots = np.array([one.stamp for one in self.measured])
