@@ -80,7 +80,9 @@ def test_giving_one_twice_does_no_harm():
     twice.correct('base', SHIFT, over=SECOND)
     for each in (buffer, twice):
         fed(2 * SECOND, each, since=SECOND + STEP)
-    assert answers(buffer, range(0, 2 * SECOND, MS)) == answers(twice, range(0, 2 * SECOND, MS))
+    for stamp in range(0, 2 * SECOND, MS):
+        assert_same_pose(buffer.lookup_at('map', 'camera', stamp),
+                         twice.lookup_at('map', 'camera', stamp))
 
 
 def test_late_samples_are_moved_as_their_stamp_has_it():
@@ -122,28 +124,25 @@ def test_no_edge_is_faster_than_its_own_motion_and_the_stated_rate(every):
         if number % every == 0:
             x, y, yaw = rng.uniform(-0.4, 0.4, 3)
             for child in ('base', 'odom'):
-                buffer.correct(child, Pose.from_xyz_rpy(x=x, y=y, yaw=yaw), over=0,
-                               reach=2.5, **BOUNDS)
-    # The circle of the odometry has a radius of 1 m: it stays within reach.
+                buffer.correct(child, Pose.from_xyz_rpy(x=x, y=y, yaw=yaw), over=0, **BOUNDS)
     for target, source, own in (('odom', 'base', driven), ('map', 'odom', lambda _: FIXED)):
         speed, turn_rate = worst_excess(buffer, target, source, stamps, own)
-        # The chord of a circle is a little shorter than its arc.
-        assert speed <= MAX_SPEED + 1e-4
+        assert speed <= MAX_SPEED + 1e-9
         assert turn_rate <= MAX_TURN_RATE + 1e-9
         assert turn_rate > 0.1 * MAX_TURN_RATE or every < 200  # it does move
 
 
-def test_what_hangs_below_within_reach_is_no_faster_either():
+def test_what_hangs_below_within_reach_of_the_pivot_is_no_faster_either():
     buffer = fed(SECOND)
-    robot = (5.0, 0.0, 0.0)  # in odom, far from its origin, about which the edge itself turns
-    map_p_robot = FIXED @ robot
-    buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.3), over=0, about=map_p_robot, reach=0.5,
+    robot = np.array((5.0, 0.0, 0.0))  # in odom, far from its origin
+    buffer.correct('odom', Pose.from_xyz_rpy(y=0.5, yaw=0.3), over=0, about=robot, reach=0.5,
                    **BOUNDS)
-    fed(12 * SECOND, buffer, since=SECOND + STEP)
-    poses = buffer.lookup_many('map', 'odom', np.arange(SECOND, 12 * SECOND, STEP))
-    places = se3.apply_many(poses, np.broadcast_to(robot, (len(poses), 3)))
-    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / (STEP / SECOND)
-    assert 0.1 * MAX_SPEED < speeds.max() <= MAX_SPEED + 1e-9
+    fed(8 * SECOND, buffer, since=SECOND + STEP)
+    poses = buffer.lookup_many('map', 'odom', np.arange(SECOND, 8 * SECOND, STEP))
+    for arm in ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (-0.3, 0.4, 0.0)):
+        places = se3.apply_many(poses, np.broadcast_to(robot + arm, (len(poses), 3)))
+        speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / (STEP / SECOND)
+        assert 0.3 * MAX_SPEED < speeds.max() <= MAX_SPEED + 1e-9
 
 
 def test_one_that_comes_during_another_begins_with_its_value_and_rate():
@@ -309,11 +308,11 @@ class Storm:
 
     def write_corrections(self):
         rng = np.random.default_rng(7)
-        for number in range(300):
+        for number in range(200):
             x, y, yaw = rng.uniform(-0.4, 0.4, 3)
             self.changes.append(self.buffer.correct(
                 ('base', 'odom', 'arm')[number % 3], Pose.from_xyz_rpy(x=x, y=y, yaw=yaw), over=0,
-                reach=2.5, **BOUNDS))
+                **BOUNDS))
 
     def read_newest(self):
         for ends in (('odom', 'base'), ('map', 'camera')):
@@ -349,7 +348,7 @@ class Storm:
 
 
 def test_storm_of_writers_and_readers():
-    storm = Storm(6)
+    storm = Storm(4)
     crew = Crew()
     for write in (storm.write_odometry, storm.write_localisation, storm.write_corrections):
         crew.write(write)
@@ -359,11 +358,11 @@ def test_storm_of_writers_and_readers():
     crew.run()
     buffer = storm.buffer
     assert len({change.begin for change in storm.changes}) > 10 and len(storm.answered) > 100
-    assert [change.version for change in storm.changes] == list(range(1, 301))
+    assert [change.version for change in storm.changes] == list(range(1, 201))
     # What was answered at any time is what is answered now, bit by bit.
     for (target, source, stamp), pose in storm.answered.items():
         assert buffer.lookup_at(target, source, stamp) == pose
     for target, source, own in (('odom', 'base', driven), ('map', 'odom', lambda _: FIXED),
                                 ('odom', 'arm', lambda _: Pose(x=1.0))):
         speed, turn_rate = worst_excess(buffer, target, source, storm.stamps, own)
-        assert speed <= MAX_SPEED + 1e-4 and turn_rate <= MAX_TURN_RATE + 1e-9
+        assert speed <= MAX_SPEED + 1e-9 and turn_rate <= MAX_TURN_RATE + 1e-9

@@ -12,7 +12,7 @@ from tf_tree_py import core
 from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline
 from tf_tree_py.core.edges.aided import AidedHistory
 from tf_tree_py.core.edges.corrected import with_correction
-from tf_tree_py.core.edges.correction import Correction, Measured
+from tf_tree_py.core.edges.correction import Correction
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.edges.spline_history import SplineHistory
@@ -78,8 +78,9 @@ def aided_by_a_gyroscope():
 def blending(history):
     """Return a history whose samples a correction moves, more and more from 20 to 45."""
     correction = Correction('parent', BEGINNING)
-    correction.absorb(Measured(20, Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0)), 20,
-                      (1.0, 0.0, 0.0), Limits(25, math.inf, math.inf, 1.0), BEGINNING)
+    correction.go_over(Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0), 20, pose_number(2),
+                       pose_number(2), (1.0, 0.0, 0.0), Limits(25, math.inf, math.inf, 0.0),
+                       BEGINNING)
     return with_correction(history, correction)
 
 

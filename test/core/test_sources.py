@@ -81,7 +81,7 @@ def test_back_and_forth_during_a_blend_never_jumps():
     buffer = fed(SECOND, 'wheels', 'visual')
     now = SECOND
     for number in range(12):
-        buffer.switch('base', to=('visual', 'wheels')[number % 2], **LIMITS, reach=2.0)
+        buffer.switch('base', to=('visual', 'wheels')[number % 2], **LIMITS)
         feed(buffer, now, now + 170 * MS, 'wheels', 'visual')
         now += 170 * MS
     assert_never_jumps(buffer, now)

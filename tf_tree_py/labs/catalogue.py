@@ -19,13 +19,15 @@ from . import (
     remount,
     startup,
     static_spam,
+    switch_over,
     uncertainty,
     warehouse,
 )
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount, one_edge, uncertainty, continuous, gyro, prediction)
+           cycle, remount, one_edge, uncertainty, continuous, gyro, prediction,
+           switch_over)
 _LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
 
 

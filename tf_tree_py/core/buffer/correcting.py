@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..edges.correction import ORIGIN
 from ..errors import InvalidArgumentException
 from ..geometry.blend import Limits
 from ..geometry.poses import checked_pose
@@ -20,7 +21,6 @@ from ..tree.corrections import absorb, smoothed, Transition
 from ..tree.queries import Queries, Snapshot
 
 DEFAULT_OVER = from_seconds(0.5)
-DEFAULT_REACH = 1.0
 
 
 class Correcting(Queries):
@@ -28,8 +28,8 @@ class Correcting(Queries):
 
     def correct(self, child: str, correction: Any, over: int = DEFAULT_OVER, *,
                 max_speed: float = math.inf, max_turn_rate: float = math.inf,
-                stamp: int | None = None, about: npt.ArrayLike | None = None,
-                reach: float = DEFAULT_REACH) -> Transition:
+                stamp: int | None = None, about: npt.ArrayLike = ORIGIN,
+                reach: float = 0.0) -> Transition:
         """
         Let an edge absorb a correction, without a jump.
 
@@ -45,10 +45,10 @@ class Correcting(Queries):
         :param max_turn_rate: radians a second, likewise.
         :param stamp: when it was seen to be true: the stamp of an image, for instance. For
             ``smoothed()`` only. None: at the newest sample.
-        :param about: a point in the parent, where the child would be without any correction:
-            ``max_speed`` holds up to ``reach`` metres from there. None: the child's origin
-            at the newest sample.
-        :param reach: how far the child, or what hangs on it, is from there during the blend.
+        :param about: the point of the child, in its coordinates, that ``max_speed`` holds
+            for; it turns about it. What lies r metres from there may gain r times the turn
+            rate besides.
+        :param reach: ``max_speed`` holds as far from there, metres.
         :return: when it begins and ends, and its number.
         :raises InvalidArgumentException: an edge without samples or that is static or a
             spline; what is no pose, no stamp or no limit.
@@ -58,7 +58,7 @@ class Correcting(Queries):
         if not np.isfinite(motion).all():
             raise InvalidArgumentException('Invalid argument correction: it is not finite')
         seen_at = None if stamp is None else self._stamp_of(stamp)
-        place = None if about is None else _point(about)
+        place = _point(about)
         with self._lock:
             return absorb(self._tree, checked_frame(child), motion, seen_at, place, limits)
 

@@ -8,7 +8,7 @@ import math
 import operator
 from typing import Any
 
-from .correcting import checked_frame, checked_limits, Correcting, DEFAULT_OVER, DEFAULT_REACH
+from .correcting import checked_frame, checked_limits, Correcting, DEFAULT_OVER
 from .intake import Intake
 from .waiting import Waiting
 from ..arrivals.incidents import Incident
@@ -72,7 +72,7 @@ class Switching(Correcting):
 
     def switch(self, child: str, to: str, over: int = DEFAULT_OVER, *,
                max_speed: float = math.inf, max_turn_rate: float = math.inf,
-               reach: float = DEFAULT_REACH) -> Transition | None:
+               reach: float = 0.0) -> Transition | None:
         """
         Let an edge go over to another of its sources, as it goes over to a correction.
 
@@ -102,7 +102,7 @@ class Switching(Correcting):
     def switch_by_rule(self, child: str, *, max_age: int, gate: tuple[float, float] | None = None,
                        window: int = DEFAULT_WINDOW, over: int = DEFAULT_OVER,
                        max_speed: float = math.inf, max_turn_rate: float = math.inf,
-                       reach: float = DEFAULT_REACH) -> None:
+                       reach: float = 0.0) -> None:
         """
         Let the sources of an edge make way for each other, and tell it as an incident.
 

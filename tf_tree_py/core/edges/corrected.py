@@ -10,13 +10,13 @@ from typing import TypeVar
 import numpy as np
 
 from .aided import AidedHistory
-from .correction import Correction, Measured
+from .correction import Correction, Measured, ORIGIN, Stage
 from .discrete import DynamicHistory, HeldHistory
 from .packed import pack_pose, unpack_pose
 from .protocol import History
 from ..errors import InvalidArgumentException
 from ..geometry import se3
-from ..geometry.blend import Blend, Limits
+from ..geometry.blend import Limits
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array, Vector3
 from ..stamp import BEGINNING, FOREVER
@@ -41,58 +41,57 @@ class CorrectedHistory(DynamicHistory):
 
     def append(self, stamp: int, pose: bytes) -> bool:
         """Take the next sample; see ``History.append``."""
-        moved = se3.compose(self.correction.at(stamp), unpack_pose(pose))
+        moved = self.correction.moved(stamp, unpack_pose(pose))
         return super().append(stamp, pack_pose(*moved))
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """Take a sample; see ``History.insert``."""
         if parent == self.correction.parent:
-            pose = se3.compose(self.correction.at(stamp), pose)
+            pose = self.correction.moved(stamp, pose)
         return super().insert(stamp, parent, pose)
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """Take many samples; see ``MovingHistory.extend``."""
-        super().extend(stamps, se3.compose_many(self.correction.at_many(stamps), poses))
+        super().extend(stamps, self.correction.moved_many(stamps, poses))
 
     # --- corrections
 
-    def absorb(self, motion: PoseTuple, seen_at: int | None, about: Vector3 | None,
-               limits: Limits) -> Blend:
+    def absorb(self, motion: PoseTuple, seen_at: int | None, about: Vector3,
+               limits: Limits) -> Stage:
         """
         Go over to another correction, from the newest sample on.
 
         :param seen_at: the stamp that it was seen at; None: that of the newest sample.
-        :param about: where the bound on the speed is centred, before any correction; None:
-            the child's origin.
+        :param about: the point of the child that ``max_speed`` holds for.
         """
-        begin, place = self._newest()
-        return self.correction.absorb(
-            Measured(begin if seen_at is None else seen_at, motion), begin,
-            place if about is None else about, limits, begin - self.cache_time)
+        begin, here = self._newest()
+        self.correction.note(Measured(begin if seen_at is None else seen_at, motion))
+        raw = self.correction.raw_many(np.array([begin]), np.array([here]))[0].tolist()
+        return self.correction.go_over(motion, begin, here, tuple(raw), about, limits,
+                                       begin - self.cache_time)
 
-    def change_source(self, pose: PoseTuple, limits: Limits) -> Blend:
+    def change_source(self, raw: PoseTuple, limits: Limits) -> Stage:
         """
         Go over to the samples of another source, from the newest sample on.
 
-        :param pose: where that source has the child then.
+        :param raw: where that source has the child then.
         """
-        begin, _ = self._newest()
-        first = se3.compose(self.sample(begin), se3.inverse(pose))
-        return self.correction.change_source(
-            begin, first, pose[:3], limits, begin - self.cache_time)
+        begin, here = self._newest()
+        self.correction.measured.clear()
+        return self.correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
+                                       begin - self.cache_time)
 
-    def _newest(self) -> tuple[int, Vector3]:
-        """Return the newest stamp, and where the child was then without a correction."""
+    def _newest(self) -> tuple[int, PoseTuple]:
+        """Return the newest stamp, and where the child is then."""
         begin = self.latest_stamp
         assert begin is not None and self.parent is not None
         if self.correction.parent != self.parent:
             self._begin(Correction(self.parent, begin))
-        raw = se3.compose(se3.inverse(self.correction.at(begin)), self.sample(begin))
-        return begin, raw[:3]
+        return begin, self.sample(begin)
 
     def pending(self, stamps: Stamps, poses: Array) -> Array | None:
         """Return what is still to be corrected; None where nothing is: see ``Correction``."""
-        if stamps.min() >= self.correction.blend.end:
+        if stamps.min() >= self.correction.stage.fade.end:
             return None
         return self.correction.pending(stamps, poses)
 
@@ -104,7 +103,8 @@ class CorrectedHistory(DynamicHistory):
         stamps, poses = self.copy_between(BEGINNING, FOREVER - 1)
         named = np.array([self.parent_at(stamp) == self.correction.parent
                           for stamp in stamps.tolist()])
-        poses[named] = self.correction.smoothed(stamps[named], poses[named])
+        poses[named] = self.correction.smoothed(
+            stamps[named], self.correction.raw_many(stamps[named], poses[named]))
         twin.set_poses(poses)
         return twin
 

@@ -6,16 +6,64 @@ before the newest sample never changes, so no correction changes an answer.
 """
 
 from bisect import bisect_right, insort
-import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import se3, so3
-from ..geometry.blend import AT_REST, Blend, blend_to, Limits, Rates
+from ..geometry.blend import Fade, fade, Limits, Rates
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array, Vector3
 from ..times import Stamps
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Stage(NamedTuple):
+    """
+    One correction, and how the edge goes over to it.
+
+    A sample belongs at motion @ parent_T_child. From there a point of the child is still d
+    away, and the child is turned about it by Q, which both fade: so that the point is no
+    faster than its own motion and the fading, wherever the child goes.
+
+    :ivar about: that point, in the child.
+    """
+
+    motion: PoseTuple
+    fade: Fade
+    about: Vector3
+
+    def moved(self, stamps: Stamps, poses: Array) -> Array:
+        """Return samples (N, 7) where the edge has them at their stamps (N,)."""
+        poses = se3.compose_many(np.array(self.motion), poses)
+        fading = stamps < self.fade.end
+        if fading.any():
+            poses[fading] = self._offset(poses[fading], self.fade.at_many(stamps[fading]))
+        return poses
+
+    def raw(self, stamps: Stamps, poses: Array) -> Array:
+        """Return poses as they came in: the inverse of ``moved``."""
+        fading = stamps < self.fade.end
+        if fading.any():
+            poses = poses.copy()
+            poses[fading] = self._without(poses[fading], self.fade.at_many(stamps[fading]))
+        return se3.compose_many(se3.inverse_many(np.array(self.motion)), poses)
+
+    def _offset(self, poses: Array, offsets: Array) -> Array:
+        q = so3.multiply_many(offsets[:, 3:], poses[:, 3:])
+        t = poses[:, :3] + offsets[:, :3] + self._arms(poses[:, 3:]) - self._arms(q)
+        return np.concatenate([t, q], axis=1)
+
+    def _without(self, poses: Array, offsets: Array) -> Array:
+        q = so3.multiply_many(so3.conjugate_many(offsets[:, 3:]), poses[:, 3:])
+        t = poses[:, :3] - offsets[:, :3] + self._arms(poses[:, 3:]) - self._arms(q)
+        return np.concatenate([t, q], axis=1)
+
+    def _arms(self, q: Array) -> Array:
+        """Return where the point is from the child's origin, in the parent's axes."""
+        return so3.rotate_many(q, np.broadcast_to(self.about, (len(q), 3)))
 
 
 class Measured(NamedTuple):
@@ -27,13 +75,13 @@ class Measured(NamedTuple):
 
 class Correction:
     """
-    What moves the samples of an edge: C(t) @ parent_T_child, by the sample's stamp t.
+    What moves the samples of an edge; see ``Stage``.
 
     :ivar parent: of the edge that it corrects; the child may change its parent.
     :ivar measured: every correction, sorted by the stamp that it was seen at.
     """
 
-    __slots__ = ('parent', 'measured', '_blends', '_begins')
+    __slots__ = ('parent', 'measured', '_stages', '_begins')
 
     def __init__(self, parent: str, since: int) -> None:
         """
@@ -43,109 +91,108 @@ class Correction:
         """
         self.parent = parent
         self.measured: list[Measured] = []
-        self._blends = [Blend(since, since, se3.IDENTITY, se3.IDENTITY, AT_REST, Rates())]
+        self._stages = [Stage(se3.IDENTITY, Fade(since, since, se3.IDENTITY, Rates()), ORIGIN)]
         self._begins = [since]
 
     @property
-    def blend(self) -> Blend:
-        """Return the newest one, which lasts, or is over."""
-        return self._blends[-1]
+    def stage(self) -> Stage:
+        """Return the newest one, which it goes over to, or has."""
+        return self._stages[-1]
 
-    def at(self, stamp: int) -> PoseTuple:
-        """Return the correction of a sample."""
-        index = bisect_right(self._begins, stamp) - 1
-        return self._blends[max(index, 0)].at(stamp)
+    def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
+        """Return a sample where the edge has it."""
+        stage = self._stages[max(bisect_right(self._begins, stamp) - 1, 0)]
+        if stamp >= stage.fade.end:
+            return se3.compose(stage.motion, pose)
+        return _plain(stage.moved(np.array([stamp]), np.array([pose])))
 
-    def at_many(self, stamps: Stamps) -> Array:
-        """Return the corrections (N, 7) of samples."""
+    def moved_many(self, stamps: Stamps, poses: Array) -> Array:
+        """Return samples (N, 7) where the edge has them."""
+        return self._by_stage(stamps, poses, Stage.moved)
+
+    def raw_many(self, stamps: Stamps, poses: Array) -> Array:
+        """Return poses (N, 7) of the edge as they came in."""
+        return self._by_stage(stamps, poses, Stage.raw)
+
+    def settled_many(self, stamps: Stamps, poses: Array) -> Array:
+        """Return where samples (N, 7) belong, whatever is still on its way there."""
+        return self._by_stage(stamps, poses, lambda stage, _, some: se3.compose_many(
+            np.array(stage.motion), some))
+
+    def _by_stage(self, stamps: Stamps, poses: Array,
+                  change: Callable[[Stage, Stamps, Array], Array]) -> Array:
         which = np.maximum(np.searchsorted(self._begins, stamps, side='right') - 1, 0)
-        motions = np.empty((len(stamps), 7))
+        changed = np.empty((len(stamps), 7))
         for index in np.unique(which).tolist():
             chosen = which == index
-            motions[chosen] = self._blends[index].at_many(stamps[chosen])
-        return motions
+            changed[chosen] = change(self._stages[index], stamps[chosen], poses[chosen])
+        return changed
 
-    def absorb(self, measured: Measured, begin: int, about: Vector3, limits: Limits,
-               oldest: int) -> Blend:
+    # --- going over
+
+    def go_over(self, motion: PoseTuple, begin: int, here: PoseTuple, raw: PoseTuple,
+                about: Vector3, limits: Limits, oldest: int) -> Stage:
         """
-        Go over to another correction, from the present value and rate.
-
-        A pivot that is within reach stays, so that its bound does.
+        Go over to another correction, or other samples, from the present value and rate.
 
         :param begin: no earlier than the newest sample.
-        :param about: the child's origin at the beginning, before any correction.
+        :param here: where the edge is then.
+        :param raw: what comes in then, from now on.
         :param oldest: what is older is forgotten.
         """
-        blend = self.blend
-        if begin < blend.end and math.dist(about, blend.about) <= limits.reach:
-            about = blend.about
-        self._begin(blend_to(measured.motion, begin, self.at(begin),
-                             blend.rates_at(begin, about), about, limits), oldest)
-        insort(self.measured, measured, key=lambda one: one.stamp)
-        return self.blend
+        before, there = self.stage, se3.compose(motion, raw)
+        point = se3.apply(here, about)
+        # Normalised, or what is rounded would double with every correction.
+        turn = so3.normalize(so3.multiply(here[3:], so3.conjugate(there[3:])))
+        offset = (*np.subtract(point, se3.apply(there, about)).tolist(), *turn)
+        velocity, turning = before.fade.rates_at(begin)
+        arm = np.subtract(point, se3.apply(here, before.about))
+        x, y, z = (velocity + np.cross(turning, arm)).tolist()
+        stage = Stage(motion, fade(offset, Rates((x, y, z), turning), begin, limits), about)
+        self._begin(stage, oldest)
+        return stage
 
-    def change_source(self, begin: int, first: PoseTuple, about: Vector3, limits: Limits,
-                      oldest: int) -> Blend:
-        """
-        Go over to the samples of another source, as they are.
-
-        :param first: what moves these to where the edge is at the beginning.
-        :param about: where the source has the child then.
-        """
-        # As fast as before is what lies at one place, whoever says where that is.
-        blend = self.blend
-        place = se3.apply(se3.inverse(blend.at(begin)), se3.apply(first, about))
-        self._begin(blend_to(se3.IDENTITY, begin, first, blend.rates_at(begin, place), about,
-                             limits), oldest)
-        self.measured.clear()
-        return self.blend
-
-    def _begin(self, blend: Blend, oldest: int) -> None:
-        """Let a blend take the place of what was to come."""
-        while self._begins and self._begins[-1] >= blend.begin:
-            del self._begins[-1], self._blends[-1]
-        self._begins.append(blend.begin)
-        self._blends.append(blend)
+    def _begin(self, stage: Stage, oldest: int) -> None:
+        """Let a stage take the place of what was to come."""
+        while self._begins and self._begins[-1] >= stage.fade.begin:
+            del self._begins[-1], self._stages[-1]
+        self._begins.append(stage.fade.begin)
+        self._stages.append(stage)
         expired = max(bisect_right(self._begins, oldest) - 1, 0)
-        del self._begins[:expired], self._blends[:expired]
+        del self._begins[:expired], self._stages[:expired]
+
+    def note(self, measured: Measured) -> None:
+        """Keep a correction for ``smoothed``."""
+        insort(self.measured, measured, key=lambda one: one.stamp)
+
+    # --- what follows
 
     def pending(self, stamps: Stamps, poses: Array) -> Array:
         """
-        Return what is still to be corrected of corrected poses.
+        Return how far poses (N, 7) of the edge are from where they belong.
 
-        :param stamps: (N,)
-        :param poses: (N, 7)
         :return: (N, 6) of translation and rotation, as ``geometry.covariances`` has errors.
         """
-        motions = self.at_many(stamps)
-        last = np.array([blend.last for blend in self._blends])
-        which = np.maximum(np.searchsorted(self._begins, stamps, side='right') - 1, 0)
-        left = se3.compose_many(last[which], se3.inverse_many(motions))
-        return np.concatenate([
-            se3.apply_many(left, poses[:, :3]) - poses[:, :3], so3.log_many(left[:, 3:])], axis=1)
+        there = self.settled_many(stamps, self.raw_many(stamps, poses))
+        turned = so3.multiply_many(there[:, 3:], so3.conjugate_many(poses[:, 3:]))
+        return np.concatenate([there[:, :3] - poses[:, :3], so3.log_many(turned)], axis=1)
 
-    def smoothed(self, stamps: Stamps, poses: Array) -> Array:
+    def smoothed(self, stamps: Stamps, raw: Array) -> Array:
         """
-        Return poses as all corrections together have them, each at the stamp it was seen at.
+        Return samples as all corrections together have them, each at the stamp it was seen at.
 
         Between two corrections a pose lies between what both make of it; before the first
         and after the last that one holds.
 
-        :param stamps: (N,)
-        :param poses: (N, 7) corrected ones.
+        :param raw: (N, 7) as they came in.
         """
-        return self.with_all(
-            stamps, se3.compose_many(se3.inverse_many(self.at_many(stamps)), poses))
-
-    def with_all(self, stamps: Stamps, raw: Array) -> Array:
-        """Return poses that were never corrected as ``smoothed`` has them."""
         if not self.measured:
             return raw
         knots = np.array([one.stamp for one in self.measured])
         motions = np.array([one.motion for one in self.measured])
         after = np.searchsorted(knots, stamps, side='right')
         before = np.maximum(after - 1, 0)
-        after = np.minimum(np.where(after == 0, 0, after), len(knots) - 1)
+        after = np.minimum(after, len(knots) - 1)
         ratio = np.where(before < after, (stamps - knots[before]) / np.maximum(
             knots[after] - knots[before], 1), 0.0)
         return se3.interpolate_many(se3.compose_many(motions[before], raw),
@@ -155,5 +202,10 @@ class Correction:
         """Return one of its own."""
         twin = Correction(self.parent, self._begins[0])
         twin.measured = list(self.measured)
-        twin._blends, twin._begins = list(self._blends), list(self._begins)
+        twin._stages, twin._begins = list(self._stages), list(self._begins)
         return twin
+
+
+def _plain(poses: Array) -> PoseTuple:
+    x, y, z, qx, qy, qz, qw = poses[0].tolist()
+    return (x, y, z, qx, qy, qz, qw)

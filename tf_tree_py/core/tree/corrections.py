@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 from .tree import Tree
 from ..edges.corrected import corrected, CorrectedHistory
+from ..edges.correction import Stage
 from ..errors import InvalidArgumentException
 from ..geometry import se3
-from ..geometry.blend import Blend, Limits
+from ..geometry.blend import Limits
 from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Vector3
@@ -33,7 +34,7 @@ class Transition(NamedTuple):
 
 
 def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
-           about: Vector3 | None, limits: Limits) -> Transition:
+           about: Vector3, limits: Limits) -> Transition:
     """Let an edge go over to a correction; see ``BufferCore.correct``."""
     history = corrected(tree.histories.get(child), child)
     if seen_at is not None and history.latest_stamp is not None:
@@ -49,10 +50,11 @@ def _check_seen(seen_at: int, newest: int) -> None:
             f"edge's newest sample, {newest}")
 
 
-def told(tree: Tree, blend: Blend) -> Transition:
+def told(tree: Tree, stage: Stage) -> Transition:
     """Return that an edge goes over to something else, and count it."""
     tree.corrections += 1
-    return Transition(tree.corrections, blend.begin, blend.end, Pose._make(blend.last))
+    return Transition(tree.corrections, stage.fade.begin, stage.fade.end,
+                      Pose._make(stage.motion))
 
 
 def smoothed(tree: Tree) -> Tree:
@@ -85,5 +87,5 @@ class CorrectionQueries:
         with self._lock:
             history = self._tree.histories.get(child)
             if isinstance(history, CorrectedHistory):
-                return Pose._make(history.correction.blend.last)
+                return Pose._make(history.correction.stage.motion)
         return Pose._make(se3.IDENTITY)

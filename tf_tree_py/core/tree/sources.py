@@ -134,8 +134,8 @@ class Sources:
             return None, []
         self._awaited, self._since = None, stamp
         tree.replace(edge)
-        blend = edge.change_source(history.sample(stamp), limits)
-        return told(tree, blend), self._after(history, stamp)
+        stage = edge.change_source(history.sample(stamp), limits)
+        return told(tree, stage), self._after(history, stamp)
 
     def _after(self, history: DynamicHistory, stamp: int) -> list[Sample]:
         """Return a source's samples after a stamp."""
@@ -215,7 +215,7 @@ class Sources:
         """Return the active source's samples, with its own corrections, at all stamps."""
         plain = self.histories[self.active].copy()
         stamps, poses = plain.copy_between(BEGINNING, FOREVER - 1)
-        plain.set_poses(edge.correction.with_all(stamps, poses))
+        plain.set_poses(edge.correction.smoothed(stamps, poses))
         return plain
 
 
