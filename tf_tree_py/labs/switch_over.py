@@ -97,7 +97,7 @@ def by_rule() -> tuple[Run, int]:
 
 def added_speed(ours: Array, camera_says: Array, at: int) -> float:
     """Return how fast poses (N, 7) come over to the camera's from a stamp on, at most, m/s."""
-    offsets = (ours - camera_says)[_STAMPS >= at, :3]
+    offsets = (ours - camera_says)[at <= _STAMPS, :3]
     return float(np.linalg.norm(np.diff(offsets, axis=0), axis=1).max()) / as_seconds(_STEP)
 
 
@@ -120,8 +120,8 @@ def run() -> Report:
              Column('drift_m', 'motion off in the end [m]', '.2f')),
             [(one.name, float(one.steps.max()), one.turned, one.drifted)
              for one in runs])],
-        law=f'going over in one message is a step of {jump:.2f} m, {jump / as_seconds(_STEP):.0f} m/s for '
-            f'whoever divides it by its 20 ms; blended it adds {added:.2f} m/s, of the '
+        law=f'going over in one message is a step of {jump:.2f} m, '
+            f'{jump / as_seconds(_STEP):.0f} m/s for whoever divides it by its 20 ms; blended it adds {added:.2f} m/s, of the '
             f'{MAX_SPEED} m/s that were allowed.',
         remarks=[f'The rule said at {as_seconds(at):.2f} s: {ours.told}.'],
         numbers={'jump_m': jump, 'added_mps': added, 'noticed_s': as_seconds(at - _SLIPS_AT)},
