@@ -45,7 +45,7 @@ ORDER = {
         'propagation uncertain prediction outline queries',
         'buffer: waiters deadline waiting intake correcting switching '
         'buffer_core',
-        ': deskew twist',
+        ': deskew twist anchor',
         'telling: table audit report diagnosis',
     ),
     'ros': rooms(

@@ -121,7 +121,8 @@ def run() -> Report:
             [(one.name, float(one.steps.max()), one.turned, one.drifted)
              for one in runs])],
         law=f'going over in one message is a step of {jump:.2f} m, '
-            f'{jump / as_seconds(_STEP):.0f} m/s for whoever divides it by its 20 ms; blended it adds {added:.2f} m/s, of the '
+            f'{jump / as_seconds(_STEP):.0f} m/s for whoever divides it by its 20 ms; '
+            f'blended it adds {added:.2f} m/s, of the '
             f'{MAX_SPEED} m/s that were allowed.',
         remarks=[f'The rule said at {as_seconds(at):.2f} s: {ours.told}.'],
         numbers={'jump_m': jump, 'added_mps': added, 'noticed_s': as_seconds(at - _SLIPS_AT)},
