@@ -6,6 +6,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from . import (
+    anchor,
     continuous,
     cycle,
     direction,
@@ -27,7 +28,7 @@ from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
            cycle, remount, one_edge, uncertainty, continuous, gyro, prediction,
-           switch_over)
+           switch_over, anchor)
 _LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
 
 

@@ -5,7 +5,7 @@ A function of the stamp that goes smoothly from each correction to the next. Wha
 before the newest sample never changes, so no correction changes an answer.
 """
 
-from bisect import bisect_right, insort
+from bisect import bisect_left, insort
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -101,7 +101,8 @@ class Correction:
 
     def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
         """Return a sample where the edge has it."""
-        stage = self._stages[max(bisect_right(self._begins, stamp) - 1, 0)]
+        # At its very beginning the stage before holds, whose last bits were answered.
+        stage = self._stages[max(bisect_left(self._begins, stamp) - 1, 0)]
         if stamp >= stage.fade.end:
             return se3.compose(stage.motion, pose)
         return _plain(stage.moved(np.array([stamp]), np.array([pose])))
@@ -121,7 +122,7 @@ class Correction:
 
     def _by_stage(self, stamps: Stamps, poses: Array,
                   change: Callable[[Stage, Stamps, Array], Array]) -> Array:
-        which = np.maximum(np.searchsorted(self._begins, stamps, side='right') - 1, 0)
+        which = np.maximum(np.searchsorted(self._begins, stamps, side='left') - 1, 0)
         changed = np.empty((len(stamps), 7))
         for index in np.unique(which).tolist():
             chosen = which == index
@@ -158,7 +159,7 @@ class Correction:
             del self._begins[-1], self._stages[-1]
         self._begins.append(stage.fade.begin)
         self._stages.append(stage)
-        expired = max(bisect_right(self._begins, oldest) - 1, 0)
+        expired = max(bisect_left(self._begins, oldest) - 1, 0)
         del self._begins[:expired], self._stages[:expired]
 
     def note(self, measured: Measured) -> None:
