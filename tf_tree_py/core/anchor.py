@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .edges.correction import Correction
+from .edges.correction import Correction, ORIGIN
 from .errors import InvalidArgumentException
 from .geometry import se3, so3
 from .geometry.blend import Limits
@@ -173,7 +173,7 @@ class Anchor:
         if self._published is None:
             self._published = stamp
             self._correction.go_over(
-                self.held.map_T_odom, stamp - 1, self.held.map_T_odom, se3.IDENTITY, (0.0, 0.0, 0.0),
+                self.held.map_T_odom, stamp - 1, self.held.map_T_odom, se3.IDENTITY, ORIGIN,
                 self._limits, BEGINNING)
         self._published = max(self._published, stamp)
         return Pose._make(self._correction.moved(stamp, se3.IDENTITY))
