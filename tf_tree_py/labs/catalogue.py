@@ -18,6 +18,7 @@ from . import (
     planar,
     prediction,
     remount,
+    splat,
     startup,
     static_spam,
     switch_over,
@@ -28,7 +29,7 @@ from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
            cycle, remount, one_edge, uncertainty, continuous, gyro, prediction,
-           switch_over, anchor)
+           switch_over, anchor, splat)
 _LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
 
 

@@ -14,7 +14,7 @@ from tf_tree_py.core.times import Stamps
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table
 
-SUMMARY = 'wheels slip, a camera takes over: 0.4 m in one step, or at most 0.3 m/s more'
+SUMMARY = 'wheels slip, a camera takes over: 40 cm in one step, or 0.3 m/s'
 
 MAX_SPEED, MAX_TURN_RATE = 0.3, 0.2
 MAX_AGE_S, GATE = 0.2, (0.1, 0.05)
