@@ -89,7 +89,7 @@ COVARIANCE = np.diag([SIGMA_M**2] * 2 + [1e-6] * 3 + [SIGMA_RAD**2])
 
 
 class Unanchored:
-    """Nobody publishes anything but the identity."""
+    """Nobody publishes anything but where the robot began, which is known."""
 
     name = 'no anchor'
 
@@ -98,7 +98,7 @@ class Unanchored:
 
     def publish(self, stamp: int) -> Pose:
         """Return map_T_odom."""
-        return Pose()
+        return driven(0)
 
 
 class Naive(Unanchored):
@@ -107,7 +107,7 @@ class Naive(Unanchored):
     name = 'published when it comes'
 
     def __init__(self) -> None:
-        self._held = Pose()
+        self._held = driven(0)
 
     def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
         """Put the robot where it was seen."""
@@ -144,7 +144,7 @@ class Anchored(Unanchored):
 
     def publish(self, stamp: int) -> Pose:
         """Return map_T_odom."""
-        return self._anchor.publish(stamp) or Pose()
+        return self._anchor.publish(stamp) or driven(0)
 
 
 def passed(way: Unanchored, seconds: float = _DURATION_S) -> Pass:

@@ -30,7 +30,7 @@ from .report import Report
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
            cycle, remount, one_edge, uncertainty, continuous, gyro, prediction,
            switch_over, anchor, splat)
-_LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
+_LIVE = (latency, remount, one_edge, startup, static_spam, cycle, anchor)
 
 
 class Lab(NamedTuple):
