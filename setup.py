@@ -12,6 +12,7 @@ executables = [
     'five_frame_demo',
     'five_frame_listener',
     'five_frame_publisher',
+    'relocalisation_anchor',
     'robot_state_publisher',
     'static_transform_publisher',
     'tf_relay',

@@ -11,8 +11,10 @@ from ..rows import Row, scaled
 from ..timing import interleave, time_each
 
 _PLAIN, _BESIDE, _AIDED = 'plain', 'the same, edges uncertain', 'the same, edges aided'
+_IDLE = 'the same, edges corrected'
 _UNCERTAIN, _LARGE, _AHEAD = 'lookup_uncertain', 'lookup_uncertain, 2 deg', 'predict, 50 ms ahead'
 _ABOUT_THE_SAME = 1.03
+_CORRECTED_AT_MOST = 1.05
 
 _FRAMES = ('map', 'odom', 'base', 'torso', 'head', 'camera')
 _STEP, _COUNT = 10_000_000, 1000
@@ -39,6 +41,17 @@ def _aided() -> BufferCore:
     return buffer
 
 
+def _corrected() -> BufferCore:
+    """Return edges that have absorbed corrections, wholly before what is asked for."""
+    buffer = BufferCore()
+    for parent, child in zip(_FRAMES, _FRAMES[1:], strict=False):
+        for stamp in range(_STEP, _STEP * _COUNT + 1, _STEP):
+            buffer.insert(parent, child, stamp, Pose.from_xyz_rpy(x=1.0, yaw=1e-9 * stamp))
+            if stamp == _STEP:
+                buffer.correct(child, Pose(x=0.1), over=_STEP)
+    return buffer
+
+
 def _asking(ask: Callable[..., object], count: int, *more: int,
             stamp: int = _ASKED) -> Callable[[], float]:
     """Return a turn of lookups, each for another stamp."""
@@ -52,10 +65,12 @@ def _asking(ask: Callable[..., object], count: int, *more: int,
 def uncertain(_: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure lookups over five moving edges, uncertain, aided and predicted."""
     plain, small, large, aided = _filled(), _filled(0.1), _filled(2.0), _aided()
+    corrected = _corrected()
     few = max(effort.lookups // 50, 1)
     turns = {
         _PLAIN: _asking(plain.lookup, effort.lookups),
         _BESIDE: _asking(small.lookup, effort.lookups),
+        _IDLE: _asking(corrected.lookup, effort.lookups),
         _AIDED: _asking(aided.lookup, effort.lookups),
         _UNCERTAIN: _asking(small.lookup_uncertain, few),
         _LARGE: _asking(large.lookup_uncertain, few),
@@ -64,6 +79,8 @@ def uncertain(_: Contestants, effort: Effort) -> Iterator[Row]:
     row = Row('uncertain', '5 moving edges', 'us', scaled(interleave(turns, effort.rounds), 1e6))
     row.compare(_BESIDE, _PLAIN, _ABOUT_THE_SAME, name='a plain lookup of uncertain edges',
                 unit='x one of certain edges')
+    row.compare(_IDLE, _PLAIN, _CORRECTED_AT_MOST, name='a plain lookup of corrected edges',
+                unit='x one of edges that never were')
     for name in (_AIDED, _UNCERTAIN, _LARGE, _AHEAD):
         row.compare(name, _PLAIN, name=name, unit='x a plain lookup')
     yield row

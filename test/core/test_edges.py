@@ -2,6 +2,7 @@
 
 import ast
 import json
+import math
 from pathlib import Path
 
 from hypothesis import given, strategies as st
@@ -11,6 +12,8 @@ from strategies import assert_same_pose
 from tf_tree_py import core
 from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline, TreeFileError
 from tf_tree_py.core.edges.aided import AidedHistory
+from tf_tree_py.core.edges.corrected import with_correction
+from tf_tree_py.core.edges.correction import Correction
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.kinds import frozen, KINDS, thawed
 from tf_tree_py.core.edges.protocol import moves
@@ -19,6 +22,7 @@ from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.edges.storage import Arrays, Stored
 from tf_tree_py.core.edges.track import HeldTrack
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.blend import Limits
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 
 WINDOW = 40
@@ -74,17 +78,36 @@ def aided_by_a_gyroscope():
     return history
 
 
+def blending(history):
+    """Return a history whose samples a correction moves, more and more from 20 to 45."""
+    correction = Correction('parent', BEGINNING)
+    correction.go_over(Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0), 20, pose_number(2),
+                       pose_number(2), (1.0, 0.0, 0.0), Limits(25, math.inf, math.inf, 0.0),
+                       BEGINNING)
+    return with_correction(history, correction)
+
+
+def corrected():
+    return blending(DynamicHistory('child', WINDOW))
+
+
+def aided_and_corrected():
+    return blending(aided_by_a_gyroscope())
+
+
 def static():
     return StaticHistory('child', 'parent', pose_number(0))
 
 
 MOVING = (DynamicHistory, HeldHistory, EasedHistory)
 BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING),
-              aided_by_a_gyroscope, lambda: SplineHistory('child', None, None))
+              aided_by_a_gyroscope, corrected, aided_and_corrected,
+              lambda: SplineHistory('child', None, None))
 
 
 every_kind = pytest.mark.parametrize(
-    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'spline'])
+    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'corrected',
+                              'aided and corrected', 'spline'])
 
 
 def history_of(begin, stamps, parents=('parent',)):

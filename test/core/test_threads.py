@@ -1,11 +1,9 @@
 """Many write and read at once: every answer is one that could have been given."""
 
-import sys
-import threading
 import time
 
+from crew import Crew, PATIENCE_S
 import numpy as np
-import pytest
 from strategies import assert_same_pose
 from tf_tree_py.core import (
     BufferCore,
@@ -20,7 +18,6 @@ from tf_tree_py.core.edges.packed import pack_pose
 
 TICK = 1000
 TICKS = 3000
-PATIENCE_S = 60.0  # only a deadlock lasts as long as that
 
 
 def pose_at(stamp):
@@ -35,57 +32,6 @@ def assert_tells_its_stamp(pose, stamp, edges):
     for _ in range(edges):
         expected @= pose_at(stamp)
     assert_same_pose(pose, expected, 1e-9, reach=TICKS)
-
-
-@pytest.fixture(autouse=True)
-def eager_switches():
-    """Switch threads a thousand times as often as usual."""
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(5e-6)
-    yield
-    sys.setswitchinterval(before)
-
-
-class Crew:
-    """Threads, and what went wrong in them."""
-
-    def __init__(self):
-        self.errors = []
-        self.done = threading.Event()
-        self.writers, self.readers = [], []
-
-    def write(self, function, *arguments):
-        self.writers.append(threading.Thread(
-            target=self._guard, args=(function, *arguments), daemon=True))
-
-    def read(self, function, *arguments):
-        """Run a function again and again until the writers are done."""
-        def again_and_again():
-            while not self.done.is_set():
-                function(*arguments)
-
-        self.readers.append(threading.Thread(
-            target=self._guard, args=(again_and_again,), daemon=True))
-
-    def _guard(self, function, *arguments):
-        try:
-            function(*arguments)
-        except BaseException as error:
-            self.errors.append(error)
-            self.done.set()
-
-    def run(self):
-        for thread in (*self.readers, *self.writers):
-            thread.start()
-        for thread in self.writers:
-            thread.join(PATIENCE_S)
-        self.done.set()
-        for thread in self.readers:
-            thread.join(PATIENCE_S)
-        stuck = [thread for thread in (*self.writers, *self.readers) if thread.is_alive()]
-        assert not stuck, 'a deadlock'
-        if self.errors:
-            raise self.errors[0]
 
 
 def test_no_reader_sees_a_torn_pose():

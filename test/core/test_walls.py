@@ -35,15 +35,15 @@ def rooms(*lines):
 ORDER = {
     'core': rooms(
         ': calling stamp text suggest errors times',
-        'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit',
-        'edges: track storage columns protocol packed static discrete aided uncertainty '
-        'spline_samples spline spline_track spline_history spline_fitter kinds',
+        'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit blend',
+        'edges: track storage columns protocol packed static discrete aided correction corrected '
+        'uncertainty spline_samples spline spline_track spline_history spline_fitter kinds',
         'arrivals: incidents sample estimate received observers track frame_names block cursor '
         'estimate_bytes layout wire stencil future_guard jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'frozen outline many_stamps lookups queries',
-        'buffer: waiters deadline waiting intake buffer_core',
-        ': deskew twist trajectory',
+        'tree: many climb path ways spanning remarks tree corrections sources propagation '
+        'uncertain prediction frozen outline many_stamps lookups queries',
+        'buffer: waiters deadline waiting intake correcting switching buffer_core',
+        ': deskew twist trajectory anchor',
         'telling: table audit audit_file report diagnosis poses missing explanation '
         'frame_graph drawings',
         'vitals: limits spread stretch timing motion gathering edge signs',

@@ -16,6 +16,7 @@ LONG_LIVED = {
     'five_frame_publisher': (
         ['--ros-args', '--params-file', str(CONFIG / 'five_frames.yaml')], None,
         ('/tf', 'topic', 'list')),
+    'relocalisation_anchor': ([], None, ('/pose', 'topic', 'list')),
     'robot_state_publisher': (ROBOT, "<Robot 'five_frames'", None),
     'static_transform_publisher': (
         FRAMES, 'Spinning until stopped', ('/tf_static', 'topic', 'list')),

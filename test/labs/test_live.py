@@ -12,6 +12,7 @@ import threading
 import pytest
 from tf_tree_py.core import LookupException
 from tf_tree_py.labs.live import (
+    anchor,
     cycle,
     latency,
     one_edge,
@@ -34,6 +35,13 @@ def nothing_is_left():
 
 def _ros_variables():
     return {name: value for name, value in os.environ.items() if name.startswith('ROS_')}
+
+
+def test_anchor_as_a_node_never_jumps():
+    numbers = anchor.run(seconds=5.0).numbers
+    assert numbers['anchored_m'] < 0.05
+    # It turns about where the robot was when a pose came, and that has gone on since.
+    assert numbers['step_m'] < numbers['own_step_m'] + 1.5 * numbers['rate_m']
 
 
 def test_latency_between_two_processes():

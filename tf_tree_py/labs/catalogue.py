@@ -6,6 +6,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from . import (
+    anchor,
     continuous,
     cycle,
     direction,
@@ -17,16 +18,19 @@ from . import (
     planar,
     prediction,
     remount,
+    splat,
     startup,
     static_spam,
+    switch_over,
     uncertainty,
     warehouse,
 )
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount, one_edge, uncertainty, continuous, gyro, prediction)
-_LIVE = (latency, remount, one_edge, startup, static_spam, cycle)
+           cycle, remount, one_edge, uncertainty, continuous, gyro, prediction,
+           switch_over, anchor, splat)
+_LIVE = (latency, remount, one_edge, startup, static_spam, cycle, anchor)
 
 
 class Lab(NamedTuple):

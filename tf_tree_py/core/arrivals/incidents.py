@@ -35,10 +35,13 @@ class Kind(Enum):
     SILENT_EDGE_ENDED = 'silent edge ended'
     AHEAD_OF_CLOCK = 'ahead of the clock'
     JUMP_BACK = 'stamps jumped back'
+    SOURCE_SILENT = 'source fell silent'
+    SOURCE_DIVERGED = 'source diverged'
 
 
 REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
-                     Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK})
+                     Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK,
+                     Kind.SOURCE_SILENT, Kind.SOURCE_DIVERGED})
 
 
 def count_refused(counts: Mapping[Kind, int]) -> int:

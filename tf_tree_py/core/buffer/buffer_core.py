@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from .deadline import Deadline, WallDeadline
 from .intake import Intake
+from .switching import Switching
 from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
@@ -31,7 +32,6 @@ from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time
-from ..tree.queries import Queries
 from ..tree.tree import Tree
 
 Answer = TypeVar('Answer')
@@ -42,7 +42,7 @@ DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class BufferCore(Queries):
+class BufferCore(Switching):
     """
     Transforms between frames, over a window of time. ``Queries`` has the lookups.
 

@@ -57,7 +57,7 @@ class Intake:
         """
         Take samples under one lock.
 
-        :param insert: what to do with those whose stamps are good; ``_each`` unless given.
+        :param insert: what to do with those whose stamps are good; ``insert_each`` unless given.
         """
         remarks: list[Incident] = []
         if samples and not static:
@@ -66,16 +66,16 @@ class Intake:
                     or max(stamps) > self._guard.limit):
                 samples, remarks = self._screen(samples, stamps, authority)
         return self._insert(remarks, lambda: [sample.child for sample in samples],
-                            insert or self._each, samples, authority, static)
+                            insert or self.insert_each, samples, authority, static)
 
     def take_uncertain(self, sample: Sample, covariance: Array, authority: str,
                        static: bool) -> list[Incident]:
         """Take a sample and its covariance (6, 6) under one lock; neither if one is refused."""
         def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
-            incidents = self._each(samples, authority, static)
+            incidents = self.insert_each(samples, authority, static)
             if samples and not any(incident.refused for incident in incidents):
                 refused = self._tree.set_covariance(*sample[:3], covariance, authority)
-                self._count(0, refused)
+                self.count(0, refused)
                 incidents += refused
             return incidents
 
@@ -86,7 +86,7 @@ class Intake:
         """Take the covariance (6, 6) of an edge whose poses come another way."""
         with self._lock:
             refused = self._tree.set_covariance(parent, child, stamp, covariance, authority)
-            self._count(0, refused)
+            self.count(0, refused)
         return refused
 
     def take_estimate(self, estimate: Estimate, with_pose: bool,
@@ -145,7 +145,7 @@ class Intake:
     def refuse(self, incident: Incident) -> None:
         """Count something that went wrong before there was a sample to insert."""
         with self._lock:
-            self._count(0, [incident])
+            self.count(0, [incident])
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""
@@ -173,7 +173,7 @@ class Intake:
         self._observers.tell_arrived(edges, stamps)
         with self._lock:
             samples, remarks = guard.part(samples, authority, self._tree.histories)
-            self._count(0, remarks)
+            self.count(0, remarks)
         return samples, remarks + self._judge_stamps(
             [(sample.parent, sample.child) for sample in samples],
             [sample.stamp for sample in samples], authority)
@@ -186,7 +186,7 @@ class Intake:
             incident = self._jump_back.judge(edges, stamps, authority, self._tree.histories)
             if incident is None:
                 return []
-            self._count(0, [incident])
+            self.count(0, [incident])
             self._forget()
         self._give_up('All stamps went back, as those of a bag that loops,')
         return [incident]
@@ -198,8 +198,9 @@ class Intake:
         incidents = self._waiting.change(self._tree, children, insert, *arguments)
         return remarks + self._explained(incidents) if remarks or incidents else incidents
 
-    def _each(self, samples: Iterable[Sample], authority: str,
-              static: bool) -> list[Incident]:
+    def insert_each(self, samples: Iterable[Sample], authority: str,
+                    static: bool) -> list[Incident]:
+        """Insert samples one by one; the lock is held."""
         incidents: list[Incident] = []
         tree, accepted = self._tree, 0
         try:
@@ -215,7 +216,7 @@ class Intake:
                 incidents += remarks
                 accepted += not (remarks and remarks[-1].refused)
         finally:
-            self._count(accepted, incidents)
+            self.count(accepted, incidents)
         return incidents
 
     def _append(self, batch: Batch, authority: str) -> list[Incident]:
@@ -223,7 +224,7 @@ class Intake:
         self._statistics.accepted += taken
         if taken == len(batch.edges):
             return []
-        return self._each(batch.samples()[taken:], authority, False)
+        return self.insert_each(batch.samples()[taken:], authority, False)
 
     def _track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
         incidents: list[Incident] = []
@@ -237,25 +238,26 @@ class Intake:
             history = tree.history_to_extend(track.parent, track.child, int(stamp))
             if history is not None:
                 break
-            incidents += self._each([track.sample(number)], authority, False)
+            incidents += self.insert_each([track.sample(number)], authority, False)
         if history is None:
             return incidents
         rest, refused = judged.after(number)
         if not rest.is_within(history):
-            return incidents + self._each(track.samples(number), authority, False)
+            return incidents + self.insert_each(track.samples(number), authority, False)
         if len(rest.stamps):
             tree.extend(history, rest.stamps, rest.poses, authority)
-        self._count(len(rest.stamps), refused)
+        self.count(len(rest.stamps), refused)
         return incidents + refused
 
     def _spline(self, newest: Sample, spline: Spline, authority: str) -> list[Incident]:
         sound = checked(newest, authority)
         incidents = [sound] if isinstance(sound, Incident) else self._tree.insert_spline(
             newest.parent, newest.child, spline, authority)
-        self._count(not (incidents and incidents[-1].refused), incidents)
+        self.count(not (incidents and incidents[-1].refused), incidents)
         return incidents
 
-    def _count(self, accepted: int, incidents: list[Incident]) -> None:
+    def count(self, accepted: int, incidents: list[Incident]) -> None:
+        """Count what was taken and what happened, and tell who watches; the lock is held."""
         self._statistics.accepted += accepted
         for incident in incidents:
             self._statistics.incidents[incident.kind] += 1

@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from .aided import AidedHistory
+from .corrected import CorrectedAidedSamples, CorrectedSamples
 from .discrete import DynamicHistory, HeldHistory
 from .protocol import History
 from .spline_history import SplineHistory
@@ -28,7 +29,8 @@ class Freezable(History, Protocol):
 
 KINDS: dict[str, type[Freezable]] = {
     'static': StaticHistory, 'interpolated': DynamicHistory, 'held': HeldHistory,
-    'aided': AidedHistory, 'spline': SplineHistory}
+    'aided': AidedHistory, 'spline': SplineHistory, 'corrected': CorrectedSamples,
+    'corrected and aided': CorrectedAidedSamples}
 
 
 def frozen(history: History, arrays: Arrays) -> Facts:

@@ -225,6 +225,11 @@ class PackedSamples:
         poses = np.frombuffer(self._poses).reshape(-1, POSE_FLOATS)
         return stamps[begin:end].copy(), poses[begin:end].copy()
 
+    def set_poses(self, poses: Array) -> None:
+        """Replace the poses (n, 7) of all n samples in the window."""
+        self._poses[self._first() * POSE_FLOATS:] = array('d', poses.tobytes())
+        self._latest_pose = None
+
     def has_named(self, parent: str) -> bool:
         """Return whether a stored sample names a parent."""
         return parent in self._named()

@@ -79,6 +79,14 @@ class Stored:
         """Return a list of facts."""
         return [_checked(key, value, kind) for value in self.one(key, list)]
 
+    def rows(self, key: str, integers: int, floats: int) -> list[list[Any]]:
+        """Return a list of rows, each so many integers and then so many floats."""
+        kinds = [int] * integers + [float] * floats
+        rows = self.many(key, list)
+        if any([type(value) for value in row] != kinds for row in rows):
+            raise ValueError(f'{key!r} has not {integers} integers and {floats} floats a row')
+        return rows
+
     def whole(self, key: str, least: int = 0, most: float = math.inf) -> int:
         """Return a fact that is a number between two others."""
         number = self.one(key, int)

@@ -59,7 +59,7 @@ def freeze(tree: Tree) -> Frozen:
     facts = {
         'byte_order': sys.byteorder, 'cache_time': tree.cache_time,
         'max_frames': tree.max_frames, 'max_name_bytes': tree.max_name_bytes,
-        'frames': list(tree.frames),
+        'frames': list(tree.frames), 'corrections': tree.corrections,
         'edges': [frozen(history, arrays) for history in tree.histories.values()],
         'uncertainty': [{'child': child} | known.frozen(arrays)
                         for child, known in tree.uncertainty.items()]}
@@ -109,6 +109,7 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
                          f'{sys.byteorder}-endian')
     tree = Tree(stored.whole('cache_time', 1), stored.whole('max_frames'),
                 stored.whole('max_name_bytes'))
+    tree.corrections = stored.whole('corrections')
     stored.cache_time = tree.cache_time
     tree.frames.update(dict.fromkeys(stored.many('frames', str)))
     for edge in stored.parts('edges'):

@@ -15,8 +15,9 @@ import numpy as np
 
 from .propagation import placed, Step, steps_of, total
 from .tree import Tree
-from .uncertain import around_of, covariances_of
+from .uncertain import around_of, covariances_of, inflated
 from ..edges.aided import gyro_until, turn_of
+from ..edges.corrected import CorrectedHistory
 from ..edges.protocol import History, moves, MovingHistory
 from ..edges.uncertainty import Around
 from ..errors import ExtrapolationException, InvalidArgumentException
@@ -93,7 +94,8 @@ def checked_horizon(horizon: int) -> int:
 
 def predicted(known: Known, stamp: int, horizon: int) -> Prediction:
     """Return a pose beyond the newest data of at least one edge; see ``Queries.predict``."""
-    own = covariances_of(known.around, False)
+    own = inflated(covariances_of(known.around, False),
+                   [_pending(step.history, stamp) for step in known.steps])
     poses, covariances, beyond = [], [], 0
     for step, covariance in zip(known.steps, own, strict=True):
         ahead = _ahead(step.history, stamp, horizon)
@@ -108,6 +110,14 @@ def predicted(known: Known, stamp: int, horizon: int) -> Prediction:
     x, y, z, qx, qy, qz, qw = there[0].tolist()
     return Prediction(Pose(x, y, z, qx, qy, qz, qw), total(errors, there[:, :3])[0],
                       stamp, beyond)
+
+
+def _pending(history: History, stamp: int) -> Array | None:
+    """Return what is still to be corrected of an edge's pose, or of its newest; (1, 6)."""
+    if not isinstance(history, CorrectedHistory) or history.latest_stamp is None:
+        return None
+    stamp = min(stamp, history.latest_stamp)
+    return history.pending(np.array([stamp]), np.array([history.sample(stamp)]))
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:

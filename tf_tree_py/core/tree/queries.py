@@ -13,6 +13,7 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
+from .corrections import CorrectionQueries
 from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
 from .lookups import Lookups, Naming
 from .many_stamps import ends_of, poses_at, refuse_missing
@@ -31,7 +32,7 @@ from ..stamp import LATEST
 from ..times import Stamps, without_mask
 
 
-class Queries(Lookups):
+class Queries(CorrectionQueries, Lookups):
     """All that can be asked of a tree, from any thread; see ``Lookups`` about stamps."""
 
     # --- many poses

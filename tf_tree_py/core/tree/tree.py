@@ -16,6 +16,7 @@ from .ways import Ways
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import bad_name, Batch, is_sound, Sample
 from ..edges.aided import aided
+from ..edges.corrected import CorrectedHistory, with_correction
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
@@ -45,6 +46,7 @@ class Tree:
     ``version`` counts those changes. A sample that is older than all others of its edge
     is such a change, too.
 
+    :ivar corrections: how often an edge went over to another correction or source.
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
     :ivar ways: the way between two frames.
@@ -62,6 +64,7 @@ class Tree:
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
+        self.corrections = 0
         self.ways = Ways(self.histories, self.frames)
         self.spanning = Spanning(self.histories, self.ways)
         self._remarks = Remarks()
@@ -193,10 +196,18 @@ class Tree:
         """
         known = self.histories.get(child)
         history = aided(known, child, self.cache_time)
-        if history is not known:
-            self.histories[child] = history
+        taken = history.gyro.extend(stamps, rates)
+        if isinstance(known, CorrectedHistory) and not isinstance(history, CorrectedHistory):
+            self.replace(with_correction(history, known.correction))
+        else:
+            self.replace(history)
+        return taken
+
+    def replace(self, history: History) -> None:
+        """Let a history stand in the place of the edge's own, whose samples it has."""
+        if self.histories.get(history.child) is not history:
+            self.histories[history.child] = history
             self._structure_changed()
-        return history.gyro.extend(stamps, rates)
 
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
@@ -312,6 +323,7 @@ class Tree:
         twin.histories.update(
             (child, history.copy()) for child, history in self.histories.items())
         twin.frames.update(self.frames)
+        twin.corrections = self.corrections
         if self.uncertainty:
             twin.uncertainty = {child: one.copy() for child, one in self.uncertainty.items()}
         return twin

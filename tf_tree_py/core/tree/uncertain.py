@@ -12,6 +12,7 @@ import numpy as np
 
 from .propagation import Errors, placed, Step, steps_of, total
 from .tree import Tree
+from ..edges.corrected import CorrectedHistory
 from ..edges.uncertainty import Around
 from ..geometry.covariances import between
 from ..geometry.se3 import PoseTuple
@@ -73,15 +74,18 @@ class Gathered(NamedTuple):
 
     :ivar poses: of each edge, ``parent_T_child`` (N, 7), or (1, 7) for all stamps.
     :ivar around: of each edge, its covariances; None of those that are certain.
+    :ivar pending: of each edge, what is still to be corrected; see ``pending_of``.
     """
 
     steps: list[Step]
     poses: list[Array]
     around: list[Around | None]
+    pending: list[Array | None]
 
     def errors(self, independent: bool) -> Errors | None:
         """Return what may be wrong about these edges; None if they are all certain."""
-        return placed(self.steps, self.poses, covariances_of(self.around, independent))[1]
+        covariances = inflated(covariances_of(self.around, independent), self.pending)
+        return placed(self.steps, self.poses, covariances)[1]
 
 
 def gathered_at(tree: Tree, target: str, source: str, stamp: int, newest: bool) -> Gathered:
@@ -91,12 +95,19 @@ def gathered_at(tree: Tree, target: str, source: str, stamp: int, newest: bool) 
     :param newest: whether it is what ``LATEST`` came to, which is no time where nothing
         moves.
     """
-    if target == source or not tree.uncertainty:
-        return Gathered([], [], [])
+    if target == source or is_certain(tree):
+        return Gathered([], [], [], [])
     steps = steps_of(tree.ways.branches(
         target, source, None if newest and stamp == LATEST else stamp))
     poses = [np.array([step.history.sample(stamp)]) for step in steps]
-    return Gathered(steps, poses, around_of(tree, steps, np.array([stamp])))
+    stamps = np.array([stamp])
+    return Gathered(steps, poses, around_of(tree, steps, stamps),
+                    pending_of(steps, stamps, poses))
+
+
+def is_certain(tree: Tree) -> bool:
+    """Return whether no edge was ever unsure."""
+    return not tree.uncertainty and not tree.corrections
 
 
 def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:
@@ -120,6 +131,29 @@ def covariances_of(around: Sequence[Around | None], independent: bool) -> list[A
     return covariances
 
 
+def pending_of(steps: Sequence[Step], stamps: Stamps,
+               poses: Sequence[Array]) -> list[Array | None]:
+    """
+    Return what is still to be corrected of each edge, (N, 6) errors; None of the others.
+
+    :param poses: of each, (N, 7), or (1, 7) of edges that do not move.
+    """
+    return [step.history.pending(stamps, pose)
+            if isinstance(step.history, CorrectedHistory) and len(stamps) else None
+            for step, pose in zip(steps, poses, strict=True)]
+
+
+def inflated(covariances: Sequence[Array | None],
+             pending: Sequence[Array | None]) -> list[Array | None]:
+    """Return covariances (N, 6, 6) with what is known to be wrong: d d^T more, of an error d."""
+    inflated = list(covariances)
+    for number, (covariance, error) in enumerate(zip(covariances, pending, strict=True)):
+        if error is not None:
+            known = error[:, :, None] * error[:, None, :]
+            inflated[number] = known if covariance is None else covariance + known
+    return inflated
+
+
 # --- many
 
 def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: Array,
@@ -129,7 +163,7 @@ def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: 
 
     :param tree: one that nobody changes meanwhile.
     """
-    if target == source or not tree.uncertainty:
+    if target == source or is_certain(tree):
         return np.zeros((len(stamps), 6, 6))
     points = poses[:, :3]
     if tree.ways.was_rehung:
@@ -147,7 +181,8 @@ def _total_at(tree: Tree, steps: Sequence[Step], stamps: Stamps, points: Array,
     ends = int(stamps.min()), int(stamps.max())
     poses = [step.history.track(*ends).at(stamps).T for step in steps]
     around = around_of(tree, steps, stamps)
-    return total(Gathered(list(steps), poses, around).errors(independent), points)
+    pending = pending_of(steps, stamps, poses)
+    return total(Gathered(list(steps), poses, around, pending).errors(independent), points)
 
 
 def _stacked(covariances: Sequence[Array]) -> Array:

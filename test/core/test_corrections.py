@@ -1,0 +1,368 @@
+"""Corrections without a jump: each guarantee, the storm of writers and readers among them."""
+
+import itertools
+import pickle
+import random
+import threading
+
+from crew import Crew
+from inputs import for_each
+import numpy as np
+import pytest
+from strategies import assert_same_pose
+from tf_tree_py.core import (
+    BufferCore,
+    InvalidArgumentException,
+    Pose,
+    se3,
+    Spline,
+    TransformException,
+    UNLIMITED,
+)
+
+SECOND = 1_000_000_000
+MS = 1_000_000
+STEP = 10 * MS
+MAX_SPEED, MAX_TURN_RATE = 0.3, 0.2
+BOUNDS = {'max_speed': MAX_SPEED, 'max_turn_rate': MAX_TURN_RATE}
+SHIFT = Pose.from_xyz_rpy(x=0.4, y=-0.2, yaw=0.1)
+FIXED = Pose(x=1.0, y=2.0)
+
+
+def driven(stamp):
+    """Return where an odometry has the robot: a circle, at 0.5 m/s."""
+    t = stamp / SECOND
+    return Pose.from_xyz_rpy(x=np.sin(0.5 * t), y=1.0 - np.cos(0.5 * t), yaw=0.5 * t)
+
+
+def fed(until, buffer=None, since=0):
+    """Return a buffer whose edges reach a stamp: map -> odom -> base -> camera."""
+    buffer = buffer or BufferCore(UNLIMITED)
+    buffer.insert('base', 'camera', 0, Pose(z=1.0), static=True)
+    for stamp in range(since, until + 1, STEP):
+        buffer.insert('map', 'odom', stamp, FIXED)
+        buffer.insert('odom', 'base', stamp, driven(stamp))
+    return buffer
+
+
+def answers(buffer, stamps):
+    return [buffer.lookup_at('map', 'camera', stamp) for stamp in stamps]
+
+
+# --- nothing that was answered changes
+
+def test_no_answer_that_was_given_changes_nor_one_before_the_blend():
+    buffer = fed(2 * SECOND)
+    stamps = [*range(0, 2 * SECOND + 1, 7 * MS), 2 * SECOND]
+    before = answers(buffer, stamps)
+    of_base = buffer.correct('base', SHIFT, over=SECOND // 2)
+    of_odom = buffer.correct('odom', SHIFT, over=SECOND // 2)
+    assert of_base.begin == of_odom.begin == 2 * SECOND
+    assert answers(buffer, stamps) == before
+    fed(4 * SECOND, buffer, since=2 * SECOND + STEP)
+    assert answers(buffer, stamps) == before
+
+
+def test_from_its_end_on_the_correction_holds_wholly():
+    buffer = fed(SECOND)
+    change = buffer.correct('base', SHIFT, over=SECOND // 2)
+    fed(3 * SECOND, buffer, since=SECOND + STEP)
+    for stamp in (change.end, 3 * SECOND):
+        assert_same_pose(buffer.lookup_at('odom', 'base', stamp), SHIFT @ driven(stamp))
+    assert buffer.correction_of('base') == change.motion == SHIFT
+    assert buffer.correction_of('camera') == Pose()
+
+
+def test_giving_one_twice_does_no_harm():
+    buffer, twice = fed(SECOND), fed(SECOND)
+    buffer.correct('base', SHIFT, over=SECOND)
+    twice.correct('base', SHIFT, over=SECOND)
+    twice.correct('base', SHIFT, over=SECOND)
+    for each in (buffer, twice):
+        fed(2 * SECOND, each, since=SECOND + STEP)
+    for stamp in range(0, 2 * SECOND, MS):
+        assert_same_pose(buffer.lookup_at('map', 'camera', stamp),
+                         twice.lookup_at('map', 'camera', stamp))
+
+
+def test_late_samples_are_moved_as_their_stamp_has_it():
+    stamps = list(range(SECOND + STEP, 2 * SECOND + 1, STEP))
+    late = stamps.copy()
+    random.Random(1).shuffle(late)
+    ordered, shuffled, together = fed(SECOND), fed(SECOND), fed(SECOND)
+    for buffer in (ordered, shuffled, together):
+        buffer.correct('base', SHIFT, over=SECOND // 2)
+    for stamp, other in zip(stamps, late, strict=True):
+        ordered.insert('odom', 'base', stamp, driven(stamp))
+        shuffled.insert('odom', 'base', other, driven(other))
+    together.insert_track('odom', 'base', stamps, [driven(stamp) for stamp in stamps])
+    for stamp in range(SECOND, 2 * SECOND, 3 * MS):
+        here = ordered.lookup_at('odom', 'base', stamp)
+        assert here == shuffled.lookup_at('odom', 'base', stamp)
+        assert_same_pose(here, together.lookup_at('odom', 'base', stamp))
+
+
+# --- no faster than stated
+
+def worst_excess(buffer, target, source, stamps, own):
+    """Return by how much an edge's speed and turn rate exceed its own, at most."""
+    poses = buffer.lookup_many(target, source, stamps)
+    gone, turned = se3.distance_many(poses[:-1], poses[1:])
+    raw = np.array([own(stamp) for stamp in stamps])
+    own_gone, own_turned = se3.distance_many(raw[:-1], raw[1:])
+    seconds = np.diff(stamps) / SECOND
+    return ((gone - own_gone) / seconds).max(), ((turned - own_turned) / seconds).max()
+
+
+@for_each(every=[2, 200])
+def test_no_edge_is_faster_than_its_own_motion_and_the_stated_rate(every):
+    rng = np.random.default_rng(3)
+    buffer = fed(0)
+    stamps = np.arange(0, 4 * SECOND, STEP)
+    for number, stamp in enumerate(stamps.tolist()):
+        fed(stamp, buffer, since=stamp)
+        if number % every == 0:
+            x, y, yaw = rng.uniform(-0.4, 0.4, 3)
+            for child in ('base', 'odom'):
+                buffer.correct(child, Pose.from_xyz_rpy(x=x, y=y, yaw=yaw), over=0, **BOUNDS)
+    for target, source, own in (('odom', 'base', driven), ('map', 'odom', lambda _: FIXED)):
+        speed, turn_rate = worst_excess(buffer, target, source, stamps, own)
+        assert speed <= MAX_SPEED + 1e-9
+        assert turn_rate <= MAX_TURN_RATE + 1e-9
+        assert turn_rate > 0.1 * MAX_TURN_RATE or every < 200  # it does move
+
+
+def test_what_hangs_below_within_reach_of_the_pivot_is_no_faster_either():
+    buffer = fed(SECOND)
+    robot = np.array((5.0, 0.0, 0.0))  # in odom, far from its origin
+    buffer.correct('odom', Pose.from_xyz_rpy(y=0.5, yaw=0.3), over=0, about=robot, reach=0.5,
+                   **BOUNDS)
+    fed(8 * SECOND, buffer, since=SECOND + STEP)
+    poses = buffer.lookup_many('map', 'odom', np.arange(SECOND, 8 * SECOND, STEP))
+    for arm in ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (-0.3, 0.4, 0.0)):
+        places = se3.apply_many(poses, np.broadcast_to(robot + arm, (len(poses), 3)))
+        speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / (STEP / SECOND)
+        assert 0.3 * MAX_SPEED < speeds.max() <= MAX_SPEED + 1e-9
+
+
+def test_one_that_comes_during_another_begins_with_its_value_and_rate():
+    buffer = fed(SECOND)
+    buffer.correct('odom', SHIFT, over=SECOND)
+    fed(SECOND + 400 * MS, buffer, since=SECOND + STEP)
+    buffer.correct('odom', Pose(y=0.5), over=SECOND)
+    fed(3 * SECOND, buffer, since=SECOND + 400 * MS + STEP)
+    stamps = np.arange(SECOND, 3 * SECOND, STEP)
+    velocities = np.diff(buffer.lookup_many('map', 'odom', stamps), axis=0) / (STEP / SECOND)
+    # It accelerates by some 6 m/s^2 at most; a jump of the rate would be 0.5 m/s in one step.
+    assert np.abs(np.diff(velocities[:, :3], axis=0)).max() < 0.1
+    assert np.abs(velocities[40, :3]).max() > 0.3
+
+
+# --- how sure
+
+def test_covariance_is_inflated_while_a_blend_lasts():
+    buffer = fed(SECOND)
+    change = buffer.correct('base', SHIFT, over=SECOND)
+    fed(3 * SECOND, buffer, since=SECOND + STEP)
+    middle = (change.begin + change.end) // 2
+    spread = buffer.lookup_uncertain('odom', 'base', middle)[1]
+    error = np.subtract((SHIFT @ driven(middle))[:3], buffer.lookup_at('odom', 'base', middle)[:3])
+    np.testing.assert_allclose(spread[:3, :3], np.outer(error, error), atol=1e-12)
+    assert spread[5, 5] == pytest.approx(0.05 ** 2)
+    many = buffer.lookup_uncertain_many('odom', 'base', [SECOND // 2, middle, 3 * SECOND])[1]
+    np.testing.assert_allclose(many, [np.zeros((6, 6)), spread, np.zeros((6, 6))], atol=1e-15)
+    assert [share.child for share in buffer.lookup_budget('map', 'camera', middle)] == ['base']
+
+
+def test_covariance_of_the_edge_itself_is_added_and_a_prediction_has_both():
+    buffer = fed(SECOND)
+    buffer.insert('odom', 'base', SECOND, driven(SECOND), covariance=1e-4 * np.eye(6))
+    buffer.correct('base', Pose(x=0.4), over=SECOND)
+    fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
+    spread = buffer.lookup_uncertain('odom', 'base')[1]
+    assert spread[0, 0] == pytest.approx(0.2 ** 2 + 1e-4)
+    ahead = buffer.predict('odom', 'base', SECOND + 510 * MS, SECOND).covariance
+    assert ahead[0, 0] >= 0.2 ** 2
+
+
+# --- the whole truth, on demand
+
+def test_smoothed_has_every_correction_at_the_stamp_it_was_seen_at():
+    buffer = fed(SECOND)
+    buffer.correct('base', Pose(x=0.1), over=SECOND, stamp=200 * MS)
+    fed(2 * SECOND, buffer, since=SECOND + STEP)
+    buffer.correct('base', Pose(x=0.3), over=SECOND, stamp=1200 * MS)
+    fed(3 * SECOND, buffer, since=2 * SECOND + STEP)
+    before = answers(buffer, range(0, 3 * SECOND, MS))
+    whole = buffer.smoothed()
+    for stamp, x in ((0, 0.1), (200 * MS, 0.1), (700 * MS, 0.2), (1200 * MS, 0.3),
+                     (3 * SECOND, 0.3)):
+        assert_same_pose(whole.lookup_at('odom', 'base', stamp), Pose(x=x) @ driven(stamp))
+    assert answers(buffer, range(0, 3 * SECOND, MS)) == before
+    assert whole.lookup('map', 'odom') == FIXED
+
+
+def test_smoothed_of_a_buffer_without_corrections_is_its_snapshot():
+    buffer = fed(SECOND)
+    stamps = range(0, SECOND, 3 * MS)
+    assert answers(buffer.smoothed(), stamps) == answers(buffer.snapshot(), stamps)
+
+
+# --- together with everything else
+
+def test_a_gyroscope_still_tells_what_lies_between_two_poses():
+    stamps = np.arange(0, 3 * SECOND, MS)
+    rates = np.stack([0 * stamps, 0 * stamps, 3.0 * np.sin(stamps / 2e7)], axis=1)
+    poses = {}
+    for order in itertools.permutations(['aid', 'correct']):
+        buffer = fed(SECOND)
+        for step in order:
+            if step == 'aid':
+                buffer.aid('base', stamps, rates)
+            else:
+                buffer.correct('base', SHIFT, over=SECOND // 2)
+        fed(2 * SECOND, buffer, since=SECOND + STEP)
+        poses[order] = buffer.lookup_many('odom', 'base', stamps[:-SECOND // MS])
+    first, second = poses.values()
+    np.testing.assert_array_equal(first, second)
+    straight = fed(2 * SECOND)
+    straight.aid('base', stamps, rates)
+    late = stamps[(stamps > 1500 * MS) & (stamps < 2 * SECOND)]
+    expected = se3.compose_many(np.array(SHIFT), straight.lookup_many('odom', 'base', late))
+    gone, turned = se3.distance_many(expected, first[late // MS])
+    assert gone.max() < 1e-12 and turned.max() < 1e-7
+
+
+def test_snapshot_keeps_the_blend_and_pickles():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=SECOND)
+    fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
+    frozen = pickle.loads(pickle.dumps(buffer.snapshot()))
+    buffer.correct('base', Pose(), over=SECOND)
+    assert frozen.corrections_version == 1 and buffer.corrections_version == 2
+    assert frozen.correction_of('base') == SHIFT
+    assert frozen.lookup_uncertain('odom', 'base')[1][0, 0] > 0.0
+
+
+def test_after_clear_samples_come_as_they_are():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=SECOND)
+    buffer.clear()
+    fed(SECOND, buffer)
+    assert_same_pose(buffer.lookup('odom', 'base', SECOND), driven(SECOND))
+    buffer.correct('base', SHIFT, over=SECOND // 2)
+    fed(2 * SECOND, buffer, since=SECOND + STEP)
+    assert_same_pose(buffer.lookup('odom', 'base', 2 * SECOND), SHIFT @ driven(2 * SECOND))
+
+
+def test_samples_of_another_parent_are_not_moved():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=0)
+    buffer.insert('elevator', 'base', SECOND + STEP, FIXED, strict=False)
+    assert buffer.lookup('elevator', 'base', SECOND + STEP) == FIXED
+    buffer.insert('odom', 'base', SECOND + 2 * STEP, driven(SECOND), strict=False)
+    assert_same_pose(buffer.lookup('odom', 'base', SECOND + 2 * STEP), SHIFT @ driven(SECOND))
+
+
+def test_what_cannot_be_corrected_says_why():
+    buffer = fed(SECOND)
+    stamps = np.arange(0, SECOND, STEP)
+    buffer.insert_spline('base', 'arm', Spline.fit(
+        stamps, np.tile(se3.IDENTITY, (len(stamps), 1)), 10.0))
+    for child, why in (('camera', 'is static'), ('arm', 'is a spline'), ('map', 'Nothing is'),
+                       ('nobody', 'Nothing is known'), ('', 'name of a frame'), (3, 'frame')):
+        with pytest.raises(InvalidArgumentException, match=why):
+            buffer.correct(child, SHIFT)
+    for wrong in ({'over': 0.5}, {'over': -1}, {'max_speed': 0.0}, {'max_turn_rate': 'fast'},
+                  {'max_speed': float('nan')}, {'reach': float('inf')}, {'about': (1.0, 2.0)},
+                  {'about': (1.0, 2.0, np.nan)}, {'stamp': 2 * SECOND}, {'stamp': 1.5}):
+        with pytest.raises(InvalidArgumentException):
+            buffer.correct('base', SHIFT, **wrong)
+    with pytest.raises(InvalidArgumentException):
+        buffer.correct('base', Pose(x=float('nan')))
+    assert buffer.corrections_version == 0
+
+
+# --- under a storm
+
+class Storm:
+    """Odometry, a localisation and corrections at once, and all that was answered meanwhile."""
+
+    def __init__(self, seconds):
+        self.buffer = fed(0)
+        self.buffer.insert('odom', 'arm', 0, Pose(x=1.0))
+        self.stamps = np.arange(STEP, seconds * SECOND, STEP)
+        self.answered = {}
+        self.versions = threading.local()
+        self.changes = []
+        self.asked = random.Random(5)
+
+    def write_odometry(self):
+        for stamp in self.stamps.tolist():
+            self.buffer.insert('odom', 'base', stamp, driven(stamp))
+            self.buffer.insert('odom', 'arm', stamp, Pose(x=1.0))
+
+    def write_localisation(self):
+        for stamp in self.stamps.tolist():
+            self.buffer.insert('map', 'odom', stamp, FIXED)
+
+    def write_corrections(self):
+        rng = np.random.default_rng(7)
+        for number in range(200):
+            x, y, yaw = rng.uniform(-0.4, 0.4, 3)
+            self.changes.append(self.buffer.correct(
+                ('base', 'odom', 'arm')[number % 3], Pose.from_xyz_rpy(x=x, y=y, yaw=yaw), over=0,
+                **BOUNDS))
+
+    def read_newest(self):
+        for ends in (('odom', 'base'), ('map', 'camera')):
+            stamp, pose = self.buffer.lookup_stamped(*ends)
+            assert self.answered.setdefault((*ends, stamp), pose) == pose
+
+    def read_between(self):
+        stamp = self.buffer.latest_common_time('map', 'base')
+        stamp = self.asked.randrange(stamp + 1)
+        pose = self.buffer.lookup_at('map', 'base', stamp)
+        assert self.answered.setdefault(('map', 'base', stamp), pose) == pose
+
+    def read_a_loop(self):
+        frozen = self.buffer.snapshot()
+        stamp = self.asked.randrange(frozen.latest_common_time('base', 'arm') + 1)
+        closed = Pose()
+        for ends in (('map', 'base'), ('base', 'arm'), ('arm', 'map')):
+            try:
+                closed @= frozen.lookup_at(*ends, stamp)
+            except TransformException:
+                return  # map -> odom does not reach as far
+        assert_same_pose(closed, Pose(), 1e-12)
+
+    def read_all_frames(self):
+        tree = self.buffer.lookup_tree('map')
+        assert_same_pose(tree['base'] @ Pose(z=1.0), tree['camera'], 1e-12)
+
+    def read_versions(self):
+        for version in (self.buffer.corrections_version,
+                        self.buffer.snapshot().corrections_version):
+            assert version >= getattr(self.versions, 'last', 0)
+            self.versions.last = version
+
+
+def test_storm_of_writers_and_readers():
+    storm = Storm(4)
+    crew = Crew()
+    for write in (storm.write_odometry, storm.write_localisation, storm.write_corrections):
+        crew.write(write)
+    for read in (storm.read_newest, storm.read_between, storm.read_a_loop, storm.read_all_frames,
+                 storm.read_versions):
+        crew.read(read)
+    crew.run()
+    buffer = storm.buffer
+    assert len({change.begin for change in storm.changes}) > 10 and len(storm.answered) > 100
+    assert [change.version for change in storm.changes] == list(range(1, 201))
+    # What was answered at any time is what is answered now, bit by bit.
+    for (target, source, stamp), pose in storm.answered.items():
+        assert buffer.lookup_at(target, source, stamp) == pose
+    for target, source, own in (('odom', 'base', driven), ('map', 'odom', lambda _: FIXED),
+                                ('odom', 'arm', lambda _: Pose(x=1.0))):
+        speed, turn_rate = worst_excess(buffer, target, source, storm.stamps, own)
+        assert speed <= MAX_SPEED + 1e-9 and turn_rate <= MAX_TURN_RATE + 1e-9

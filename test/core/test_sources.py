@@ -1,0 +1,193 @@
+"""Several sources of one edge: who answers, and how the edge goes from one to another."""
+
+import numpy as np
+import pytest
+from strategies import assert_same_pose
+from tf_tree_py.core import BufferCore, InvalidArgumentException, Kind, Pose, se3, UNLIMITED
+from tf_tree_py.core.arrivals.observers import Observer
+
+SECOND = 1_000_000_000
+MS = 1_000_000
+STEP = 10 * MS
+LIMITS = {'over': 0, 'max_speed': 0.3, 'max_turn_rate': 0.5}
+ELSEWHERE = Pose.from_xyz_rpy(x=0.3, y=-0.4, yaw=0.2)
+
+
+def wheels(stamp):
+    t = stamp / SECOND
+    return Pose.from_xyz_rpy(x=0.2 * np.sin(t), y=0.2 - 0.2 * np.cos(t), yaw=t)
+
+
+def visual(stamp):
+    """Return the same motion, as one says it who began elsewhere."""
+    return ELSEWHERE @ wheels(stamp)
+
+
+def slipping(stamp):
+    """Return a motion that is twice as far from 2 s on."""
+    return wheels(stamp) @ Pose(x=max(stamp - 2 * SECOND, 0) / SECOND)
+
+
+SAYS = {'wheels': wheels, 'visual': visual, 'slipping': slipping, 'third': visual}
+
+
+def feed(buffer, since, until, *names):
+    """Insert what sources say after a stamp and up to another; return what there was to tell."""
+    return [incident for stamp in range(since + STEP, until + 1, STEP) for name in names
+            for incident in buffer.insert_from(name, 'odom', 'base', stamp, SAYS[name](stamp))]
+
+
+def fed(until, *names):
+    buffer = BufferCore(UNLIMITED)
+    feed(buffer, -STEP, until, *names)
+    return buffer
+
+
+def active(buffer):
+    return [source.name for source in buffer.sources_of('base') if source.is_active]
+
+
+def assert_never_jumps(buffer, until):
+    """Hold the edge to its own motion (0.2 m/s, 1 rad/s) and the limits, sample by sample."""
+    poses = buffer.lookup_many('odom', 'base', np.arange(0, until + 1, STEP))
+    gone, turned = se3.distance_many(poses[:-1], poses[1:])
+    assert gone.max() <= (0.2 + LIMITS['max_speed']) * STEP / SECOND + 1e-9
+    assert turned.max() <= (1.0 + LIMITS['max_turn_rate']) * STEP / SECOND + 1e-9
+
+
+def test_the_first_that_is_heard_answers_and_all_are_kept():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    assert buffer.lookup('odom', 'base', SECOND // 2) == wheels(SECOND // 2)
+    assert [(source.name, source.newest, source.is_active)
+            for source in buffer.sources_of('base')] == [
+        ('wheels', SECOND, True), ('visual', SECOND, False)]
+    assert buffer.edges()[0].authority == 'wheels'
+
+
+def test_switch_begins_where_the_edge_is_and_ends_with_the_other_source():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    stamps = np.arange(0, SECOND + 1, 3 * MS)
+    before = buffer.lookup_many('odom', 'base', stamps)
+    change = buffer.switch('base', to='visual', **LIMITS)
+    assert change.begin == SECOND < change.end < 7 * SECOND and active(buffer) == ['visual']
+    feed(buffer, SECOND, 7 * SECOND, 'wheels', 'visual')
+    np.testing.assert_array_equal(buffer.lookup_many('odom', 'base', stamps), before)
+    assert_never_jumps(buffer, 7 * SECOND)
+    assert_same_pose(buffer.lookup('odom', 'base', 7 * SECOND), visual(7 * SECOND))
+    assert buffer.edges()[0].authority == 'visual'
+
+
+def test_back_and_forth_during_a_blend_never_jumps():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    now = SECOND
+    for number in range(12):
+        buffer.switch('base', to=('visual', 'wheels')[number % 2], **LIMITS)
+        feed(buffer, now, now + 170 * MS, 'wheels', 'visual')
+        now += 170 * MS
+    assert_never_jumps(buffer, now)
+
+
+def test_one_that_lags_goes_on_when_it_has_reached_the_edge():
+    buffer = fed(SECOND, 'wheels')
+    feed(buffer, -STEP, SECOND - 300 * MS, 'visual')
+    assert buffer.switch('base', to='visual', **LIMITS) is None
+    feed(buffer, SECOND, SECOND + 200 * MS, 'wheels')
+    feed(buffer, SECOND - 300 * MS, SECOND - STEP, 'visual')
+    assert buffer.latest_common_time('odom', 'base') == SECOND
+    feed(buffer, SECOND - STEP, 7 * SECOND, 'visual')
+    assert_never_jumps(buffer, 7 * SECOND)
+    assert_same_pose(buffer.lookup('odom', 'base', 7 * SECOND), visual(7 * SECOND))
+
+
+def test_one_that_is_ahead_goes_on_at_once():
+    buffer = fed(SECOND, 'wheels')
+    feed(buffer, -STEP, 2 * SECOND, 'visual')
+    buffer.switch('base', to='visual', **LIMITS)
+    assert buffer.latest_common_time('odom', 'base') == 2 * SECOND
+    assert_never_jumps(buffer, 2 * SECOND)
+
+
+def test_late_sample_of_the_new_source_changes_nothing_before_the_switch():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    before = buffer.lookup('odom', 'base', 503 * MS)
+    buffer.switch('base', to='visual', **LIMITS)
+    buffer.insert_from('visual', 'odom', 'base', 503 * MS, visual(503 * MS))
+    assert buffer.lookup('odom', 'base', 503 * MS) == before
+
+
+def test_one_that_falls_silent_makes_way_and_that_is_told():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    heard = []
+
+    class Ear(Observer):
+
+        def told(self, incidents):
+            heard.extend(incidents)
+
+    buffer.observers.add(Ear())
+    told = feed(buffer, SECOND, 7 * SECOND, 'visual')
+    assert [incident.kind for incident in told] == [Kind.SOURCE_SILENT] and told == heard
+    assert "'wheels' sent nothing for more than 100 ms" in told[0].detail
+    assert not told[0].refused and buffer.statistics().incidents[Kind.SOURCE_SILENT] == 1
+    assert active(buffer) == ['visual']
+    assert_never_jumps(buffer, 7 * SECOND)
+    assert_same_pose(buffer.lookup('odom', 'base', 7 * SECOND), visual(7 * SECOND))
+
+
+def test_one_that_diverges_from_two_others_makes_way():
+    buffer = fed(SECOND, 'slipping', 'visual', 'third')
+    buffer.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), **LIMITS)
+    told = feed(buffer, SECOND, 4 * SECOND, 'slipping', 'visual', 'third')
+    assert [incident.kind for incident in told] == [Kind.SOURCE_DIVERGED]
+    assert 2 * SECOND < told[0].stamp <= 2200 * MS
+    assert active(buffer) == ['visual']
+
+
+def test_of_two_that_differ_the_one_heard_first_is_believed():
+    buffer = fed(SECOND, 'wheels', 'slipping')
+    buffer.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), **LIMITS)
+    assert not feed(buffer, SECOND, 4 * SECOND, 'wheels', 'slipping')
+    assert active(buffer) == ['wheels']
+    buffer = fed(SECOND, 'wheels', 'slipping')
+    buffer.switch('base', to='slipping', over=0)
+    buffer.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), **LIMITS)
+    told = feed(buffer, SECOND, 4 * SECOND, 'wheels', 'slipping')
+    assert [incident.kind for incident in told] == [Kind.SOURCE_DIVERGED]
+    assert active(buffer) == ['wheels']
+
+
+def test_smoothed_is_what_the_active_source_says_from_its_beginning():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch('base', to='visual', **LIMITS)
+    feed(buffer, SECOND, SECOND + 500 * MS, 'wheels', 'visual')
+    whole = buffer.smoothed()
+    for stamp in (0, SECOND // 2, SECOND + 500 * MS):
+        assert_same_pose(whole.lookup_at('odom', 'base', stamp), visual(stamp))
+
+
+def test_after_clear_the_first_that_is_heard_answers():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.clear()
+    feed(buffer, -STEP, SECOND, 'visual', 'wheels')
+    assert active(buffer) == ['visual']
+    assert buffer.lookup('odom', 'base', SECOND) == visual(SECOND)
+
+
+def test_what_cannot_be_done_says_why():
+    buffer = fed(SECOND, 'wheels')
+    feed(buffer, SECOND, 2 * SECOND, 'visual')  # it began after the edge's newest sample
+    for to, why in (('visual', 'began after'), ('wheels', 'already'), ('visul', 'no source')):
+        with pytest.raises(InvalidArgumentException, match=why):
+            buffer.switch('base', to=to)
+    with pytest.raises(InvalidArgumentException, match='has no sources'):
+        buffer.switch('camera', to='wheels')
+    with pytest.raises(InvalidArgumentException, match='one parent'):
+        buffer.insert_from('laser', 'map', 'base', SECOND, Pose())
+    for wrong in ({'max_age': 0}, {'max_age': 0.1}, {'max_age': 1, 'gate': 3},
+                  {'max_age': 1, 'gate': (-1, 0)}, {'max_age': 1, 'window': None}):
+        with pytest.raises(InvalidArgumentException):
+            buffer.switch_by_rule('base', **wrong)
+    assert buffer.insert_from('wheels', 'odom', 'base', 3 * SECOND,
+                              Pose(x=float('nan')))[0].kind is Kind.NOT_FINITE
+    assert buffer.sources_of('nobody') == []

@@ -1,0 +1,172 @@
+"""Late poses go in, map -> odom comes out: over DDS, and from a process of its own."""
+
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import re
+import time
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+import numpy as np
+from programs import PATIENCE_S, Program
+import pytest
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from standin import standin_env
+from tf2_msgs.msg import TFMessage
+from tf_tree_py.core import Pose, se3
+from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.nodes.bad_input import BadInput
+from tf_tree_py.nodes.relocalisation_anchor import NAME, RelocalisationAnchor
+from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.ros.messages.convert import as_sample
+from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
+from tf_tree_py.ros.topics.qos import dynamic_qos
+
+MS = 1_000_000
+COVARIANCE = np.diag([1e-4] * 3 + [1e-5] * 3)
+MAP_T_ODOM = Pose.from_xyz_rpy(x=2.0, y=-1.0, yaw=0.4)
+NEXT = Pose.from_xyz_rpy(x=0.03, yaw=0.004) @ MAP_T_ODOM
+
+
+def until(condition):
+    """Wait for what rclpy tells no event of: the graph, and what the log says."""
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end, 'it never came true'
+        time.sleep(0.002)
+
+
+class Robot:
+    """A robot that stands still in odom, and a relocaliser; and what it hears of map -> odom."""
+
+    def __init__(self, node):
+        self.heard = []
+        self._tf = node.create_publisher(TFMessage, 'tf', dynamic_qos())
+        self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', 10)
+        node.create_subscription(TFMessage, 'tf', self._hear, dynamic_qos())
+
+    def _hear(self, message):
+        self.heard += [sample for sample in map(as_sample, message.transforms)
+                       if sample.child == 'odom']
+
+    def wait_for_anchor(self):
+        # Our own subscription is one, and the anchor's the other.
+        until(lambda: self._pose.get_subscription_count() and
+              self._tf.get_subscription_count() == 2)
+
+    def drive(self, stamp):
+        self._tf.publish(write([Sample('odom', 'base_link', stamp, Pose(x=10.0))]))
+
+    def see(self, stamp, map_T_odom, frame='map'):
+        self._pose.publish(pose_with_covariance_stamped(
+            frame, stamp, map_T_odom @ Pose(x=10.0), COVARIANCE))
+
+    def wait_for(self, map_T_odom):
+        """Wait until that is published, whatever the rounding; return all up to then."""
+        until(lambda: self.heard and max(
+            se3.distance(self.heard[-1].pose, map_T_odom)) < 2e-3)
+        return list(self.heard)
+
+
+@pytest.fixture
+def robot(context):
+    node = Node('robot', context=context)
+    with spun_in_background(node):
+        yield Robot(node)
+
+
+@contextmanager
+def anchored(context, robot, **parameters):
+    node = RelocalisationAnchor(context=context, parameter_overrides=[
+        Parameter(name, value=value) for name, value in parameters.items()])
+    with spun_in_background(node):
+        robot.wait_for_anchor()
+        yield node
+
+
+def see_twice(robot, map_T_odom):
+    """Let a robot be seen at two old stamps whose odometry is there."""
+    now = time.time_ns()
+    for stamp in (now - 400 * MS, now - 300 * MS):
+        robot.drive(stamp)
+        robot.see(stamp, map_T_odom)
+
+
+def test_two_poses_that_agree_are_published_and_the_next_is_gone_over_to(context, robot):
+    with anchored(context, robot, rate_hz=100.0):
+        see_twice(robot, MAP_T_ODOM)
+        robot.wait_for(MAP_T_ODOM)
+        for _ in range(12):  # by and by it is believed
+            see_twice(robot, NEXT)
+        samples = robot.wait_for(NEXT)
+    assert max(se3.distance(samples[0].pose, MAP_T_ODOM)) < 1e-6
+    stamps = np.array([sample.stamp for sample in samples])
+    assert (np.diff(stamps) > 0).all() and samples[0].parent == 'map'
+    places = np.array([(Pose._make(sample.pose) @ Pose(x=10.0))[:3] for sample in samples])
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(stamps) * 1e9
+    assert 0.01 < speeds.max() <= 0.2 + 1e-6
+
+
+def test_what_is_of_no_use_is_told_and_no_more(context, robot, capfd):
+    with anchored(context, robot):
+        robot.see(time.time_ns(), MAP_T_ODOM, frame='world')
+        heard = []
+
+        def told(text):
+            heard.append(capfd.readouterr().err)
+            return text in ''.join(heard)
+
+        until(lambda: told("it is a pose in 'world', not in 'map'"))
+        see_twice(robot, MAP_T_ODOM)
+        robot.wait_for(MAP_T_ODOM)
+
+
+def test_parameter_that_names_no_frame_is_refused(context):
+    with pytest.raises(BadInput, match='odom_frame'):
+        RelocalisationAnchor(context=context, parameter_overrides=[
+            Parameter('odom_frame', value='/')])
+
+
+def test_program_runs_and_ends_with_ctrl_c(start, robot):
+    program = start(NAME, '--ros-args', '-p', 'frame:=base_link')
+    robot.wait_for_anchor()
+    see_twice(robot, MAP_T_ODOM)
+    robot.wait_for(MAP_T_ODOM)
+    program.interrupt()
+    assert program.end() == 0
+
+
+# --- nodes that never heard of this package
+
+SHIFTED = Pose(x=0.06) @ MAP_T_ODOM
+_ECHOED = re.compile(r'At time (\d+)\.(\d+)\n- Translation: \[(.+), (.+), (.+)\]')
+
+
+@pytest.fixture
+def tf2_echo():
+    """Return tf2's own program, the C++ one, listening to map -> odom."""
+    env = standin_env()
+    places = (Path(folder, 'lib', 'tf2_ros', 'tf2_echo')
+              for folder in env['AMENT_PREFIX_PATH'].split(os.pathsep))
+    program = Program(next(str(place) for place in places if place.exists()),
+                      'map', 'odom', '50', env=env)
+    yield program
+    program.kill()
+
+
+def test_tf2_echo_sees_the_correction_and_nothing_faster_than_stated(context, robot, tf2_echo):
+    with anchored(context, robot, rate_hz=100.0):
+        see_twice(robot, MAP_T_ODOM)
+        tf2_echo.wait_for('Translation: [2.000, -1.000', 5)
+        for _ in range(12):
+            see_twice(robot, SHIFTED)
+        tf2_echo.wait_for('Translation: [2.06', 5)
+    echoed = np.array(_ECHOED.findall(tf2_echo.output), dtype=float)
+    # tf2_echo writes nanoseconds without the zeros before them, and millimetres.
+    stamps, places = echoed[:, 0] - echoed[0, 0] + echoed[:, 1] / 1e9, echoed[:, 2:]
+    assert len({tuple(place) for place in places}) > 5  # it is there before it has arrived
+    for begin, end in zip(*np.triu_indices(len(echoed), 1), strict=True):
+        assert np.linalg.norm(places[end] - places[begin]) <= (
+            0.2 * abs(stamps[end] - stamps[begin]) + 2e-3)

@@ -1,0 +1,133 @@
+"""
+An offset that fades away over time without a jump, with bounded rates.
+
+An offset is a translation d and a rotation Q: what it moves is d away from where it
+belongs, and turned by Q. Both follow 1 - (10 x^3 - 15 x^4 + 6 x^5), which begins and ends
+without speed and acceleration (Flash, Hogan, J. Neuroscience 5(7), 1985); what moves
+already gets x - 6 x^3 + 8 x^4 - 3 x^5 times its rate besides, which begins with that rate
+and ends with none, where it began.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .se3 import left_jacobian_many, PoseTuple
+from .so3 import Array, Vector3
+from ..geometry import so3
+from ..stamp import NANOSECONDS_PER_SECOND
+from ..times import Stamps
+
+# The greatest rate of the quintic; and what a fade is longer by, so that its rate and that of
+# what it begins with are never more together than the latter was: max of s' / (1 - |h'|).
+_PEAK = 1.875
+_PEAK_MOVING = 3.65
+
+
+class Rates(NamedTuple):
+    """How fast an offset changes: metres and radians a second, in the parent's axes."""
+
+    velocity: Vector3 = (0.0, 0.0, 0.0)
+    turning: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Limits(NamedTuple):
+    """
+    How fast an offset may fade, and how long it takes at least.
+
+    :ivar over: nanoseconds.
+    :ivar max_speed: metres a second, of every point up to ``reach`` metres away.
+    :ivar max_turn_rate: radians a second.
+    """
+
+    over: int
+    max_speed: float
+    max_turn_rate: float
+    reach: float
+
+
+class Fade(NamedTuple):
+    """
+    An offset that becomes none between two stamps.
+
+    :ivar begin: nanoseconds; up to here it is ``offset``.
+    :ivar end: nanoseconds; from here on there is none.
+    :ivar rates: how fast it changes at the beginning.
+    """
+
+    begin: int
+    end: int
+    offset: PoseTuple
+    rates: Rates
+
+    def at_many(self, stamps: Stamps) -> Array:
+        """Return the offsets (N, 7) at stamps (N,)."""
+        x = self._part(stamps)
+        d, vector = self._way(1.0 - _gone(x), -_gone(x), self._seconds * _carried(x))
+        return np.concatenate(
+            [d, so3.multiply_many(so3.exp_many(vector), np.array(self.offset[3:]))], axis=1)
+
+    def at(self, stamp: int) -> PoseTuple:
+        """Return the offset at a stamp."""
+        x, y, z, qx, qy, qz, qw = self.at_many(np.array([stamp]))[0].tolist()
+        return (x, y, z, qx, qy, qz, qw)
+
+    def rates_at(self, stamp: int) -> Rates:
+        """Return how fast it changes at a stamp."""
+        if stamp >= self.end:
+            return Rates()
+        x = self._part(np.array([stamp]))
+        vector = self._way(0.0, -_gone(x), self._seconds * _carried(x))[1]
+        gone = -_gone_rate(x) / self._seconds
+        velocity, rate = self._way(gone, gone, _carried_rate(x))
+        turning = left_jacobian_many(vector) @ rate[..., None]
+        return Rates(_vector(velocity[0]), _vector(turning[0, :, 0]))
+
+    @property
+    def _seconds(self) -> float:
+        return (self.end - self.begin) / NANOSECONDS_PER_SECOND
+
+    def _part(self, stamps: Stamps) -> Array:
+        """Return which part of it has passed, 0 to 1, (N, 1)."""
+        part = np.clip((stamps - self.begin) / max(self.end - self.begin, 1), 0.0, 1.0)
+        return np.where(stamps >= self.end, 1.0, part)[:, None]
+
+    def _way(self, translation: Any, turn: Any, carried: Any) -> tuple[Array, Array]:
+        """Return parts of the translation and of the rotation, and what the rates add."""
+        d, q = np.array(self.offset[:3]), self.offset[3:]
+        return (translation * d + carried * np.array(self.rates.velocity),
+                turn * np.array(so3.log(q)) + carried * np.array(self.rates.turning))
+
+
+def fade(offset: PoseTuple, rates: Rates, begin: int, limits: Limits) -> Fade:
+    """Return the shortest one within limits that begins at a stamp with an offset and rates."""
+    way, turn = math.hypot(*offset[:3]), math.hypot(*so3.log(offset[3:]))
+    peak = _PEAK if rates == Rates() else _PEAK_MOVING
+    seconds = peak * max((way + limits.reach * turn) / limits.max_speed,
+                         turn / limits.max_turn_rate)
+    span = max(limits.over, math.ceil(seconds * NANOSECONDS_PER_SECOND))
+    return Fade(begin, begin + span, offset, rates)
+
+
+def _vector(array: Array) -> Vector3:
+    x, y, z = array.tolist()
+    return (x, y, z)
+
+
+# --- the two polynomials and their rates, by x from 0 to 1
+
+def _gone(x: Array) -> Array:
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+
+def _gone_rate(x: Array) -> Array:
+    return 30.0 * x**2 * (1.0 - x)**2
+
+
+def _carried(x: Array) -> Array:
+    return x - x**3 * (6.0 - 8.0 * x + 3.0 * x**2)
+
+
+def _carried_rate(x: Array) -> Array:
+    return 1.0 - x**2 * (18.0 - 32.0 * x + 15.0 * x**2)

@@ -1,0 +1,91 @@
+"""
+Corrections of a tree's edges: absorbing them, and what can be asked of them.
+
+How samples are moved, ``edges.corrected`` says.
+"""
+
+from typing import Any, NamedTuple
+
+from .tree import Tree
+from ..edges.corrected import corrected, CorrectedHistory
+from ..edges.correction import Stage
+from ..errors import InvalidArgumentException
+from ..geometry import se3
+from ..geometry.blend import Limits
+from ..geometry.pose import Pose
+from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Vector3
+
+
+class Transition(NamedTuple):
+    """
+    An edge goes over to another correction, or to another source.
+
+    :ivar version: how many of these there were in the buffer; it only grows.
+    :ivar begin: the stamp up to which every answer stays as it was, nanoseconds.
+    :ivar end: the stamp from which on the correction holds wholly.
+    :ivar motion: that correction, of the samples as they come in.
+    """
+
+    version: int
+    begin: int
+    end: int
+    motion: Pose
+
+
+def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
+           about: Vector3, limits: Limits) -> Transition:
+    """Let an edge go over to a correction; see ``BufferCore.correct``."""
+    history = corrected(tree.histories.get(child), child)
+    if seen_at is not None and history.latest_stamp is not None:
+        _check_seen(seen_at, history.latest_stamp)
+    tree.replace(history)
+    return told(tree, history.absorb(motion, seen_at, about, limits))
+
+
+def _check_seen(seen_at: int, newest: int) -> None:
+    if seen_at > newest:
+        raise InvalidArgumentException(
+            f'Invalid argument stamp {seen_at}: the correction cannot have been seen after the '
+            f"edge's newest sample, {newest}")
+
+
+def told(tree: Tree, stage: Stage) -> Transition:
+    """Return that an edge goes over to something else, and count it."""
+    tree.corrections += 1
+    return Transition(tree.corrections, stage.fade.begin, stage.fade.end,
+                      Pose._make(stage.motion))
+
+
+def smoothed(tree: Tree) -> Tree:
+    """Return a tree of its own whose edges have all their corrections, at all stamps."""
+    twin = tree.copy()
+    for history in list(twin.histories.values()):
+        if isinstance(history, CorrectedHistory):
+            twin.replace(history.smoothed())
+    return twin
+
+
+class CorrectionQueries:
+    """What can be asked of corrections: of a buffer, and of a snapshot."""
+
+    _lock: Any
+    _tree: Tree
+
+    @property
+    def corrections_version(self) -> int:
+        """Return how many corrections and switches there were; it only grows."""
+        return self._tree.corrections
+
+    def correction_of(self, child: str) -> Pose:
+        """
+        Return the correction that an edge has, or goes over to.
+
+        ``parent_T_child`` is this times what was inserted, once the blend is over. The
+        identity where there was none.
+        """
+        with self._lock:
+            history = self._tree.histories.get(child)
+            if isinstance(history, CorrectedHistory):
+                return Pose._make(history.correction.stage.motion)
+        return Pose._make(se3.IDENTITY)

@@ -1,0 +1,223 @@
+"""
+Several sources of one edge: all are kept, the tree has the samples of one.
+
+Going over from one to another is a correction of the edge, which begins with what takes
+the new source's samples to where the edge is, and ends with nothing. When one has to make
+way, the rule says.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .corrections import told, Transition
+from .tree import Tree
+from ..arrivals.incidents import Incident, Kind
+from ..arrivals.sample import Sample
+from ..edges.corrected import corrected, CorrectedHistory
+from ..edges.discrete import DynamicHistory
+from ..errors import InvalidArgumentException
+from ..geometry import se3
+from ..geometry.blend import Limits
+from ..stamp import BEGINNING, FOREVER, format_span
+from ..suggest import known_names
+
+
+class Rule(NamedTuple):
+    """
+    When the source of an edge makes way for another.
+
+    :ivar max_age: how far its newest sample may lie behind another's, nanoseconds.
+    :ivar gate: by how much its motion over the window may differ from another's: metres and
+        radians. None: by any.
+    :ivar window: nanoseconds.
+    :ivar limits: how the edge goes over.
+    """
+
+    max_age: int
+    gate: tuple[float, float] | None
+    window: int
+    limits: Limits
+
+
+class Source(NamedTuple):
+    """
+    One of several sources of an edge, as a person looks at it.
+
+    :ivar newest: its newest stamp, nanoseconds.
+    :ivar is_active: whether the tree answers by it.
+    """
+
+    name: str
+    newest: int
+    is_active: bool
+
+
+class Sources:
+    """
+    The sources of one edge, by name; those heard first are preferred.
+
+    :ivar histories: what each says, as it came in.
+    :ivar active: the one by which the tree answers, or will.
+    """
+
+    def __init__(self, parent: str, child: str, cache_time: int) -> None:
+        self.parent, self.child, self.cache_time = parent, child, cache_time
+        self.histories: dict[str, DynamicHistory] = {}
+        self.rule: Rule | None = None
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Forget what was heard: the first that is heard will be the active one."""
+        self.histories.clear()
+        self.active = ''
+        # While another is awaited: how to go over to it.
+        self._awaited: Limits | None = None
+        # The active one's samples up to here are not the tree's; the next judgement comes later.
+        self._since = self._judge_after = BEGINNING - 1
+
+    def take(self, tree: Tree, name: str, sample: Sample) -> tuple[list[Sample], list[Incident]]:
+        """
+        Keep a source's sample.
+
+        :return: the samples that the tree is to have now, and what there is to tell.
+        :raises InvalidArgumentException: the edge has another parent.
+        """
+        if sample.parent != self.parent:
+            raise InvalidArgumentException(
+                f'The sources of {self.child!r} say where it is in {self.parent!r}; {name!r} '
+                f'says {sample.parent!r}. Sources of one edge have one parent')
+        edge = tree.histories.get(self.child)
+        if edge is None or edge.latest_stamp is None:
+            self._begin_anew()
+        history = self.histories.get(name)
+        if history is None:
+            history = self.histories[name] = DynamicHistory(self.child, self.cache_time, name)
+        history.insert(sample.stamp, sample.parent, sample.pose)
+        self.active = self.active or name
+        incidents = self._judged(tree, sample.stamp)
+        if self._awaited is not None:
+            return self.begin(tree, self._awaited)[1], incidents
+        is_for_tree = name == self.active and sample.stamp > self._since
+        return ([sample] if is_for_tree else []), incidents
+
+    # --- going over
+
+    def switch(self, tree: Tree, name: str,
+               limits: Limits) -> tuple[Transition | None, list[Sample]]:
+        """
+        Go over to a source, at once or as soon as it has reached the edge.
+
+        :return: None as long as it has not, and the samples that the tree is to have now.
+        :raises InvalidArgumentException: there is no such source, or it began too late.
+        """
+        if name not in self.histories:
+            raise InvalidArgumentException(
+                f'{self.parent} -> {self.child} has no source {name!r}. '
+                f'{known_names(name, tuple(self.histories))}')
+        if not self._can_follow(tree, name):
+            raise InvalidArgumentException(
+                f'The source {name!r} began after the newest sample of {self.parent} -> '
+                f'{self.child}, so nothing tells how they fit together')
+        if name == self.active and self._awaited is None:
+            raise InvalidArgumentException(
+                f'{self.parent} -> {self.child} has the source {name!r} already')
+        self.active = name
+        return self.begin(tree, limits)
+
+    def begin(self, tree: Tree, limits: Limits) -> tuple[Transition | None, list[Sample]]:
+        """Begin to go over to the active source, if that has reached the edge."""
+        edge = corrected(tree.histories.get(self.child), self.child)
+        history, stamp = self.histories[self.active], edge.latest_stamp
+        assert stamp is not None
+        if history.latest_stamp is None or history.latest_stamp < stamp:
+            self._awaited = limits
+            return None, []
+        self._awaited, self._since = None, stamp
+        tree.replace(edge)
+        stage = edge.change_source(history.sample(stamp), limits)
+        return told(tree, stage), self._after(history, stamp)
+
+    def _after(self, history: DynamicHistory, stamp: int) -> list[Sample]:
+        """Return a source's samples after a stamp."""
+        samples, stamp = [], history.next_stamp(stamp)
+        while stamp < FOREVER:
+            samples.append(Sample(self.parent, self.child, stamp, history.sample(stamp)))
+            stamp = history.next_stamp(stamp)
+        return samples
+
+    def _can_follow(self, tree: Tree, name: str) -> bool:
+        """Return whether a source began early enough to go over to it."""
+        edge = tree.histories.get(self.child)
+        oldest = self.histories[name].oldest_stamp
+        return oldest is not None and edge is not None and edge.latest_stamp is not None and (
+            oldest <= edge.latest_stamp)
+
+    # --- by rule
+
+    def _judged(self, tree: Tree, stamp: int) -> list[Incident]:
+        """Go over to another source if the rule has it, and tell that."""
+        rule = self.rule
+        if rule is None or self._awaited is not None:
+            return []
+        alive = [name for name, history in self.histories.items()
+                 if (history.latest_stamp or 0) >= stamp - rule.max_age]
+        others = [name for name in alive if name != self.active and self._can_follow(tree, name)]
+        if not others:
+            return []
+        if self.active not in alive:
+            return [self._make_way(others[0], Kind.SOURCE_SILENT, stamp,
+                                   f'sent nothing for more than {format_span(rule.max_age)}')]
+        if rule.gate is None or stamp < self._judge_after:
+            return []
+        self._judge_after = stamp + rule.window // 10
+        return self._diverged(rule, alive, others, stamp)
+
+    def _diverged(self, rule: Rule, alive: list[str], others: list[str],
+                  stamp: int) -> list[Incident]:
+        """Let the source make way if more of them, or preferred ones, agree on another motion."""
+        newest = min(self.histories[name].latest_stamp or stamp for name in alive)
+        known = [name for name in alive
+                 if (self.histories[name].oldest_stamp or 0) <= newest - rule.window]
+        agreeing = {name: [other for other in known if self._agree(rule, name, other, newest)]
+                    for name in known}
+        # max takes the first of several, and that is the preferred one.
+        believed = max(known, key=lambda name: len(agreeing[name]), default=None)
+        if believed is None or self.active not in known or self.active in agreeing[believed] or (
+                believed not in others):
+            return []
+        return [self._make_way(
+            believed, Kind.SOURCE_DIVERGED, stamp,
+            f'moved otherwise than {_listed(agreeing[believed])} over '
+            f'{format_span(rule.window)}')]
+
+    def _agree(self, rule: Rule, one: str, other: str, newest: int) -> bool:
+        assert rule.gate is not None
+        motions = [se3.compose(se3.inverse(history.sample(newest - rule.window)),
+                               history.sample(newest))
+                   for history in (self.histories[one], self.histories[other])]
+        distance, angle = se3.distance(*motions)
+        return distance <= rule.gate[0] and angle <= rule.gate[1]
+
+    def _make_way(self, name: str, kind: Kind, stamp: int, why: str) -> Incident:
+        assert self.rule is not None
+        before, self.active, self._awaited = self.active, name, self.rule.limits
+        return Incident(kind, self.parent, self.child, stamp, before,
+                        f'the source {before!r} {why}; the edge goes over to {name!r}')
+
+    # --- looking
+
+    def listed(self) -> list[Source]:
+        """Return them, the preferred ones first."""
+        return [Source(name, history.latest_stamp or 0, name == self.active)
+                for name, history in self.histories.items()]
+
+    def smoothed(self, edge: CorrectedHistory) -> DynamicHistory:
+        """Return the active source's samples, with its own corrections, at all stamps."""
+        plain = self.histories[self.active].copy()
+        stamps, poses = plain.copy_between(BEGINNING, FOREVER - 1)
+        plain.set_poses(edge.correction.smoothed(stamps, poses))
+        return plain
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ', '.join(map(repr, names))
