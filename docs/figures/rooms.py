@@ -28,7 +28,7 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 7.1, {
         'buffer': (2.2, 6.25, 'the lock, the way in, who waits'),
         'telling': (5.5, 6.25, 'reports, diagnosis, audit'),
-        'deskew, twist': (8.8, 6.25, 'points over time, velocities'),
+        'deskew, twist, anchor': (8.8, 6.25, 'points over time, velocities'),
         'tree': (5.5, 5.05, 'who hangs on whom, queries'),
         'arrivals': (5.5, 3.95, 'bytes, samples, refusals'),
         'edges': (5.5, 2.85, "one edge's samples over time"),
@@ -51,7 +51,7 @@ ABOVE = (('nodes', 2.2, 'executables'), ('labs', 5.5, 'the labs of the course'),
          ('dropin', 8.8, 'runs code that imports tf2_ros'))
 WIDTH, HEIGHT = 3.1, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': {'deskew': 'deskew, twist', 'twist': 'deskew, twist'},
+LOOSE = {'core': dict.fromkeys(('deskew', 'twist', 'anchor'), 'deskew, twist, anchor'),
          'ros': {'diagnostics': 'diagnostics'}}
 
 
