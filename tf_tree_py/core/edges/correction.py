@@ -162,9 +162,11 @@ class Correction:
         expired = max(bisect_left(self._begins, oldest) - 1, 0)
         del self._begins[:expired], self._stages[:expired]
 
-    def note(self, measured: Measured) -> None:
-        """Keep a correction for ``smoothed``."""
+    def note(self, measured: Measured, oldest: int) -> None:
+        """Keep a correction for ``smoothed``, and forget those that no sample needs any more."""
         insort(self.measured, measured, key=lambda one: one.stamp)
+        expired = bisect_left(self.measured, oldest, key=lambda one: one.stamp) - 1
+        del self.measured[:max(expired, 0)]
 
     # --- what follows
 

@@ -15,14 +15,17 @@ import numpy as np
 
 from .se3 import left_jacobian_many, PoseTuple
 from .so3 import Array, Vector3
+from ..errors import InvalidArgumentException
 from ..geometry import so3
-from ..stamp import NANOSECONDS_PER_SECOND
+from ..stamp import FOREVER, NANOSECONDS_PER_SECOND
 from ..times import Stamps
 
 # The greatest rate of the quintic; and what a fade is longer by, so that its rate and that of
 # what it begins with are never more together than the latter was: max of s' / (1 - |h'|).
 _PEAK = 1.875
 _PEAK_MOVING = 3.65
+# Some years before the last of all stamps, where floats are a microsecond apart.
+_LAST = 0.99 * FOREVER
 
 
 class Rates(NamedTuple):
@@ -101,13 +104,21 @@ class Fade(NamedTuple):
 
 
 def fade(offset: PoseTuple, rates: Rates, begin: int, limits: Limits) -> Fade:
-    """Return the shortest one within limits that begins at a stamp with an offset and rates."""
+    """
+    Return the shortest one within limits that begins at a stamp with an offset and rates.
+
+    :raises InvalidArgumentException: it would not end while there are stamps.
+    """
     way, turn = math.hypot(*offset[:3]), math.hypot(*so3.log(offset[3:]))
     peak = _PEAK if rates == Rates() else _PEAK_MOVING
     seconds = peak * max((way + limits.reach * turn) / limits.max_speed,
                          turn / limits.max_turn_rate)
-    span = max(limits.over, math.ceil(seconds * NANOSECONDS_PER_SECOND))
-    return Fade(begin, begin + span, offset, rates)
+    span = max(limits.over, seconds * NANOSECONDS_PER_SECOND)
+    if not begin + span < _LAST:
+        raise InvalidArgumentException(
+            f'To go {way:g} m and turn by {turn:g} rad within these limits takes {span:g} ns, and '
+            'stamps have 64 bits: allow a shorter over, a higher max_speed or max_turn_rate')
+    return Fade(begin, begin + math.ceil(span), offset, rates)
 
 
 def _vector(array: Array) -> Vector3:
