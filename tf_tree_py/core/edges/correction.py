@@ -35,7 +35,17 @@ class Stage(NamedTuple):
     fade: Fade
     about: Vector3
 
-    def moved(self, stamps: Stamps, poses: Array) -> Array:
+    def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
+        """Return a sample where the edge has it at its stamp."""
+        pose = se3.compose(self.motion, pose)
+        if stamp >= self.fade.end:
+            return pose
+        dx, dy, dz, *turn = self.fade.at(stamp)
+        q = so3.multiply((turn[0], turn[1], turn[2], turn[3]), pose[3:])
+        (bx, by, bz), (ax, ay, az) = so3.rotate(pose[3:], self.about), so3.rotate(q, self.about)
+        return (pose[0] + dx + bx - ax, pose[1] + dy + by - ay, pose[2] + dz + bz - az, *q)
+
+    def moved_many(self, stamps: Stamps, poses: Array) -> Array:
         """Return samples (N, 7) where the edge has them at their stamps (N,)."""
         poses = se3.compose_many(np.array(self.motion), poses)
         fading = stamps < self.fade.end
@@ -44,7 +54,7 @@ class Stage(NamedTuple):
         return poses
 
     def raw(self, stamps: Stamps, poses: Array) -> Array:
-        """Return poses as they came in: the inverse of ``moved``."""
+        """Return poses (N, 7) as they came in: the inverse of ``moved_many``."""
         fading = stamps < self.fade.end
         if fading.any():
             poses = poses.copy()
@@ -102,14 +112,11 @@ class Correction:
     def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
         """Return a sample where the edge has it."""
         # At its very beginning the stage before holds, whose last bits were answered.
-        stage = self._stages[max(bisect_left(self._begins, stamp) - 1, 0)]
-        if stamp >= stage.fade.end:
-            return se3.compose(stage.motion, pose)
-        return _plain(stage.moved(np.array([stamp]), np.array([pose])))
+        return self._stages[max(bisect_left(self._begins, stamp) - 1, 0)].moved(stamp, pose)
 
     def moved_many(self, stamps: Stamps, poses: Array) -> Array:
         """Return samples (N, 7) where the edge has them."""
-        return self._by_stage(stamps, poses, Stage.moved)
+        return self._by_stage(stamps, poses, Stage.moved_many)
 
     def raw_many(self, stamps: Stamps, poses: Array) -> Array:
         """Return poses (N, 7) of the edge as they came in."""
@@ -207,8 +214,3 @@ class Correction:
         twin.measured = list(self.measured)
         twin._stages, twin._begins = list(self._stages), list(self._begins)
         return twin
-
-
-def _plain(poses: Array) -> PoseTuple:
-    x, y, z, qx, qy, qz, qw = poses[0].tolist()
-    return (x, y, z, qx, qy, qz, qw)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .se3 import left_jacobian_many, PoseTuple
+from .se3 import IDENTITY, left_jacobian_many, PoseTuple
 from .so3 import Array, Vector3
 from ..errors import InvalidArgumentException
 from ..geometry import so3
@@ -73,8 +73,19 @@ class Fade(NamedTuple):
 
     def at(self, stamp: int) -> PoseTuple:
         """Return the offset at a stamp."""
-        x, y, z, qx, qy, qz, qw = self.at_many(np.array([stamp]))[0].tolist()
-        return (x, y, z, qx, qy, qz, qw)
+        if stamp >= self.end:
+            return IDENTITY
+        x = max(0.0, (stamp - self.begin) / (self.end - self.begin))
+        gone, carried = _gone(x), self._seconds * _carried(x)
+        dx, dy, dz, *q = self.offset
+        rotation = (q[0], q[1], q[2], q[3])
+        tx, ty, tz = so3.log(rotation)
+        (vx, vy, vz), (wx, wy, wz) = self.rates
+        turn = so3.exp((carried * wx - gone * tx, carried * wy - gone * ty,
+                        carried * wz - gone * tz))
+        left = 1.0 - gone
+        return (left * dx + carried * vx, left * dy + carried * vy, left * dz + carried * vz,
+                *so3.multiply(turn, rotation))
 
     def rates_at(self, stamp: int) -> Rates:
         """Return how fast it changes at a stamp."""
@@ -128,17 +139,17 @@ def _vector(array: Array) -> Vector3:
 
 # --- the two polynomials and their rates, by x from 0 to 1
 
-def _gone(x: Array) -> Array:
+def _gone(x: Any) -> Any:
     return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
 
 
-def _gone_rate(x: Array) -> Array:
+def _gone_rate(x: Any) -> Any:
     return 30.0 * x**2 * (1.0 - x)**2
 
 
-def _carried(x: Array) -> Array:
+def _carried(x: Any) -> Any:
     return x - x**3 * (6.0 - 8.0 * x + 3.0 * x**2)
 
 
-def _carried_rate(x: Array) -> Array:
+def _carried_rate(x: Any) -> Any:
     return 1.0 - x**2 * (18.0 - 32.0 * x + 15.0 * x**2)
