@@ -28,7 +28,7 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
         'doctor, monitor': (8.9, 7.35, 'watch, and tell what is wrong'),
         'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
-        'deskew, twist': (5.45, 6.25, 'points and frames over time'),
+        'deskew, twist': (5.45, 6.25, 'and trajectory, anchor'),
         'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
         'checks': (12.35, 6.25, 'what can be wrong with a tree'),
         'tree': (7.2, 5.05, 'who hangs on whom, queries'),
@@ -66,7 +66,8 @@ ABOVE = (('nodes', 1.6, 'executables that stay up'), ('tools', 4.45, 'to look at
          ('dropin', 13.0, 'runs what imports tf2_ros'))
 WIDTH, WIDTH_ABOVE, HEIGHT = 3.1, 2.65, 0.74
 # Which box the files outside of rooms belong to.
-LOOSE = {'core': dict.fromkeys(('deskew', 'twist', 'trajectory'), 'deskew, twist') | dict.fromkeys(
+LOOSE = {'core': dict.fromkeys(
+             ('deskew', 'twist', 'trajectory', 'anchor'), 'deskew, twist') | dict.fromkeys(
              ('doctor', 'monitor', 'flight_recorder'), 'doctor, monitor'),
          'ros': {'diagnostics': 'diagnostics'},
          'bag': dict.fromkeys(('joints', 'opening', 'stamps', 'recorder'), 'open_bag, record')}

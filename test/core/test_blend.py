@@ -70,6 +70,12 @@ def test_rates_are_those_of_finite_differences(offset, other, part, then):
     np.testing.assert_allclose(rates.turning, np.array(turned) / seconds, atol=1e-6)
 
 
+@given(offset=offsets, other=offsets, part=st.floats(0.0, 0.9), stamp=st.integers(-5, 3 * SECOND))
+def test_many_stamps_are_one_by_one(offset, other, part, stamp):
+    one = interrupted(fade(offset, Rates(), 0, unlimited), part, other, unlimited)
+    assert_same_pose(one.at_many(np.array([stamp, 0]))[0], one.at(stamp))
+
+
 def test_a_metre_at_a_metre_a_second_takes_the_peak_of_the_quintic():
     one = fade((1.0, 0, 0, 0, 0, 0, 1), Rates(), 0, Limits(0, 1.0, math.inf, 0.0))
     assert one.end == 1.875 * SECOND

@@ -280,7 +280,18 @@ def test_what_cannot_be_corrected_says_why():
             buffer.correct('base', SHIFT, **wrong)
     with pytest.raises(InvalidArgumentException):
         buffer.correct('base', Pose(x=float('nan')))
+    with pytest.raises(InvalidArgumentException, match='64 bits'):
+        buffer.correct('base', Pose(x=1e6), max_speed=1e-9)
     assert buffer.corrections_version == 0
+
+
+def test_what_is_kept_of_corrections_does_not_grow_beyond_the_window():
+    buffer = BufferCore(SECOND)
+    for stamp in range(0, 10 * SECOND, STEP):
+        buffer.insert('odom', 'base', stamp, Pose())
+        buffer.correct('base', Pose(x=1e-3 * (stamp // STEP % 5)), over=STEP)
+    correction = buffer._tree.histories['base'].correction
+    assert len(correction.measured) < 105 and len(correction._stages) < 105
 
 
 # --- under a storm

@@ -161,7 +161,7 @@ def test_few_blocks_are_not_run_and_each_says_why():
         # A sentence with a word or two is the least of a reason.
         reasons = [block.not_run for block in BLOCKS
                    if block.page == page.relative_to(REPOSITORY).as_posix() and block.not_run]
-        assert said == len(reasons) <= 3 and all(len(reason) > 10 for reason in reasons), page
+        assert said == len(reasons) <= 5 and all(len(reason) > 10 for reason in reasons), page
     assert not [str(block) for block in BLOCKS if block.not_run and block.language != 'bash']
 
 

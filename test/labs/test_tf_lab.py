@@ -14,7 +14,7 @@ from tf_tree_py.labs.tf_lab import main
 
 ALL = ['order', 'direction', 'planar', 'latency', 'interpolation', 'warehouse', 'startup',
        'static-spam', 'cycle', 'remount', 'one-edge', 'uncertainty', 'continuous', 'gyro',
-       'prediction']
+       'prediction', 'switch-over', 'anchor', 'splat']
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def test_list_as_json_says_which_have_a_variant_over_dds(tf_lab, capsys):
     assert tf_lab('--json') == 0
     listed = json.loads(capsys.readouterr().out)
     assert {lab['name'] for lab in listed if lab['ros']} == {
-        'latency', 'remount', 'one-edge', 'startup', 'static-spam', 'cycle'}
+        'latency', 'remount', 'one-edge', 'startup', 'static-spam', 'cycle', 'anchor'}
 
 
 @pytest.mark.parametrize('name', ALL)

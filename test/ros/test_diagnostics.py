@@ -70,6 +70,20 @@ def test_edge_that_is_well(robot):
         'Newest stamp (s)': '100.950000000'}
 
 
+def test_source_that_fell_silent_is_shown(robot):
+    def sends(source):
+        robot.buffer.insert_from(source, 'odom', 'base', round(robot.now * SECOND), Pose())
+
+    sends('wheels')
+    sends('visual')
+    robot.buffer.switch_by_rule('base', max_age=SECOND // 2)
+    robot.show(101.0)
+    sends('visual')
+    status, values = robot.status()
+    assert status.level == WARN and 'source fell silent' in status.message
+    assert values['Authority'] == 'visual'
+
+
 def test_delays_are_those_since_the_last_report(robot):
     robot.run(late=0.9)
     robot.send(late=0.95)

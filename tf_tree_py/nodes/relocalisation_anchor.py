@@ -90,6 +90,7 @@ class RelocalisationAnchor(Node):
         self._listener = TransformListener(self._buffer, self)
         self._tf = self.create_publisher(TFMessage, TF_TOPIC, dynamic_qos())
         self._last = 0
+        self._awaited: set[Any] = set()
         self.create_subscription(PoseWithCovarianceStamped, 'pose', self._hear, 10)
         self.create_timer(1.0 / values['rate_hz'], self.publish)
 
@@ -108,10 +109,12 @@ class RelocalisationAnchor(Node):
             return
         known = self._buffer.wait_for_transform_async(
             self._odom, self._frame, message.header.stamp, Duration(seconds=self._values['wait']))
+        self._awaited.add(known)
         known.add_done_callback(partial(self._take, stamp, pose, covariance))
 
     def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Any) -> None:
         """Take a pose whose odometry is there, or never comes."""
+        self._awaited.discard(known)
         if known.cancelled():
             return
         try:
@@ -154,6 +157,8 @@ class RelocalisationAnchor(Node):
     def destroy_node(self) -> None:
         """Stop listening, and destroy the node."""
         self._listener.close()
+        for known in list(self._awaited):
+            known.cancel()
         super().destroy_node()
 
 

@@ -66,10 +66,11 @@ class CorrectedHistory(DynamicHistory):
         :param about: the point of the child that ``max_speed`` holds for.
         """
         begin, here = self._newest()
-        self.correction.note(Measured(begin if seen_at is None else seen_at, motion))
         raw = self.correction.raw_many(np.array([begin]), np.array([here]))[0].tolist()
-        return self.correction.go_over(motion, begin, here, tuple(raw), about, limits,
-                                       begin - self.cache_time)
+        oldest = begin - self.cache_time
+        stage = self.correction.go_over(motion, begin, here, tuple(raw), about, limits, oldest)
+        self.correction.note(Measured(begin if seen_at is None else seen_at, motion), oldest)
+        return stage
 
     def change_source(self, raw: PoseTuple, limits: Limits) -> Stage:
         """
@@ -78,9 +79,10 @@ class CorrectedHistory(DynamicHistory):
         :param raw: where that source has the child then.
         """
         begin, here = self._newest()
+        stage = self.correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
+                                        begin - self.cache_time)
         self.correction.measured.clear()
-        return self.correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
-                                       begin - self.cache_time)
+        return stage
 
     def _newest(self) -> tuple[int, PoseTuple]:
         """Return the newest stamp, and where the child is then."""

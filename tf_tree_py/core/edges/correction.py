@@ -36,7 +36,17 @@ class Stage(NamedTuple):
     fade: Fade
     about: Vector3
 
-    def moved(self, stamps: Stamps, poses: Array) -> Array:
+    def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
+        """Return a sample where the edge has it at its stamp."""
+        pose = se3.compose(self.motion, pose)
+        if stamp >= self.fade.end:
+            return pose
+        dx, dy, dz, *turn = self.fade.at(stamp)
+        q = so3.multiply((turn[0], turn[1], turn[2], turn[3]), pose[3:])
+        (bx, by, bz), (ax, ay, az) = so3.rotate(pose[3:], self.about), so3.rotate(q, self.about)
+        return (pose[0] + dx + bx - ax, pose[1] + dy + by - ay, pose[2] + dz + bz - az, *q)
+
+    def moved_many(self, stamps: Stamps, poses: Array) -> Array:
         """Return samples (N, 7) where the edge has them at their stamps (N,)."""
         poses = se3.compose_many(np.array(self.motion), poses)
         fading = stamps < self.fade.end
@@ -45,7 +55,7 @@ class Stage(NamedTuple):
         return poses
 
     def raw(self, stamps: Stamps, poses: Array) -> Array:
-        """Return poses as they came in: the inverse of ``moved``."""
+        """Return poses (N, 7) as they came in: the inverse of ``moved_many``."""
         fading = stamps < self.fade.end
         if fading.any():
             poses = poses.copy()
@@ -103,14 +113,11 @@ class Correction:
     def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
         """Return a sample where the edge has it."""
         # At its very beginning the stage before holds, whose last bits were answered.
-        stage = self._stages[max(bisect_left(self._begins, stamp) - 1, 0)]
-        if stamp >= stage.fade.end:
-            return se3.compose(stage.motion, pose)
-        return _plain(stage.moved(np.array([stamp]), np.array([pose])))
+        return self._stages[max(bisect_left(self._begins, stamp) - 1, 0)].moved(stamp, pose)
 
     def moved_many(self, stamps: Stamps, poses: Array) -> Array:
         """Return samples (N, 7) where the edge has them."""
-        return self._by_stage(stamps, poses, Stage.moved)
+        return self._by_stage(stamps, poses, Stage.moved_many)
 
     def raw_many(self, stamps: Stamps, poses: Array) -> Array:
         """Return poses (N, 7) of the edge as they came in."""
@@ -163,9 +170,11 @@ class Correction:
         expired = max(bisect_left(self._begins, oldest) - 1, 0)
         del self._begins[:expired], self._stages[:expired]
 
-    def note(self, measured: Measured) -> None:
-        """Keep a correction for ``smoothed``."""
+    def note(self, measured: Measured, oldest: int) -> None:
+        """Keep a correction for ``smoothed``, and forget those that no sample needs any more."""
         insort(self.measured, measured, key=lambda one: one.stamp)
+        expired = bisect_left(self.measured, oldest, key=lambda one: one.stamp) - 1
+        del self.measured[:max(expired, 0)]
 
     # --- what follows
 
@@ -239,8 +248,3 @@ class Correction:
 
 def _tuple(numbers: Sequence[float]) -> Any:
     return tuple(numbers)
-
-
-def _plain(poses: Array) -> PoseTuple:
-    x, y, z, qx, qy, qz, qw = poses[0].tolist()
-    return (x, y, z, qx, qy, qz, qw)

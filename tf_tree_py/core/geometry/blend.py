@@ -13,16 +13,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .se3 import left_jacobian_many, PoseTuple
+from .se3 import IDENTITY, left_jacobian_many, PoseTuple
 from .so3 import Array, Vector3
+from ..errors import InvalidArgumentException
 from ..geometry import so3
-from ..stamp import NANOSECONDS_PER_SECOND
+from ..stamp import FOREVER, NANOSECONDS_PER_SECOND
 from ..times import Stamps
 
 # The greatest rate of the quintic; and what a fade is longer by, so that its rate and that of
 # what it begins with are never more together than the latter was: max of s' / (1 - |h'|).
 _PEAK = 1.875
 _PEAK_MOVING = 3.65
+# Some years before the last of all stamps, where floats are a microsecond apart.
+_LAST = 0.99 * FOREVER
 
 
 class Rates(NamedTuple):
@@ -70,8 +73,19 @@ class Fade(NamedTuple):
 
     def at(self, stamp: int) -> PoseTuple:
         """Return the offset at a stamp."""
-        x, y, z, qx, qy, qz, qw = self.at_many(np.array([stamp]))[0].tolist()
-        return (x, y, z, qx, qy, qz, qw)
+        if stamp >= self.end:
+            return IDENTITY
+        x = max(0.0, (stamp - self.begin) / (self.end - self.begin))
+        gone, carried = _gone(x), self._seconds * _carried(x)
+        dx, dy, dz, *q = self.offset
+        rotation = (q[0], q[1], q[2], q[3])
+        tx, ty, tz = so3.log(rotation)
+        (vx, vy, vz), (wx, wy, wz) = self.rates
+        turn = so3.exp((carried * wx - gone * tx, carried * wy - gone * ty,
+                        carried * wz - gone * tz))
+        left = 1.0 - gone
+        return (left * dx + carried * vx, left * dy + carried * vy, left * dz + carried * vz,
+                *so3.multiply(turn, rotation))
 
     def rates_at(self, stamp: int) -> Rates:
         """Return how fast it changes at a stamp."""
@@ -101,13 +115,21 @@ class Fade(NamedTuple):
 
 
 def fade(offset: PoseTuple, rates: Rates, begin: int, limits: Limits) -> Fade:
-    """Return the shortest one within limits that begins at a stamp with an offset and rates."""
+    """
+    Return the shortest one within limits that begins at a stamp with an offset and rates.
+
+    :raises InvalidArgumentException: it would not end while there are stamps.
+    """
     way, turn = math.hypot(*offset[:3]), math.hypot(*so3.log(offset[3:]))
     peak = _PEAK if rates == Rates() else _PEAK_MOVING
     seconds = peak * max((way + limits.reach * turn) / limits.max_speed,
                          turn / limits.max_turn_rate)
-    span = max(limits.over, math.ceil(seconds * NANOSECONDS_PER_SECOND))
-    return Fade(begin, begin + span, offset, rates)
+    span = max(limits.over, seconds * NANOSECONDS_PER_SECOND)
+    if not begin + span < _LAST:
+        raise InvalidArgumentException(
+            f'To go {way:g} m and turn by {turn:g} rad within these limits takes {span:g} ns, and '
+            'stamps have 64 bits: allow a shorter over, a higher max_speed or max_turn_rate')
+    return Fade(begin, begin + math.ceil(span), offset, rates)
 
 
 def _vector(array: Array) -> Vector3:
@@ -117,17 +139,17 @@ def _vector(array: Array) -> Vector3:
 
 # --- the two polynomials and their rates, by x from 0 to 1
 
-def _gone(x: Array) -> Array:
+def _gone(x: Any) -> Any:
     return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
 
 
-def _gone_rate(x: Array) -> Array:
+def _gone_rate(x: Any) -> Any:
     return 30.0 * x**2 * (1.0 - x)**2
 
 
-def _carried(x: Array) -> Array:
+def _carried(x: Any) -> Any:
     return x - x**3 * (6.0 - 8.0 * x + 3.0 * x**2)
 
 
-def _carried_rate(x: Array) -> Array:
+def _carried_rate(x: Any) -> Any:
     return 1.0 - x**2 * (18.0 - 32.0 * x + 15.0 * x**2)
