@@ -44,8 +44,8 @@ ORDER = {
         'frozen outline many_stamps lookups queries',
         'buffer: waiters deadline waiting intake buffer_core',
         ': deskew twist trajectory',
-        'telling: table audit audit_file report diagnosis poses missing explanation '
-        'frame_graph drawings',
+        'telling: table audit audit_file report diagnosis poses missing certainty explanation '
+        'words frame_graph drawings',
         'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
