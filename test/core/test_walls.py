@@ -71,10 +71,10 @@ ORDER = {
         ': diagnostics',
     ),
     'view': rooms(
-        'shown: living moment playhead trail colours listing facts shapes',
+        'shown: living moment playhead trail colours ellipsoid listing facts shapes',
         ': subject',
-        'page: asking markup labels links stale_axes scene timeline frames_panel chosen_panel '
-        'findings_panel look_panel page',
+        'page: asking markup labels links stale_axes doubt scene timeline frames_panel '
+        'chosen_panel findings_panel look_panel page',
         ': serving tf_view',
     ),
     'urdf': rooms(
