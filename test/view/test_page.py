@@ -220,8 +220,8 @@ def test_ellipsoid_is_where_the_chosen_frame_may_be(page, robot):
     def two_sigma(frame, stamp):
         pose, covariance = robot.lookup_uncertain('world', frame, stamp)
         return lambda matrix: (
-            np.allclose(matrix[:3, 3], pose.translation, atol=1e-5)
-            and np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, 4.0 * covariance[:3, :3], atol=1e-5))
+            np.allclose(matrix[:3, 3], pose.translation, atol=1e-5) and np.allclose(
+                matrix[:3, :3] @ matrix[:3, :3].T, 4.0 * covariance[:3, :3], atol=1e-5))
 
     page.choose('camera')
     assert not len(page.ellipsoids())
