@@ -3,8 +3,10 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.core.telling import words
 from tf_tree_py.core.telling.explanation import explain
 from tf_tree_py.core.telling.missing import what_is_missing
 from tf_tree_py.core.telling.poses import FORMS
@@ -112,3 +114,50 @@ def test_pose_is_written_in_every_form():
         '1.000000', '0.000000', '0.000000', '-2.000000']
     everything = FORMS['all'](pose)
     assert FORMS['matrix'](pose) in everything and '1.5708 rad' in everything
+
+
+# --- how sure
+
+def uncertain(tree):
+    """Let the camera be off by 1 degree about its y, and odom by 3 cm along x."""
+    tree.insert('base', 'camera', 0, Pose(z=0.8), static=True,
+                covariance=np.diag([0.0, 0.0, 0.0, 0.0, math.radians(1.0) ** 2, 0.0]))
+    tree.insert('camera', 'thing', 0, Pose(x=5.0), static=True)
+    tree.insert('map', 'odom', 2 * SECOND, Pose(x=2.0),
+                covariance=np.diag([9e-4, 0.0, 0.0, 0.0, 0.0, 0.0]))
+
+
+def test_certainty_is_the_total_in_its_worst_direction_and_each_edge_s_share(tree):
+    uncertain(tree)
+    stamp = 3_250_000_000
+    told = explain(tree, 'map', 'thing', stamp).certainty
+    np.testing.assert_array_equal(
+        told.covariance, tree.lookup_uncertain('map', 'thing', stamp)[1])
+    assert told.position_sigma == pytest.approx(5.0 * math.radians(1.0), rel=1e-3)
+    assert told.rotation_sigma == pytest.approx(math.radians(1.0), rel=1e-3)
+    assert [share.child for share in told.shares] == ['camera', 'odom']
+    lever = (5.0 * math.radians(1.0)) ** 2
+    plain = explain(tree, 'map', 'thing', stamp).as_dict()['uncertainty']
+    json.dumps(plain, allow_nan=False)
+    assert plain['sigma_deg'] == pytest.approx(1.0, rel=1e-3)
+    assert plain['shares'] == [
+        {'parent': 'base', 'child': 'camera', 'position': pytest.approx(lever / (lever + 9e-4)),
+         'rotation': 1.0},
+        {'parent': 'map', 'child': 'odom', 'position': pytest.approx(9e-4 / (lever + 9e-4)),
+         'rotation': 0.0}]
+
+
+def test_certainty_in_words(tree):
+    uncertain(tree)
+    certainty = explain(tree, 'map', 'thing', 3 * SECOND).certainty
+    assert words.sigma(certainty) == '8.73 cm, 1°'
+    assert words.shares(certainty)[0] == (
+        'base -> camera', '89% of position, 100% of rotation')
+
+
+def test_nothing_is_told_of_certainty_where_no_edge_on_the_way_has_any(tree):
+    assert explain(tree, 'map', 'camera').certainty is None
+    uncertain(tree)
+    assert explain(tree, 'odom', 'base').certainty is None
+    assert explain(tree, 'map', 'camera', 9 * SECOND).certainty is None
+    assert explain(tree, 'map', 'nowhere').as_dict()['uncertainty'] is None

@@ -44,8 +44,8 @@ ORDER = {
         'uncertain prediction frozen outline many_stamps lookups queries',
         'buffer: waiters deadline waiting intake correcting switching buffer_core',
         ': deskew twist trajectory anchor',
-        'telling: table audit audit_file report diagnosis poses missing explanation '
-        'frame_graph drawings',
+        'telling: table audit audit_file report diagnosis poses missing certainty explanation '
+        'words frame_graph drawings',
         'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
         'publishers catalogue',
@@ -71,10 +71,10 @@ ORDER = {
         ': diagnostics',
     ),
     'view': rooms(
-        'shown: living moment playhead trail colours listing facts shapes',
+        'shown: living moment playhead trail colours ellipsoid listing facts shapes',
         ': subject',
-        'page: asking markup labels links stale_axes scene timeline frames_panel chosen_panel '
-        'findings_panel look_panel page',
+        'page: asking markup labels links stale_axes doubt scene timeline frames_panel '
+        'chosen_panel findings_panel look_panel page',
         ': serving tf_view',
     ),
     'urdf': rooms(

@@ -1,10 +1,13 @@
 """The command tf_echo: what it answers, explains and misses, on a bag."""
 
 import json
+import math
 
-from bags import write_ros2
+from bags import estimate, LATCHED, START, write_ros2
+import numpy as np
 from patients import HEALTHY
 import pytest
+from tf_tree_py.core import Pose
 from tool_helpers import assert_one_sentence, assert_shape, tool
 
 
@@ -43,6 +46,34 @@ def test_json_has_the_documented_shape_with_and_without_an_answer(bag):
         for edge in answer['edges']:
             assert_shape(edge, 'tools', '### An edge of an answer')
         assert bool(answer['edges']) is (status == 0)
+
+
+@pytest.fixture(scope='module')
+def uncertain_bag(tmp_path_factory):
+    """Return the same, whose lidar may be off by 1 cm along each axis and by 2 degrees."""
+    turn = math.radians(2.0) ** 2
+    told = [estimate('/tf_static_covariance', 'base_link', child, START, Pose(),
+                     np.diag([1e-4, 1e-4, 1e-4, 0.0, 0.0, rotation]), qos=LATCHED)
+            for child, rotation in (('lidar', turn), ('camera', -1.0))]
+    return write_ros2(tmp_path_factory.mktemp('echo') / 'bag', sorted(
+        [*HEALTHY['warehouse_robot'](), *told], key=lambda message: message.received))
+
+
+def test_recorded_covariances_of_static_edges_are_told(uncertain_bag, bag):
+    question = 'tf_echo', 'map', 'lidar', '--once', '--bag'
+    done = tool(*question, uncertain_bag, '--explain')
+    assert done.stdout.splitlines()[-1] == (
+        'sigma 1 cm, 2°: base_link -> lidar 100% of position, 100% of rotation')
+    assert 'sigma' not in tool(*question, uncertain_bag).stdout
+    assert 'sigma' not in tool(*question, bag, '--explain').stdout
+    uncertainty = json.loads(tool(*question, uncertain_bag, '--json').stdout)['uncertainty']
+    assert_shape(uncertainty, 'tools', '### The uncertainty of an answer')
+    assert (uncertainty['sigma_m'], uncertainty['sigma_deg']) == pytest.approx((0.01, 2.0))
+    assert np.shape(uncertainty['covariance']) == (6, 6)
+    # "These topics and no others."
+    alone = tool(*question, uncertain_bag, '--json', '--tf-topic', '/tf',
+                 '--tf-static-topic', '/tf_static')
+    assert json.loads(alone.stdout)['uncertainty'] is None
 
 
 @pytest.mark.parametrize('arguments, told', [

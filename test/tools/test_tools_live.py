@@ -13,6 +13,11 @@ pytest.importorskip('rclpy')
 
 EDGES = {('world', 'odom'), ('odom', 'base_link'), ('base_link', 'camera'),
          ('base_link', 'gripper')}
+# On topics of its own, so that the robot has five frames for everybody else.
+MOUNTS = """
+transforms:
+  - {frame_id: mount, child_frame_id: tool, covariance: [1.0e-4, 1.0e-4, 1.0e-4, 0, 0, 0]}
+"""
 
 
 @pytest.fixture(scope='module')
@@ -20,7 +25,13 @@ def programs(tmp_path_factory):
     """Return the tools, started together: each needs a moment to find the robot."""
     folder = tmp_path_factory.mktemp('live')
     robot = Program(*executable('five_frame_publisher'))
+    mounts = folder / 'mounts.yaml'
+    mounts.write_text(MOUNTS)
     tools = {
+        'mount': Program(*executable('static_transform_publisher'), '--yaml', str(mounts),
+                         '--ros-args', '-r', '/tf_static:=/mounts'),
+        'mounted': started('tf_echo', 'mount', 'tool', '--rate', 10, '--explain',
+                           '--tf-static-topic', '/mounts'),
         'once': started('tf_echo', 'world', 'gripper', '--once', '--explain', '--seconds', 50),
         'echo': started('tf_echo', 'world', 'griper', '--rate', 10),
         'monitor': started('tf_monitor', 'world', 'gripper', '--period', 0.5, '--json'),
@@ -41,6 +52,13 @@ def test_echo_answers_once_and_explains(programs):
     told = programs['once'].output
     assert 'world <- odom <- base_link <- gripper' in told
     assert 'xyz' in told
+
+
+def test_echo_explains_how_sure_a_mount_is(programs):
+    mounted = programs['mounted']
+    mounted.wait_for('sigma 1 cm, 0°: mount -> tool 100% of position, 0% of rotation')
+    mounted.interrupt()
+    assert mounted.end() == 0
 
 
 def test_echo_says_what_is_missing_and_what_may_be_meant(programs):

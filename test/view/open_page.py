@@ -26,6 +26,20 @@ _READ = """() => {
   return found;
 }"""
 
+# Whichever way is up on the page, the lines' own axes are those of the fixed frame.
+_SPHERES = """() => {
+  const spheres = [];
+  let world;
+  window.scenes.forEach(scene => scene.traverseVisible(node => {
+    const geometry = node.geometry;
+    if (geometry?.attributes.instanceStart) world = node.matrixWorld.clone().invert();
+    if (!node.isMesh || !/Icosahedron|Sphere/.test(geometry?.type ?? '')) return;
+    geometry.computeBoundingSphere();
+    if (Math.abs(geometry.boundingSphere.radius - 1.0) < 1e-3) spheres.push(node.matrixWorld);
+  }));
+  return spheres.map(matrix => matrix.clone().premultiply(world).elements);
+}"""
+
 
 class OpenPage:
     """
@@ -102,6 +116,19 @@ class OpenPage:
             # Until the next picture.
             self.page.evaluate('() => new Promise(requestAnimationFrame)')
         raise AssertionError(f'the axes stand elsewhere: {self.axes()}')
+
+    def ellipsoids(self):
+        """Return of each sphere what makes it of the unit one, in the page's axes (N, 4, 4)."""
+        return np.array(self.page.evaluate(_SPHERES)).reshape(-1, 4, 4).swapaxes(1, 2)
+
+    def wait_for_ellipsoid(self, right):
+        """Return as soon as one sphere is seen and right, which a function of its matrix says."""
+        for _ in range(600):
+            found = self.ellipsoids()
+            if len(found) == 1 and right(found[0]):
+                return
+            self.page.evaluate('() => new Promise(requestAnimationFrame)')
+        raise AssertionError(f'the ellipsoid is another: {found}')
 
     def wait_for_count(self, what, count):
         """Wait until so many nodes of the scene can be seen, by a JavaScript expression."""

@@ -216,6 +216,30 @@ def test_followed_frame_stays_where_it_is_on_the_page(page, robot):
     page.wait_for_axes(stand_as(robot, LAST + SECOND))
 
 
+def test_ellipsoid_is_where_the_chosen_frame_may_be(page, robot):
+    def two_sigma(frame, stamp):
+        pose, covariance = robot.lookup_uncertain('world', frame, stamp)
+        return lambda matrix: (
+            np.allclose(matrix[:3, 3], pose.translation, atol=1e-5) and np.allclose(
+                matrix[:3, :3] @ matrix[:3, :3].T, 4.0 * covariance[:3, :3], atol=1e-5))
+
+    page.choose('camera')
+    assert not len(page.ellipsoids())
+    for stamp, variance in ((FIRST, 0.01), (LAST, 0.09)):
+        robot.insert('odom', 'base_link', stamp, pose_at(stamp, 1), strict=False,
+                     covariance=np.diag([variance, 0.02, 0.03, 0.001, 0.002, 0.003]))
+    page.wait_for_ellipsoid(two_sigma('camera', LAST))
+    page.turn_to('chosen')
+    page.page.locator('.tf-facts').filter(has_text='of it odom -> base_link').wait_for()
+    page.go_to(1.0)
+    page.wait_for_ellipsoid(two_sigma('camera', FIRST + SECOND))
+    page.press('live')
+    page.choose('gripper')
+    page.wait_for_ellipsoid(two_sigma('gripper', LAST))
+    page.choose('odom')
+    page.wait_for_count(SPHERE, 0)
+
+
 def test_search_leaves_what_it_finds(page):
     page.field('search').fill('CAM')
     page.frame_button('gripper').wait_for(state='detached')
@@ -243,6 +267,7 @@ def test_links_of_a_robot_stand_on_their_frames(page, robot):
     page.wait_for_count(LINK, 0)
 
 
+SPHERE = 'node.isMesh && /Icosahedron|Sphere/.test(node.geometry.type) ? 1 : 0'
 POINTS = 'node.isPoints ? node.geometry.attributes.position.count : 0'
 LINK = ('node.isMesh && !node.isInstancedMesh && node.geometry.attributes.position.count === 3'
         ' ? 1 : 0')

@@ -62,6 +62,20 @@ def test_facts_of_a_moving_frame(buffer):
     assert {'odom → base', 'map → odom'} <= told.keys()
 
 
+def test_facts_are_those_of_an_explanation(buffer):
+    moment = moment_at(buffer, 'map', 5_250_000_000)
+    told = dict(facts(buffer, buffer.edges(), moment, 'Camera'))
+    assert told['base → Camera'] == 'static, from default_authority'
+    assert told['odom → base'] == ('10.0 Hz, newest 5.750 s after this, -50.0 +50.0 ms, '
+                                   '10.0 cm 0.0° apart, from /wheels')
+    assert 'sigma' not in told
+    buffer.insert('base', 'Camera', 0, Pose(z=1.0), static=True,
+                  covariance=np.diag([1e-4, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    told = dict(facts(buffer, buffer.edges(), moment, 'Camera'))
+    assert told['sigma'] == '1 cm, 0°'
+    assert told['of it base -> Camera'] == '100% of position, 0% of rotation'
+
+
 def test_facts_of_a_root_a_static_frame_and_one_of_another_tree(buffer):
     moment = moment_at(buffer, 'map', 5 * SECOND)
     edges = buffer.edges()

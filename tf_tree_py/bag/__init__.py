@@ -7,6 +7,7 @@ does (``pip install 'tf_tree_py[bag]'``).
 
 from tf_tree_py.core.arrivals.estimate import Covariances
 
+from .assembling.covariances import CovarianceTopics
 from .assembling.decoding import Decoder
 from .assembling.oddities import BagWarning, Oddity
 from .errors import BagError
@@ -21,6 +22,7 @@ __all__ = [
     'BagError',
     'BagWarning',
     'Covariances',
+    'CovarianceTopics',
     'Decoder',
     'Oddity',
     'open_bag',

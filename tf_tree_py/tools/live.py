@@ -11,6 +11,7 @@ from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.companion import node_of_its_own
+from tf_tree_py.ros.topics.covariances import CovarianceListener
 from tf_tree_py.ros.topics.endpoints import endpoints_of
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
@@ -46,6 +47,8 @@ class Live:
         moving = self._resolved(arguments.tf_topic or TF_TOPIC)
         fixed = self._resolved(arguments.tf_static_topic or TF_STATIC_TOPIC)
         self._topics = {moving: False, fixed: True}
+        # First, so that what is told once may be here when the first lookup has an answer.
+        self._covariances = CovarianceListener(self.buffer, self.node)
         self._listener = TransformListener(
             self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
         self.name = ' and '.join(self._topics)
@@ -56,6 +59,7 @@ class Live:
 
     def __exit__(self, *_: object) -> None:
         self._listener.close()
+        self._covariances.close()
         self.node.destroy_node()
         rclpy.try_shutdown()
 

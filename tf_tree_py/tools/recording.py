@@ -6,7 +6,7 @@ from dataclasses import replace
 import struct
 
 import numpy as np
-from tf_tree_py.bag import Arrival, Bag, BagError, Decoder, Source
+from tf_tree_py.bag import Arrival, Bag, BagError, CovarianceTopics, Decoder, Source
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observer
@@ -45,6 +45,7 @@ class Recording:
         self.buffer = BufferCore(cache_time)
         for observer in observers:
             self.buffer.observers.add(observer)
+        self._take_covariances(alone=_topics(arguments) is not None)
         self._decoder = Decoder()
         self._time_of = _clock_of(self._bag)
         self._arrivals = self._bag.arrivals()
@@ -91,6 +92,14 @@ class Recording:
     def damage(self) -> list[str]:
         """Return what is wrong with the files, one sentence each; complete when all was read."""
         return self._bag.damage
+
+    def _take_covariances(self, alone: bool) -> None:
+        """Take what is told of static edges, which holds at all times, before all else."""
+        for found, _, authority in CovarianceTopics(self._bag, None, alone).heard(self.buffer):
+            if isinstance(found, Incident):
+                self.buffer.intake.refuse(found)
+            else:
+                self.buffer.intake.take_estimate(found, False, authority)
 
     def _take(self, arrival: Arrival) -> None:
         self._now = self._time_of(arrival.received)

@@ -3,7 +3,6 @@
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from math import degrees
 import sys
 import time
 from typing import Any
@@ -12,6 +11,8 @@ from tf_tree_py.core.buffer.buffer_core import DEFAULT_CACHE_TIME
 from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
+from tf_tree_py.core.telling import words
+from tf_tree_py.core.telling.certainty import Certainty
 from tf_tree_py.core.telling.explanation import explain, ExplainedEdge, Explanation
 from tf_tree_py.core.telling.poses import FORMS
 from tf_tree_py.core.text import listed
@@ -178,6 +179,8 @@ class _Teller:
         out.print(shown(' <- '.join(reversed(explanation.frames)), 500), markup=False)
         out.print(table(_HEADINGS, [_cells(edge, explanation.stamp)
                                     for edge in explanation.edges], _NUMBERS))
+        if explanation.certainty is not None:
+            out.print(shown(_sigma(explanation.certainty), 500), markup=False)
 
 
 def _missing(explanation: Explanation) -> Iterator[str]:
@@ -203,6 +206,11 @@ def _edge(edge: ExplainedEdge) -> str:
     return shown(f'{edge.info.parent} -> {edge.info.child}')
 
 
+def _sigma(certainty: Certainty) -> str:
+    parts = '; '.join(f'{edge} {part}' for edge, part in words.shares(certainty))
+    return f'sigma {words.sigma(certainty)}: {parts}'
+
+
 _HEADINGS = ('parent -> child', 'kind', 'age', 'around', 'apart', 'from')
 _NUMBERS = ('kind', 'age', 'around', 'apart')
 
@@ -211,27 +219,12 @@ def _cells(edge: ExplainedEdge, stamp: int) -> tuple[str, ...]:
     sender = edge.info.authority or '-'
     if edge.info.static:
         return (_edge(edge), 'static', '', '', '', sender)
-    kind = f'{edge.rate_hz:.1f} Hz' if edge.rate_hz else 'one sample'
-    return (_edge(edge), kind, _age(edge), _around(edge, stamp), _between(edge), sender)
+    return (_edge(edge), words.kind_of(edge), _age(edge), words.around(edge, stamp),
+            words.apart(edge), sender)
 
 
 def _age(edge: ExplainedEdge) -> str:
     return '' if edge.age is None else _milliseconds(edge.age)
-
-
-def _around(edge: ExplainedEdge, stamp: int) -> str:
-    if edge.lacks > 0:
-        return f'ended {format_span(edge.lacks)} before'
-    if edge.lacks < 0:
-        return f'begins {format_span(-edge.lacks)} after'
-    if edge.gap == 0:
-        return 'at the stamp'
-    before, after = (f'{(knot - stamp) / 1e6:+.1f}' for knot in edge.around)
-    return f'{before} {after} ms'
-
-
-def _between(edge: ExplainedEdge) -> str:
-    return f'{edge.gone * 100.0:.1f} cm {degrees(edge.turned):.1f}°' if edge.gap else ''
 
 
 def _milliseconds(span: int) -> str:

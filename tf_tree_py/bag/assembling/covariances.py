@@ -1,20 +1,23 @@
 """Covariances that were recorded beside the transforms, by the rules of those that are heard."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import TypeAlias
 
 from tf_tree_py.core.arrivals.cursor import WireError
 from tf_tree_py.core.arrivals.estimate import Covariances, Estimate, not_moved
 from tf_tree_py.core.arrivals.estimate_bytes import read_estimate
-from tf_tree_py.core.arrivals.frame_names import Rename
+from tf_tree_py.core.arrivals.frame_names import as_published, Rename
 from tf_tree_py.core.arrivals.incidents import Incident, Kind
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.tree.queries import Snapshot
+from tf_tree_py.core.tree.queries import Queries, Snapshot
 
 from .assembly import Assembly
 from ..errors import BagError
 from ..files.reading import Bag
 from ..files.source import Source
+
+Heard: TypeAlias = tuple[Estimate | Incident, Covariances, str]
 
 
 class CovarianceTopics:
@@ -57,7 +60,24 @@ class CovarianceTopics:
         :param stop: leave out what was received then or later.
         :param tell: is called with how many messages were taken since.
         """
-        tree = Snapshot(assembly.tree)
+        for found, rules, authority in self.heard(
+                Snapshot(assembly.tree), rename_of, start, stop, tell):
+            if isinstance(found, Incident):
+                assembly.refuse(found)
+            elif wanted(found.parent, found.child):
+                assembly.take_estimate(found, rules.with_poses, authority)
+        _note_strays(assembly)
+
+    def heard(self, tree: Queries, rename_of: Callable[[Source], Rename] = lambda _: as_published,
+              start: int | None = None, stop: int | None = None,
+              tell: Callable[[int], None] = lambda _: None) -> Iterator[Heard]:
+        """
+        Yield what each message says, by which rules, and who is named as its sender.
+
+        :param tree: knows the ways of those that are moved.
+
+        The other parameters are those of ``take_into``.
+        """
         # Those that are moved come last: the way there may have its poses from another topic.
         for topic, rules in sorted(self.rules.items(), key=lambda each: each[1].edge is not None):
             sources = self._bag.sources_of(topic)
@@ -66,15 +86,10 @@ class CovarianceTopics:
                        for source in sources}
             for arrival in self._bag.messages(topic, *(None, None) if static else (start, stop)):
                 tell(1)
-                found = readers[arrival.source](arrival.data)
-                if isinstance(found, Incident):
-                    assembly.refuse(found)
-                elif wanted(found.parent, found.child):
-                    assembly.take_estimate(found, rules.with_poses, arrival.source.authority)
-        _note_strays(assembly)
+                yield readers[arrival.source](arrival.data), rules, arrival.source.authority
 
     def _reader(self, source: Source, rules: Covariances, names: Rename,
-                tree: Snapshot) -> Callable[[bytes], Estimate | Incident]:
+                tree: Queries) -> Callable[[bytes], Estimate | Incident]:
         """Return what reads a source's messages: what they say of an edge, or what is wrong."""
         names_its_child, authority = self._names_its_child[source], source.authority
 
@@ -93,7 +108,7 @@ class CovarianceTopics:
         return read
 
 
-def _moved(estimate: Estimate, carrier: str | None, tree: Snapshot,
+def _moved(estimate: Estimate, carrier: str | None, tree: Queries,
            authority: str) -> Estimate | Incident:
     """Return an estimate of the frame that it is to tell of."""
     if carrier is None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
+from .certainty import Certainty, certainty_of
 from .diagnosis import EdgeDiagnosis
 from .missing import what_is_missing
 from ..errors import TransformException
@@ -69,6 +70,8 @@ class Explanation:
     :ivar unknown: of the two frames those that nobody published, with the name that may be
         meant, or None.
     :ivar known: the frames that there are, where one of the two is not among them.
+    :ivar certainty: how far the answer may be off; None where no edge on the way has a
+        covariance.
     """
 
     target: str
@@ -82,6 +85,7 @@ class Explanation:
     edges: tuple[ExplainedEdge, ...] = ()
     unknown: tuple[tuple[str, str | None], ...] = ()
     known: tuple[str, ...] = ()
+    certainty: Certainty | None = None
 
     @property
     def age(self) -> int | None:
@@ -105,6 +109,7 @@ class Explanation:
             'problem': self.problem, 'frames': list(self.frames),
             'edges': [_plain(edge) for edge in self.edges],
             'unknown': dict(self.unknown), 'known': list(self.known),
+            'uncertainty': None if self.certainty is None else self.certainty.as_dict(),
         }
 
 
@@ -136,7 +141,8 @@ def explain(tree: Queries, target: str, source: str, stamp: int = LATEST,
     return Explanation(
         target, source, stamp, found, now, pose, problem, frames,
         tuple(_explained(tree, edge, found, now) for edge in edges),
-        unknown, tuple(islice(names, _MAX_FRAMES)) if unknown else ())
+        unknown, tuple(islice(names, _MAX_FRAMES)) if unknown else (),
+        certainty_of(tree, target, source, found) if pose else None)
 
 
 def _way(tree: Queries, target: str, source: str,

@@ -128,6 +128,11 @@ class Queries(CorrectionQueries, Lookups):
 
     # --- how sure
 
+    @property
+    def has_covariances(self) -> bool:
+        """Return whether anything was ever told of how far some edge may be off."""
+        return bool(self._tree.uncertainty)
+
     def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
                          independent: bool = False) -> tuple[Pose, Array]:
         """

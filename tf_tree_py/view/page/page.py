@@ -13,6 +13,7 @@ from .frames_panel import FramesPanel
 from .look_panel import LookPanel
 from .scene import Look, Scene
 from .timeline import Timeline
+from ..shown.ellipsoid import Ellipsoid, ellipsoid
 from ..shown.facts import facts
 from ..shown.listing import biggest_root
 from ..shown.moment import Moment, nothing
@@ -89,11 +90,18 @@ class Page:
                     self._see(moment)
                 self._follow(moment)
                 self._look.chosen, self._look.found = self._chosen.frame, self._findings.frames
-                self._scene.draw(moment, self._look)
+                self._scene.draw(moment, self._look, self._ellipsoid(moment))
             self._drawn = moment
             if tell:
                 self._stirred, self._untold = False, 0.0
                 self._tell(moment)
+
+    def _ellipsoid(self, moment: Moment) -> Ellipsoid | None:
+        """Return where the chosen frame may be, if it is to be seen."""
+        frame = self._chosen.frame
+        if frame is None or frame in self._look.hidden:
+            return None
+        return ellipsoid(self._playhead.tree, moment, frame)
 
     def _fixed_frame(self) -> str:
         chosen = self._frames.fixed_frame

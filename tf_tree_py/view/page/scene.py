@@ -8,10 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 
+from .doubt import Doubt
 from .labels import Labels
 from .links import Links
 from .stale_axes import StaleAxes
 from ..shown import colours
+from ..shown.ellipsoid import Ellipsoid
 from ..shown.moment import Moment
 from ..shown.shapes import LinkShape
 
@@ -77,9 +79,14 @@ class Scene:
         self._stale = StaleAxes(self._scene, self._clicked)
         self._labels = Labels(self._scene)
         self._links = Links(self._scene, shapes)
+        self._doubt = Doubt(self._scene)
 
-    def draw(self, moment: Moment, look: Look) -> None:
-        """Show a moment, all at once."""
+    def draw(self, moment: Moment, look: Look, ellipsoid: Ellipsoid | None) -> None:
+        """
+        Show a moment, all at once.
+
+        :param ellipsoid: of the chosen frame; None: there is none.
+        """
         shown = look.shows(moment)
         positions = moment.poses[:, :3] - look.origin
         with self._client.atomic():
@@ -89,6 +96,7 @@ class Scene:
             self._draw_marks(moment, look, positions)
             self._links.draw(moment, positions, shown & look.links)
             self._labels.draw(moment.frames, positions, shown & look.names)
+            self._doubt.draw(ellipsoid, positions)
 
     # --- parts
 

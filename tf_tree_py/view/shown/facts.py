@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 import math
 
-from tf_tree_py.core import EdgeInfo, Pose, TransformException
+from tf_tree_py.core import EdgeInfo, Pose
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST
+from tf_tree_py.core.telling import words
+from tf_tree_py.core.telling.explanation import explain, ExplainedEdge, Explanation
 from tf_tree_py.core.tree.queries import Queries
 
 from .living import interval
@@ -20,9 +22,11 @@ def facts(tree: Queries, edges: Sequence[EdgeInfo], moment: Moment, frame: str) 
     :param edges: of the tree, with who publishes them.
     """
     place = moment.place(frame)
+    stamp = moment.stamp if place is None else int(moment.stamps[place])
+    told = explain(tree, moment.fixed_frame, frame, stamp, now=moment.stamp)
     own = next((edge for edge in edges if edge.child == frame), None)
     return [*_pose(moment, place, frame), *_edge(own),
-            *_age(moment, place), *_way(tree, edges, moment, place, frame)]
+            *_age(moment, place), *_way(told)]
 
 
 def _pose(moment: Moment, place: int | None, frame: str) -> list[Fact]:
@@ -58,22 +62,35 @@ def _age(moment: Moment, place: int | None) -> list[Fact]:
     return told
 
 
-def _way(tree: Queries, edges: Sequence[EdgeInfo], moment: Moment, place: int | None,
-         frame: str) -> list[Fact]:
-    """Return the path to the fixed frame, an edge a line; or why there is none."""
-    stamp = moment.stamp if place is None else int(moment.stamps[place])
-    try:
-        way = Queries.edges_between(tree, moment.fixed_frame, frame, stamp)
-    except TransformException as error:
-        return [('why', str(error))]
-    latest = {edge.child: edge for edge in edges}
-    return [(f'{edge.parent} → {edge.child}', _of_edge(latest.get(edge.child, edge), moment))
-            for edge in way]
+def _way(told: Explanation) -> list[Fact]:
+    """Return the path to the fixed frame, and how sure it is; or why there is none."""
+    if told.pose is None:
+        return [('why', told.problem)]
+    way = [(f'{edge.info.parent} → {edge.info.child}', _of_edge(edge, told.stamp))
+           for edge in told.edges]
+    if told.certainty is None:
+        return way
+    return [*way, ('sigma', words.sigma(told.certainty)),
+            *((f'of it {edge}', part) for edge, part in words.shares(told.certainty))]
 
 
-def _of_edge(edge: EdgeInfo, moment: Moment) -> str:
-    if edge.static:
-        return 'static'
-    rate = f'{1e9 / interval(edge):.1f} Hz' if edge.span else 'one sample'
-    ahead = edge.latest - moment.stamp
-    return f'{rate}, newest {format_span(abs(ahead))} {"after" if ahead > 0 else "before"} this'
+def _of_edge(edge: ExplainedEdge, stamp: int) -> str:
+    if edge.info.static:
+        return _joined(words.kind_of(edge), _sender(edge))
+    apart = words.apart(edge)
+    return _joined(words.kind_of(edge), _newest(edge.age), words.around(edge, stamp),
+                   apart and f'{apart} apart', _sender(edge))
+
+
+def _newest(age: int | None) -> str:
+    if age is None:
+        return ''
+    return f'newest {format_span(abs(age))} {"after" if age < 0 else "before"} this'
+
+
+def _sender(edge: ExplainedEdge) -> str:
+    return edge.info.authority and f'from {edge.info.authority}'
+
+
+def _joined(*parts: str) -> str:
+    return ', '.join(filter(None, parts))

@@ -1,0 +1,67 @@
+"""How far the answer of a lookup may be off, and which edges it owes that to."""
+
+from dataclasses import dataclass
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from ..errors import TransformException
+from ..geometry.so3 import Array
+from ..tree.queries import Queries
+from ..tree.uncertain import Share
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """
+    How sure ``target_T_source`` is.
+
+    :ivar covariance: (6, 6), see ``lookup_uncertain``.
+    :ivar shares: what each edge that has a covariance adds, the largest part of the position
+        first.
+    """
+
+    covariance: Array
+    shares: tuple[Share, ...]
+
+    @property
+    def position_sigma(self) -> float:
+        """Return the standard deviation of the position in its worst direction, metres."""
+        return _worst(self.covariance[:3, :3])
+
+    @property
+    def rotation_sigma(self) -> float:
+        """Return the standard deviation of the rotation about its worst axis, radians."""
+        return _worst(self.covariance[3:, 3:])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {'sigma_m': self.position_sigma, 'sigma_deg': degrees(self.rotation_sigma),
+                'covariance': self.covariance.tolist(),
+                'shares': [{'parent': share.parent, 'child': share.child,
+                            'position': share.position, 'rotation': share.rotation}
+                           for share in self.shares]}
+
+
+def _worst(covariance: Array) -> float:
+    # Of a covariance that is nearly singular, rounding may leave less than zero.
+    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+
+
+def certainty_of(tree: Queries, target: str, source: str, stamp: int) -> Certainty | None:
+    """
+    Return how sure a lookup's answer is.
+
+    :param stamp: of the answer, nanoseconds.
+    :return: None where no edge between the two has a covariance.
+    """
+    if not tree.has_covariances:
+        return None
+    try:
+        shares = tree.lookup_budget(target, source, stamp)
+        # A buffer of ROS returns a message.
+        covariance = Queries.lookup_uncertain(tree, target, source, stamp)[1] if shares else None
+    except TransformException:  # what there was a moment ago has expired
+        return None
+    return None if covariance is None else Certainty(covariance, tuple(shares))
