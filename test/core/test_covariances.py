@@ -47,6 +47,7 @@ def spoilt(row, column, value):
     ('much', r'is \(6, 6\) numbers'),
     ([[1.0], [2.0, 3.0]], r'is \(6, 6\) numbers'),
     (spoilt(0, 0, np.nan), 'not finite'),
+    (spoilt(0, 0, 1e101), r'variance of x is 1e\+101, more than can be added up'),
     (spoilt(4, 4, -1e-9), 'variance of rotation about y is -1e-09'),
     (spoilt(0, 0, -1.0), 'in messages -1 means that it is unknown'),
     (spoilt(3, 4, 1e-9), r'not symmetric, \[3, 4\] is 1e-09 and \[4, 3\] is 0'),

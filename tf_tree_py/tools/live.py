@@ -7,8 +7,10 @@ import threading
 import rclpy
 from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
+from tf_tree_py.core.arrivals.estimate import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint
+from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.companion import node_of_its_own
 from tf_tree_py.ros.topics.covariances import CovarianceListener
@@ -17,6 +19,10 @@ from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
 
 from .endings import Cannot
+
+# How long what is told once may take longer than the first transforms, and how often to look.
+_MOMENT_S = 1.0
+_GLANCE_S = 0.02
 
 
 class Live:
@@ -48,6 +54,7 @@ class Live:
         fixed = self._resolved(arguments.tf_static_topic or TF_STATIC_TOPIC)
         self._topics = {moving: False, fixed: True}
         # First, so that what is told once may be here when the first lookup has an answer.
+        self._static_covariances = self._resolved(STATIC_COVARIANCE_TOPIC)
         self._covariances = CovarianceListener(self.buffer, self.node)
         self._listener = TransformListener(
             self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
@@ -75,6 +82,13 @@ class Live:
         """Let transforms arrive, in the listener's thread."""
         threading.Event().wait(seconds)
         return True
+
+    def await_covariances(self) -> None:
+        """Wait a moment for those of static edges, if the graph says that somebody tells any."""
+        deadline = WallDeadline(_MOMENT_S)
+        while (not self.buffer.has_covariances and deadline.elapsed_s() < _MOMENT_S
+               and self.node.count_publishers(self._static_covariances)):
+            threading.Event().wait(_GLANCE_S)  # nothing wakes anybody when a covariance comes
 
     def endpoints(self) -> list[Endpoint]:
         """Return who publishes and hears the topics, this tool too, as the graph says."""

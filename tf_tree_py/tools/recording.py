@@ -80,6 +80,9 @@ class Recording:
                 return True
         return False
 
+    def await_covariances(self) -> None:
+        """Return at once: they were taken when the recording was opened."""
+
     def endpoints(self) -> list[Endpoint]:
         """Return who published, as far as the bag tells."""
         return [Endpoint(source.topic, source.static, source.publisher, True, source.reliable,

@@ -39,6 +39,9 @@ class TreeSource(Protocol):
         :raises KeyboardInterrupt: Ctrl-C.
         """
 
+    def await_covariances(self) -> None:
+        """Wait a moment for those of static edges, if somebody tells any."""
+
     def endpoints(self) -> list[Endpoint]:
         """Return who publishes and hears its topics, as far as that is known."""
 

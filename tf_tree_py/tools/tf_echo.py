@@ -117,6 +117,8 @@ def _one(source: TreeSource, arguments: Namespace, ask: Any) -> Iterator[Explana
             source.buffer.wait_for(
                 lambda: source.buffer.lookup_stamped(
                     arguments.target, arguments.source, arguments.at), WallDeadline(seconds))
+            if arguments.explain or arguments.json:
+                source.await_covariances()
         explanation = ask()
         yield explanation
         if explanation.pose is not None:

@@ -26,6 +26,9 @@ _ROWS, _COLUMNS = np.triu_indices(6)
 _PLACES = np.zeros((6, 6), dtype=np.intp)
 _PLACES[_ROWS, _COLUMNS] = _PLACES[_COLUMNS, _ROWS] = np.arange(PACKED_FLOATS)
 
+# Sums of larger variances, over edges and lever arms, may be more than a number can be.
+_MOST = 1e100
+
 # Parts of an entry's scale: what sums in float32 leave behind is less.
 _TOLERANCE = 1e-6
 _AXES = ('x', 'y', 'z', 'rotation about x', 'rotation about y', 'rotation about z')
@@ -43,8 +46,8 @@ def checked_covariance(given: Any) -> Array:
     Return a covariance as a symmetric array (6, 6).
 
     :param given: (6, 6), or (36,) row-major as messages have it.
-    :raises InvalidArgumentException: another shape, not finite, not symmetric, or not
-        positive semidefinite.
+    :raises InvalidArgumentException: another shape, not finite or beyond all measure, not
+        symmetric, or not positive semidefinite.
     """
     try:
         if np.iscomplexobj(given):
@@ -66,6 +69,10 @@ def checked_covariance(given: Any) -> Array:
         raise InvalidArgumentException(
             f'Invalid argument covariance: the variance of {_AXES[int(variances.argmin())]} is '
             f'{variances.min():g}, and none is negative; in messages -1 means that it is unknown')
+    if variances.max() > _MOST:
+        raise InvalidArgumentException(
+            f'Invalid argument covariance: the variance of {_AXES[int(variances.argmax())]} is '
+            f'{variances.max():g}, more than can be added up ({_MOST:g})')
     _check_correlations(matrix, np.sqrt(variances))
     return np.asarray(0.5 * (matrix + matrix.T))
 
