@@ -29,9 +29,9 @@ from tf_tree_py.core import (
     LookupException,
     Pose,
 )
-from tf_tree_py.core.buffer.buffer_core import Queries
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.screws import carry
+from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, Velocity
 
 # --- known motions

@@ -40,8 +40,8 @@ ORDER = {
         'uncertainty spline_samples spline spline_track spline_history spline_fitter kinds',
         'arrivals: incidents sample estimate received observers track frame_names block cursor '
         'estimate_bytes layout wire stencil future_guard jump_back streams meters merging',
-        'tree: many climb path ways spanning remarks tree corrections sources propagation '
-        'uncertain prediction frozen outline many_stamps lookups queries',
+        'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
+        'frozen outline many_stamps lookups corrections sources queries',
         'buffer: waiters deadline waiting intake correcting switching buffer_core',
         ': deskew twist trajectory anchor',
         'telling: table audit audit_file report diagnosis poses missing certainty explanation '

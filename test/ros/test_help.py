@@ -23,5 +23,6 @@ def test_a_buffer_is_what_users_take_it_for_and_no_heap_of_parts():
     for kind in Buffer.__mro__:
         declared = vars(kind).get('__annotations__', {})
         assert declared.keys() <= vars(kind).keys(), 'it declares what another class sets'
-    # Lookups and Queries are two, so that help() shows the questions for one pose together.
-    assert len(Buffer.__mro__) <= 8
+    # So that help() shows together what belongs together: the questions for one pose, those for
+    # many, corrections, and sources are a class each.
+    assert len(Buffer.__mro__) <= 11

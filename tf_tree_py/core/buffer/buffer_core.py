@@ -15,13 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .deadline import Deadline, WallDeadline
-from .intake import Intake
 from .switching import Switching
-from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
 from ..arrivals.jump_back import JumpBack
-from ..arrivals.observers import asked, AUDIT_FOLDER, Observers
+from ..arrivals.observers import asked, AUDIT_FOLDER
 from ..arrivals.sample import admitted, Batch, Sample
 from ..arrivals.track import checked_rates, checked_track
 from ..edges.spline import Spline
@@ -69,16 +67,11 @@ class BufferCore(Switching):
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
-        super().__init__(Tree(
-            DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
-            max_frames, max_name_bytes))
-        self.waiting = Waiting(self._lock)
-        """All who wait for data; its length is how many."""
-        self.observers = Observers()
-        self.intake = Intake(
-            self._tree, self.waiting, self.observers, FutureGuard(now, max_future),
+        super().__init__(
+            Tree(DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
+                 max_frames, max_name_bytes),
+            FutureGuard(now, max_future),
             None if clear_on_jump_back is None else JumpBack(clear_on_jump_back))
-        """The way in, for those who feed the buffer what was checked already."""
         # What a program that inserts by itself was warned of.
         self._warned: set[Hashable] = set()
         if AUDIT_FOLDER in os.environ:

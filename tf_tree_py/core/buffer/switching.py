@@ -11,7 +11,10 @@ from typing import Any
 from .correcting import checked_frame, checked_limits, Correcting, DEFAULT_OVER
 from .intake import Intake
 from .waiting import Waiting
+from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident
+from ..arrivals.jump_back import JumpBack
+from ..arrivals.observers import Observers
 from ..arrivals.sample import admitted, checked, Sample
 from ..edges.corrected import CorrectedHistory
 from ..errors import InvalidArgumentException
@@ -29,11 +32,13 @@ DEFAULT_WINDOW = from_seconds(1.0)
 class Switching(Correcting):
     """A buffer whose edges may have several sources each."""
 
-    waiting: Waiting
-    intake: Intake
-
-    def __init__(self, tree: Tree) -> None:
+    def __init__(self, tree: Tree, future_guard: FutureGuard, jump_back: JumpBack | None) -> None:
         super().__init__(tree)
+        self.waiting = Waiting(self._lock)
+        """All who wait for data; its length is how many."""
+        self.observers = Observers()
+        self.intake = Intake(tree, self.waiting, self.observers, future_guard, jump_back)
+        """The way in, for those who feed the buffer what was checked already."""
         self._sources: dict[str, Sources] = {}
 
     def insert_from(self, source: str, parent: str, child: str, stamp: int,

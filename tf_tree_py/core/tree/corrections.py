@@ -4,8 +4,9 @@ Corrections of a tree's edges: absorbing them, and what can be asked of them.
 How samples are moved, ``edges.corrected`` says.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from .lookups import Lookups
 from .tree import Tree
 from ..edges.corrected import corrected, CorrectedHistory
 from ..edges.correction import Stage
@@ -66,11 +67,8 @@ def smoothed(tree: Tree) -> Tree:
     return twin
 
 
-class CorrectionQueries:
+class CorrectionQueries(Lookups):
     """What can be asked of corrections: of a buffer, and of a snapshot."""
-
-    _lock: Any
-    _tree: Tree
 
     @property
     def corrections_version(self) -> int:

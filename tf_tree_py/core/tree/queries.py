@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .corrections import CorrectionQueries
 from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
-from .lookups import Lookups, Naming
+from .lookups import Naming
 from .many_stamps import ends_of, poses_at, refuse_missing
 from .outline import as_html, EdgeInfo, info_of, summary
 from .prediction import checked_horizon, known_beyond, predicted, Prediction
@@ -32,7 +32,7 @@ from ..stamp import LATEST
 from ..times import Stamps, without_mask
 
 
-class Queries(CorrectionQueries, Lookups):
+class Queries(CorrectionQueries):
     """All that can be asked of a tree, from any thread; see ``Lookups`` about stamps."""
 
     # --- many poses
