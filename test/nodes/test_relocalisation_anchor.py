@@ -8,10 +8,11 @@ import time
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 import numpy as np
-from programs import PATIENCE_S, Program
+from programs import Program
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from ros_helpers import until
 from standin import standin_env
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import Pose, se3
@@ -28,14 +29,6 @@ MS = 1_000_000
 COVARIANCE = np.diag([1e-4] * 3 + [1e-5] * 3)
 MAP_T_ODOM = Pose.from_xyz_rpy(x=2.0, y=-1.0, yaw=0.4)
 NEXT = Pose.from_xyz_rpy(x=0.03, yaw=0.004) @ MAP_T_ODOM
-
-
-def until(condition):
-    """Wait for what rclpy tells no event of: the graph, and what the log says."""
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end, 'it never came true'
-        time.sleep(0.002)
 
 
 class Robot:

@@ -12,6 +12,7 @@ import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
+from ros_helpers import until
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -35,14 +36,6 @@ ARM = """<robot name="arm">
 <joint name="k" type="revolute"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint>
 <joint name="t" type="fixed"><parent link="c"/><child link="tool"/><origin xyz="2 0 0"/></joint>
 </robot>"""
-
-
-def until(condition):
-    """Wait for what rclpy tells no event of: the graph, and what the log says."""
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end, 'it never came true'
-        time.sleep(0.002)
 
 
 @pytest.fixture

@@ -12,8 +12,6 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.view.shown.shapes import LinkShape
 
 pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
-# One browser is enough for a machine.
-pytestmark = pytest.mark.xdist_group('browser')
 
 SECOND = 1_000_000_000
 FIRST, LAST = 100 * SECOND, 110 * SECOND

@@ -15,8 +15,6 @@ from programs import executable, PATIENCE_S, Program
 import pytest
 
 pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
-# One browser is enough for a machine.
-pytestmark = pytest.mark.xdist_group('browser')
 isolate()
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.view.tf_view')
