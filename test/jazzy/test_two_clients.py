@@ -20,8 +20,8 @@ def package(request):
 def said(env, package, start_for_all):
     """Return what both clients said of that server."""
     server = start_for_all('ros2', 'run', package, 'buffer_server')
-    # Its folder is on the path for what it shares with the other program there.
-    found = {**env, 'PYTHONPATH': f'{PROGRAM.parent}:{env["PYTHONPATH"]}'}
+    # These folders are on the path for what it shares with other programs and tests.
+    found = {**env, 'PYTHONPATH': f'{PROGRAM.parent}:{PROGRAM.parents[1]}:{env["PYTHONPATH"]}'}
     done = subprocess.run(['python3', str(PROGRAM)], env=found, capture_output=True, text=True,
                           timeout=4 * PATIENCE_S, check=False)
     server.interrupt()

@@ -5,6 +5,7 @@ import json
 import sys
 import threading
 
+from action_clients import close_race
 from geometry_msgs.msg import TransformStamped
 import rclpy
 from rclpy.duration import Duration
@@ -77,6 +78,7 @@ def main():
     spinning = threading.Thread(target=executor.spin_until_future_complete, args=(done,))
     spinning.start()
     theirs = tf2_ros.BufferClient(asking, ACTION)
+    close_race(theirs.action_client)
     with tf_tree_py.BufferClient(asking, ACTION) as ours:
         if not (theirs.action_client.wait_for_server(30.0) and ours.wait_for_server(PATIENCE)):
             sys.exit('there is no server')

@@ -3,6 +3,7 @@
 import re
 import threading
 
+from action_clients import close_race
 from action_msgs.msg import GoalStatus
 import pytest
 from rclpy.action import ActionClient
@@ -40,7 +41,7 @@ class Asker:
 
     def __init__(self, node):
         self.node = node
-        self.client = ActionClient(node, LookupTransform, 'tf2_buffer_server')
+        self.client = close_race(ActionClient(node, LookupTransform, 'tf2_buffer_server'))
 
     def until_served(self):
         until(self.client.server_is_ready)

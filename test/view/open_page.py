@@ -78,10 +78,10 @@ class OpenPage:
         return self.page.get_by_role('button').filter(has_text=frame)
 
     def go_to(self, seconds):
-        """Move the slider, by writing into the field beside it."""
-        field = self.field('time [s]')
-        field.fill(f'{seconds}')
-        field.press('Enter')
+        """Move the slider, by typing into the field beside it."""
+        self.field('time [s]').click()
+        for key in ('Control+A', *f'{seconds}', 'Enter'):
+            self.page.keyboard.press(key)
 
     def field(self, label):
         """Return the field behind a label; viser does not join them for all kinds."""

@@ -125,6 +125,17 @@ def test_slider_moves_them_to_where_they_were_and_live_back(page, robot):
     page.wait_for_text('playing')
 
 
+def test_time_that_was_typed_is_not_lost_to_a_live_picture(page, serving):
+    (shown, _), = serving._pages.values()
+    slider = shown._timeline._slider
+    with shown._lock:  # as while a picture is drawn
+        page.go_to(2.5)
+        while slider.value != 2.5:
+            page.page.evaluate('() => new Promise(requestAnimationFrame)')
+        shown._tell(shown._drawn)
+    page.wait_for_text('paused at 102.5')
+
+
 def test_another_fixed_frame_can_be_chosen(page, robot):
     for frame in ('gripper', 'world'):
         page.field('fixed frame').fill(frame)

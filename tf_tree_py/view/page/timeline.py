@@ -29,6 +29,7 @@ class Timeline:
         self._slider = gui.add_slider(
             'time [s]', min=0.0, max=1.0, step=0.001, initial_value=0.0,
             hint='Seconds since the oldest sample that is kept; moving it pauses.')
+        self._set = self._slider.value
         gui.add_html(markup.bare())
         self._buttons = gui.add_button_group('', self._names())
         self._speed = gui.add_dropdown('speed', _SPEEDS, initial_value='1')
@@ -42,8 +43,11 @@ class Timeline:
         self._chosen = chosen
         oldest, latest = playhead.window()
         self._slider.max = max((latest - oldest) / 1e9, 0.001)
-        # This calls whoever hears of the slider, without a client: then nobody has moved it.
-        self._slider.value = min(max((playhead.stamp - oldest) / 1e9, 0.0), self._slider.max)
+        # Where it stands elsewhere by now, somebody has just moved it: that is yet to be done.
+        if self._slider.value == self._set:
+            # This calls whoever hears of the slider, without a client: then nobody has moved it.
+            self._slider.value = min(max((playhead.stamp - oldest) / 1e9, 0.0), self._slider.max)
+            self._set = self._slider.value
         if self._buttons.options != self._names():
             self._buttons.options = self._names()
         self._status.content = markup.status(self._told(moment, remark))
@@ -65,9 +69,10 @@ class Timeline:
     # --- what somebody does
 
     def _moved(self) -> None:
+        self._set = self._slider.value
         self._playhead.pause()
         oldest, _ = self._playhead.window()
-        self._playhead.seek(oldest + round(self._slider.value * 1e9))
+        self._playhead.seek(oldest + round(self._set * 1e9))
 
     def _sped(self) -> None:
         self._playhead.speed = float(self._speed.value)
