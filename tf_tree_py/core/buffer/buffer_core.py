@@ -5,23 +5,34 @@ Every public method may be called from any thread. While the lock is held, no lo
 computation runs, and of callers' code only the query that ``wait_for`` was given.
 """
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Iterable
 import importlib
+import math
 import os
 from typing import Any, NoReturn, TypeVar
-import warnings
 
 import numpy as np
 import numpy.typing as npt
 
+from .correcting import (
+    checked_frame,
+    checked_limits,
+    checked_motion,
+    checked_point,
+    DEFAULT_OVER,
+)
 from .deadline import Deadline, WallDeadline
-from .switching import Switching
+from .intake import Intake
+from .refusals import Refusals
+from .switching import checked_rule, checked_source, DEFAULT_WINDOW, Switching
+from .waiting import Waiting
 from ..arrivals.future_guard import FutureGuard
-from ..arrivals.incidents import Incident, RefusedException, Statistics, TransformWarning
+from ..arrivals.incidents import Incident, Statistics
 from ..arrivals.jump_back import JumpBack
-from ..arrivals.observers import asked, AUDIT_FOLDER
+from ..arrivals.observers import asked, AUDIT_FOLDER, Observers
 from ..arrivals.sample import admitted, Batch, Sample
 from ..arrivals.track import checked_rates, checked_track
+from ..edges.correction import ORIGIN
 from ..edges.spline import Spline
 from ..errors import InvalidArgumentException
 from ..geometry.covariances import checked_covariance
@@ -30,6 +41,9 @@ from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time
+from ..tree.corrections import absorb, Transition
+from ..tree.queries import Queries, Snapshot
+from ..tree.sources import Source
 from ..tree.tree import Tree
 
 Answer = TypeVar('Answer')
@@ -40,7 +54,7 @@ DEFAULT_MAX_NAME_BYTES = 1024
 DEFAULT_AUTHORITY = 'default_authority'
 
 
-class BufferCore(Switching):
+class BufferCore(Queries):
     """
     Transforms between frames, over a window of time. ``Queries`` has the lookups.
 
@@ -67,13 +81,19 @@ class BufferCore(Switching):
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
-        super().__init__(
-            Tree(DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
-                 max_frames, max_name_bytes),
-            FutureGuard(now, max_future),
+        tree = Tree(
+            DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
+            max_frames, max_name_bytes)
+        super().__init__(tree)
+        self.waiting = Waiting(self._lock)
+        """All who wait for data; its length is how many."""
+        self.observers = Observers()
+        self.intake = Intake(
+            tree, self.waiting, self.observers, FutureGuard(now, max_future),
             None if clear_on_jump_back is None else JumpBack(clear_on_jump_back))
-        # What a program that inserts by itself was warned of.
-        self._warned: set[Hashable] = set()
+        """The way in, for those who feed the buffer what was checked already."""
+        self._refusals = Refusals()
+        self._switching = Switching(tree, self.waiting, self.intake)
         if AUDIT_FOLDER in os.environ:
             # tf_audit runs this program; what it switches on stands above this file.
             importlib.import_module('tf_tree_py.core.telling.audit_file').watch(self)
@@ -108,8 +128,8 @@ class BufferCore(Switching):
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
         if covariance is None:
-            return self._report(self.intake.take([sample], authority, static), strict)
-        return self._report(self.intake.take_uncertain(
+            return self._refusals.report(self.intake.take([sample], authority, static), strict)
+        return self._refusals.report(self.intake.take_uncertain(
             sample, checked_covariance(covariance), authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
@@ -120,7 +140,7 @@ class BufferCore(Switching):
         Where a name or a stamp is none, nothing is taken.
         """
         samples = [admitted(sample) for sample in samples]
-        return self._report(self.intake.take(samples, authority, static), strict)
+        return self._refusals.report(self.intake.take(samples, authority, static), strict)
 
     def insert_track(self, parent: str, child: str, stamps: npt.ArrayLike, poses: Any, *,
                      authority: str = DEFAULT_AUTHORITY,
@@ -142,8 +162,8 @@ class BufferCore(Switching):
         track = checked_track(parent, child, self._stamps_of(stamps), poses)
         incidents = self.intake.take_track(track, authority)
         if strict is not False and track.span > self.cache_time:
-            self._warn('window', track.gone(self.cache_time), 2)
-        return self._report(incidents, strict)
+            self._refusals.report_lost(track.gone(self.cache_time))
+        return self._refusals.report(incidents, strict)
 
     def insert_spline(self, parent: str, child: str, spline: Spline, *,
                       authority: str = DEFAULT_AUTHORITY,
@@ -168,7 +188,7 @@ class BufferCore(Switching):
         for name, frame in (('parent', parent), ('child', child)):
             if not isinstance(frame, str):
                 raise InvalidArgumentException(f'{name} is the name of a frame, not {frame!r}')
-        return self._report(self.intake.take_spline(
+        return self._refusals.report(self.intake.take_spline(
             parent.removeprefix('/'), child.removeprefix('/'), spline, authority), strict)
 
     def aid(self, child: str, stamps: npt.ArrayLike, angular_velocities: npt.ArrayLike) -> int:
@@ -189,31 +209,10 @@ class BufferCore(Switching):
             stamp, or an edge that does not move between its samples.
         """
         times = self._stamps_of(stamps)
-        if not isinstance(child, str) or not child.removeprefix('/'):
-            raise InvalidArgumentException(f'child is the name of a frame, not {child!r}')
+        child = checked_frame(child)
         rates = checked_rates(angular_velocities, len(times))
         order = np.argsort(times, kind='stable')
-        return self.intake.take_rates(child.removeprefix('/'), times[order], rates[order])
-
-    def _report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
-        """Return what happened, having told a caller of it who may not look at that."""
-        if not incidents or strict is False:
-            return incidents
-        refused = [incident for incident in incidents if incident.refused]
-        if strict and refused:
-            more = f' ({len(refused)} were refused)' if len(refused) > 1 else ''
-            raise RefusedException(f'{refused[0]}{more}', incidents=refused)
-        for incident in incidents:
-            self._warn(incident.kind, f'{incident}. Of this kind that was the first, and no more '
-                                      'are told here: the call returns them, and statistics() '
-                                      'counts them; strict=True raises them', 3)
-        return incidents
-
-    def _warn(self, what: Hashable, text: str, callers: int) -> None:
-        """Warn of something for the first time, where it is called from by so many calls."""
-        if what not in self._warned:
-            self._warned.add(what)
-            warnings.warn(text, TransformWarning, stacklevel=callers + 1)
+        return self.intake.take_rates(child, times[order], rates[order])
 
     def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
                      static: bool = False) -> list[Incident]:
@@ -223,6 +222,121 @@ class BufferCore(Switching):
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""
         return self.intake.statistics()
+
+    # --- corrections
+
+    def correct(self, child: str, correction: Any, over: int = DEFAULT_OVER, *,
+                max_speed: float = math.inf, max_turn_rate: float = math.inf,
+                stamp: int | None = None, about: npt.ArrayLike = ORIGIN,
+                reach: float = 0.0) -> Transition:
+        """
+        Let an edge absorb a correction, without a jump.
+
+        In the end ``parent_T_child`` is the correction times what is inserted; it takes the
+        place of the one before, so giving it twice does no harm. It begins at the edge's
+        newest sample, so no answer that was given changes, and is blended over stamps: a
+        quintic that begins with the present value and rate.
+
+        :param correction: of any kind that ``insert`` takes as a pose.
+        :param over: how long the blend takes at least, nanoseconds.
+        :param max_speed: metres a second that the blend adds at most to the speed of the
+            edge's child; the blend takes as long as that takes.
+        :param max_turn_rate: radians a second, likewise.
+        :param stamp: when it was seen to be true: the stamp of an image, for instance. For
+            ``smoothed()`` only. None: at the newest sample.
+        :param about: the point of the child, in its coordinates, that ``max_speed`` holds
+            for; it turns about it. What lies r metres from there may gain r times the turn
+            rate besides.
+        :param reach: ``max_speed`` holds as far from there, metres.
+        :return: when it begins and ends, and its number.
+        :raises InvalidArgumentException: an edge without samples or that is static or a
+            spline; what is no pose, no stamp or no limit.
+        """
+        limits = checked_limits(over, max_speed, max_turn_rate, reach)
+        motion = checked_motion(correction)
+        seen_at = None if stamp is None else self._stamp_of(stamp)
+        place = checked_point(about)
+        with self._lock:
+            return absorb(self._tree, checked_frame(child), motion, seen_at, place, limits)
+
+    def smoothed(self) -> Snapshot:
+        """
+        Return everything as all corrections together have it: a snapshot, of another past.
+
+        What is blended for those who must not see jumps is wrong while it lasts, and what
+        was answered before is never corrected. Here every sample has the correction of its
+        own stamp, between two the one in between. An edge that has sources is what the active
+        one says, from its beginning on. For maps and for post-processing.
+        """
+        return Snapshot(self._switching.smoothed())
+
+    # --- several sources of one edge
+
+    def insert_from(self, source: str, parent: str, child: str, stamp: int,
+                    pose: PoseTuple) -> list[Incident]:
+        """
+        Take a transform of one of several sources of an edge.
+
+        All are kept; lookups are answered by one of them, the first that is heard unless
+        ``switch`` or the rule says otherwise.
+
+        :param source: its name, such as 'wheels'; also the authority.
+        :return: what was refused or is worth telling, and which source made way.
+        :raises InvalidArgumentException: what is no stamp, no pose or no name, or another
+            parent than that of the other sources.
+
+        The other parameters are those of ``insert``.
+        """
+        source = checked_source(source)
+        sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
+        return self._switching.take(source, sample)
+
+    def switch(self, child: str, to: str, over: int = DEFAULT_OVER, *,
+               max_speed: float = math.inf, max_turn_rate: float = math.inf,
+               reach: float = 0.0) -> Transition | None:
+        """
+        Let an edge go over to another of its sources, as it goes over to a correction.
+
+        It begins where the edge is, and ends with what the other source says. The edge's
+        corrections end with it, for they were those of the source before.
+
+        :param to: the name of a source that was heard already.
+        :return: when it begins and ends; None if it has to wait, for a source that lags
+            behind goes on only when it has reached the edge's newest sample.
+        :raises InvalidArgumentException: no such source, the active one, or one that began
+            after the edge's newest sample.
+
+        The other parameters are those of ``correct``.
+        """
+        return self._switching.switch(
+            child, to, checked_limits(over, max_speed, max_turn_rate, reach))
+
+    def switch_by_rule(self, child: str, *, max_age: int, gate: tuple[float, float] | None = None,
+                       window: int = DEFAULT_WINDOW, over: int = DEFAULT_OVER,
+                       max_speed: float = math.inf, max_turn_rate: float = math.inf,
+                       reach: float = 0.0) -> None:
+        """
+        Let the sources of an edge make way for each other, and tell it as an incident.
+
+        One that falls silent makes way for the first heard of the others; one that moves
+        otherwise for the largest group that agrees, where none is larger for that of the
+        first heard. What arrives from any of them is the occasion: nothing polls.
+
+        :param max_age: how far a source's newest sample may lie behind that of another,
+            nanoseconds.
+        :param gate: by how many metres and radians the motions of two sources over the
+            window may differ; None: by any.
+        :param window: nanoseconds.
+        :raises InvalidArgumentException: an edge that has no sources, or what is no limit.
+
+        The other parameters are those of ``correct``.
+        """
+        limits = checked_limits(over, max_speed, max_turn_rate, reach)
+        self._switching.switch_by_rule(child, checked_rule(max_age, gate, window, limits))
+
+    def sources_of(self, child: str) -> list[Source]:
+        """Return the sources of an edge, those heard first before the others."""
+        return self._switching.sources_of(child)
 
     # --- waiting
 

@@ -13,26 +13,25 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
-from .corrections import CorrectionQueries
+from .corrections import correction_of
 from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
-from .lookups import Naming
-from .many_stamps import ends_of, poses_at, refuse_missing
+from .lookups import Lookups, Naming
+from .many_stamps import poses_at, refuse_missing
 from .outline import as_html, EdgeInfo, info_of, summary
 from .prediction import checked_horizon, known_beyond, predicted, Prediction
 from .propagation import Errors, total_at
+from .samples import samples_around, stamps_of, twists_between
 from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
 from ..arrivals.observers import asked
-from ..edges.protocol import moves
 from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
-from ..geometry.screws import carry_many
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import LATEST
 from ..times import Stamps, without_mask
 
 
-class Queries(CorrectionQueries):
+class Queries(Lookups):
     """All that can be asked of a tree, from any thread; see ``Lookups`` about stamps."""
 
     # --- many poses
@@ -106,25 +105,8 @@ class Queries(CorrectionQueries):
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
 
     def _twists_between(self, near: str, far: str, stamps: Stamps) -> Array | None:
-        """
-        Return how fast a neighbour moves as the other sees it, (N, 6) in its own axes.
-
-        :param stamps: (N,) for which there is data.
-        :return: None where the edge between them knows only poses.
-        """
         with self._lock:
-            for child, parent in (far, near), (near, far):
-                history = self._tree.histories.get(child)
-                if history is not None and history.fixed_parent and history.parent == parent:
-                    break
-            else:
-                return None
-            twists = history.twists(stamps)
-            if twists is None or child == far:
-                return twists
-            # The inverse moves by -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
-            track = history.track(*ends_of(stamps))
-        return -carry_many(track.at(stamps).T, twists)
+            return twists_between(self._tree, near, far, stamps)
 
     # --- how sure
 
@@ -235,6 +217,23 @@ class Queries(CorrectionQueries):
             found = self._lookup_uncertain(target_frame, source_frame, stamp, False)
         return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
 
+    # --- corrections
+
+    @property
+    def corrections_version(self) -> int:
+        """Return how many corrections and switches there were; it only grows."""
+        return self._tree.corrections
+
+    def correction_of(self, child: str) -> Pose:
+        """
+        Return the correction that an edge has, or goes over to.
+
+        ``parent_T_child`` is this times what was inserted, once the blend is over. The
+        identity where there was none.
+        """
+        with self._lock:
+            return correction_of(self._tree, child)
+
     # --- looking around
 
     def snapshot(self) -> 'Snapshot':
@@ -310,10 +309,7 @@ class Queries(CorrectionQueries):
         :return: (N,) nanoseconds, in order; none of a static edge, or of a root.
         """
         with self._lock:
-            history = self._tree.histories.get(frame)
-            if history is None or history.oldest_stamp is None or history.latest_stamp is None:
-                return np.empty(0, dtype=np.int64)
-            return history.track(history.oldest_stamp, history.latest_stamp).knots
+            return stamps_of(self._tree.histories.get(frame))
 
     def samples_around(self, child_frame: str, stamp: int) -> list[tuple[int, Pose]]:
         """
@@ -325,15 +321,7 @@ class Queries(CorrectionQueries):
         :param stamp: nanoseconds; 0 is a time here.
         """
         with self._lock:
-            history = self._tree.histories.get(child_frame)
-            if not moves(history) or history.oldest_stamp is None:
-                return []
-            assert history.latest_stamp is not None
-            inside = min(max(stamp, history.oldest_stamp), history.latest_stamp)
-            knots = history.track(inside, inside).knots.tolist()
-            around = {max((knot for knot in knots if knot <= inside), default=inside),
-                      min((knot for knot in knots if knot >= inside), default=inside)}
-            return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
+            return samples_around(self._tree.histories.get(child_frame), stamp)
 
     def __repr__(self) -> str:
         return f'<{self._summary()}>'

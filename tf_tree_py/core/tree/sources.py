@@ -9,7 +9,7 @@ way, the rule says.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .corrections import told, Transition
+from .corrections import counted, Transition
 from .tree import Tree
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import Sample
@@ -135,7 +135,7 @@ class Sources:
         self._awaited, self._since = None, stamp
         tree.replace(edge)
         stage = edge.change_source(history.sample(stamp), limits)
-        return told(tree, stage), self._after(history, stamp)
+        return counted(tree, stage), self._after(history, stamp)
 
     def _after(self, history: DynamicHistory, stamp: int) -> list[Sample]:
         """Return a source's samples after a stamp."""
