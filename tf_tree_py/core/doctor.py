@@ -64,7 +64,7 @@ class Doctor(Observer):
             if self._gathering.add(arrival):
                 self._digest()
 
-    def told(self, incidents: Sequence[Incident]) -> None:
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
         """Take what was refused or odd."""
         with self._lock:
             for incident in incidents:

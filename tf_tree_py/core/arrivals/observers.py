@@ -37,8 +37,8 @@ class Observer:
         """
         Hear of a whole message, static ones too, that a listener or a recording delivers.
 
-        It comes before ``arrived`` and ``told``. What a program inserts by hand has neither a
-        topic nor a time of arrival, and is not told here.
+        It comes before ``arrived`` and ``saw_incidents``. What a program inserts by hand has
+        neither a topic nor a time of arrival, and is not told here.
         """
 
     def arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
@@ -49,7 +49,7 @@ class Observer:
         :param stamps: of each, nanoseconds.
         """
 
-    def told(self, incidents: Sequence[Incident]) -> None:
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
         """Hear what was refused or odd, with its reason; the buffer's lock is held."""
 
     def asked(self, target: str, source: str, stamp: int | None) -> End | None:
@@ -102,7 +102,7 @@ class Observers:
     def _sort(self) -> None:
         self.of_messages = self._who('received')
         self.of_arrivals = self._who('arrived')
-        self.of_incidents = self._who('told')
+        self.of_incidents = self._who('saw_incidents')
         self.of_lookups = self._who('asked')
 
     def _who(self, hears: str) -> tuple[Observer, ...]:
@@ -124,11 +124,11 @@ class Observers:
     def tell_incidents(self, incidents: Sequence[Incident]) -> None:
         """Tell what was refused or odd."""
         for observer in self.of_incidents:
-            observer.told(incidents)
+            observer.saw_incidents(incidents)
 
     def hear_lookups(self) -> bool:
         """Return whether to tell of a lookup: it is not part of one that was told of."""
-        return bool(self.of_lookups) and not getattr(self._inside, 'told', False)
+        return bool(self.of_lookups) and not getattr(self._inside, 'is_told', False)
 
     def begin(self, *lookups: Asked) -> End:
         """Tell of lookups that begin; return what to call when they have ended."""
@@ -160,12 +160,12 @@ class Observers:
     @contextmanager
     def quiet(self) -> Iterator[None]:
         """Tell of no lookup that this thread makes meanwhile."""
-        before = getattr(self._inside, 'told', False)
-        self._inside.told = True
+        before = getattr(self._inside, 'is_told', False)
+        self._inside.is_told = True
         try:
             yield
         finally:
-            self._inside.told = before
+            self._inside.is_told = before
 
 
 def asked(target: str, source: str, stamp: int) -> Asked:
