@@ -42,7 +42,7 @@ from ..messages.uncertain import (
     PredictedPose,
 )
 from ..waiting.clock import ClockWatch
-from ..waiting.futures import outcome, TransformFuture
+from ..waiting.futures import TransformFuture
 from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
@@ -316,19 +316,6 @@ class Buffer(CoreApi, BufferInterface):
             halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
             lambda: self.lookup_full_stamped(
                 target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)
-
-    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                     timeout: Any = None) -> TransformStamped:
-        """Return the transform as soon as it is there."""
-        return await outcome(self.wait_for_transform_async(
-            target_frame, source_frame, time, timeout))
-
-    async def lookup_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformStamped:
-        """Return the transform between two times as soon as it is there."""
-        return await outcome(self.wait_for_transform_full_async(
-            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     # --- listing
 
