@@ -56,14 +56,14 @@ class Observer:
         """
         Hear of a lookup that begins; in the thread that asks, with its calls on the stack.
 
-        A lookup that waits, or is a future, is one lookup however often it tries. One
-        between two times is its two halves; of one at many stamps the newest is told.
+        A lookup that waits, or is a future, is one lookup however often it tries. A lookup
+        between two times is told as its two halves, and one at many stamps by the newest.
 
         :param target: what was asked for; it need not be the name of a frame.
         :param source: likewise.
         :param stamp: nanoseconds; None: the latest.
-        :return: what to call when it has ended, with the error or None; in whatever
-            thread. Lookups in it are not told of.
+        :return: a function that is called when it has ended, with the error or None, in any
+            thread. Lookups that this function makes are not told.
         """
 
 
@@ -80,7 +80,7 @@ class Observers:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._all: tuple[Observer, ...] = ()
-        # Of each thread, whether it is busy with a lookup that was told already.
+        # For each thread: whether it is inside of a lookup that was told already.
         self._inside = threading.local()
         self._sort()
 
@@ -94,7 +94,7 @@ class Observers:
             self._sort()
 
     def remove(self, observer: Observer) -> None:
-        """Let somebody go; one who does not watch is let be."""
+        """Let somebody go; nothing happens if they do not watch."""
         with self._lock:
             self._all = tuple(other for other in self._all if other is not observer)
             self._sort()
@@ -127,7 +127,7 @@ class Observers:
             observer.saw_incidents(incidents)
 
     def hear_lookups(self) -> bool:
-        """Return whether to tell of a lookup: it is not part of one that was told of."""
+        """Return whether to tell of a lookup: somebody listens, and no other one is under way."""
         return bool(self.of_lookups) and not getattr(self._inside, 'is_told', False)
 
     def begin(self, *lookups: Asked) -> End:
@@ -184,4 +184,4 @@ def _nothing(_: TransformException | None) -> None:
 
 
 NOBODY = Observers()
-"""Of what is never watched."""
+"""The observers of a tree that nobody ever watches."""

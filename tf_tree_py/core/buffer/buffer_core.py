@@ -120,10 +120,10 @@ class BufferCore(Queries):
         :param covariance: (6, 6) of x, y, z and rotation about x, y, z, metres^2 and
             radians^2, as ``PoseWithCovariance`` has it: t' = t + dt in the parent's axes,
             R' = Exp(dr) R about the parent's fixed axes through the child's origin. None:
-            nothing is said of it, and the one before it stands.
+            it is not known, and the one before it stays.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: what is no stamp, no pose, no covariance, or a name
-            that is no string.
+        :raises InvalidArgumentException: an invalid stamp, pose or covariance, or a name that
+            is no string.
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
@@ -137,7 +137,7 @@ class BufferCore(Queries):
         """
         Take transforms under one lock; see ``insert``.
 
-        Where a name or a stamp is none, nothing is taken.
+        If one of the names or stamps is invalid, nothing is taken.
         """
         samples = [admitted(sample) for sample in samples]
         return self._refusals.report(self.intake.take(samples, authority, static), strict)
@@ -148,7 +148,7 @@ class BufferCore(Queries):
         """
         Take many samples of one moving edge, as ``insert`` would one by one.
 
-        At the speed of memory, where they are not older than what the buffer keeps.
+        It costs about as much as copying memory, unless some are older than the buffer keeps.
 
         :param stamps: (N,) nanoseconds, in order of arrival.
         :param poses: ``parent_T_child``: (N, 7) metres and quaternion x y z w, (N, 4, 4)
@@ -156,7 +156,7 @@ class BufferCore(Queries):
         :param strict: as ``insert`` has it; unless it is False, samples that the buffer
             does not keep are warned of too.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: what are no stamps, no poses, or not as many.
+        :raises InvalidArgumentException: invalid stamps or poses, or not as many of both.
         :raises RefusedException: with ``strict``, after all that is good was taken.
         """
         track = checked_track(parent, child, self._stamps_of(stamps), poses)
@@ -171,14 +171,15 @@ class BufferCore(Queries):
         """
         Let an edge move on a spline, from where it begins to where it ends.
 
-        It takes the place of what was stored of the edge, also of its last spline: give it
-        what a ``SplineFitter`` has after every ``add``. A sample that is inserted later makes
-        the edge an ordinary one again. All of a spline is kept, whatever ``cache_time`` is.
+        It replaces what was stored of the edge, also its last spline. So the spline of a
+        ``SplineFitter`` can be inserted after every ``add``. A sample that is inserted later
+        makes the edge an ordinary one again. All of a spline is kept, whatever ``cache_time``
+        is.
 
         :param spline: ``parent_T_child``.
         :param strict: as ``insert`` has it.
         :return: what was refused or is worth telling: empty when all is well.
-        :raises InvalidArgumentException: what is no spline, or a name that is no string.
+        :raises InvalidArgumentException: not a spline, or a name that is no string.
         :raises RefusedException: with ``strict``, when it was refused.
         """
         if not isinstance(spline, Spline):
@@ -193,11 +194,12 @@ class BufferCore(Queries):
 
     def aid(self, child: str, stamps: npt.ArrayLike, angular_velocities: npt.ArrayLike) -> int:
         """
-        Take what a gyroscope says of an edge, for lookups between its poses.
+        Take the angular velocities of a gyroscope, for lookups between an edge's poses.
 
-        From now on the rotation between two poses is the one that the gyroscope saw, and
-        closes exactly on both, where it has samples for all the time from one to the other;
-        elsewhere it is interpolated as before. Translations and the poses themselves stay.
+        Where the gyroscope has samples for all the time between two poses, the rotation
+        between them is from now on the one that it measured, and agrees exactly with both
+        poses. Elsewhere it is interpolated as before. Translations and the poses themselves
+        stay.
 
         :param child: the edge's child frame, whose poses may come later.
         :param stamps: (N,) nanoseconds.
@@ -205,8 +207,8 @@ class BufferCore(Queries):
             it, in the child's axes: what a gyroscope in the child measures where the parent
             does not turn, such as odom.
         :return: how many were taken: those that are newer than all before.
-        :raises InvalidArgumentException: shapes that do not fit, what is not finite or no
-            stamp, or an edge that does not move between its samples.
+        :raises InvalidArgumentException: shapes that do not fit, rates that are not finite,
+            invalid stamps, or an edge that does not move between its samples.
         """
         times = self._stamps_of(stamps)
         child = checked_frame(child)
@@ -232,25 +234,25 @@ class BufferCore(Queries):
         """
         Let an edge absorb a correction, without a jump.
 
-        In the end ``parent_T_child`` is the correction times what is inserted; it takes the
-        place of the one before, so giving it twice does no harm. It begins at the edge's
-        newest sample, so no answer that was given changes, and is blended over stamps: a
-        quintic that begins with the present value and rate.
+        In the end ``parent_T_child`` is the correction times what is inserted. A correction
+        replaces the one before, so giving it twice does no harm. It begins at the edge's
+        newest sample, so answers that were given stay true. From there the edge is blended
+        over stamps, by a quintic that begins with the present value and rate.
 
         :param correction: of any kind that ``insert`` takes as a pose.
         :param over: how long the blend takes at least, nanoseconds.
         :param max_speed: metres a second that the blend adds at most to the speed of the
             edge's child; the blend takes as long as that takes.
         :param max_turn_rate: radians a second, likewise.
-        :param stamp: when it was seen to be true: the stamp of an image, for instance. For
-            ``smoothed()`` only. None: at the newest sample.
+        :param stamp: when the correction was measured: the stamp of an image, for instance.
+            Only ``smoothed()`` uses it. None: at the newest sample.
         :param about: the point of the child, in its coordinates, that ``max_speed`` holds
             for; it turns about it. What lies r metres from there may gain r times the turn
             rate besides.
         :param reach: ``max_speed`` holds as far from there, metres.
         :return: when it begins and ends, and its number.
-        :raises InvalidArgumentException: an edge without samples or that is static or a
-            spline; what is no pose, no stamp or no limit.
+        :raises InvalidArgumentException: an edge without samples, or that is static or a
+            spline; an invalid pose, stamp or limit.
         """
         limits = checked_limits(over, max_speed, max_turn_rate, reach)
         motion = checked_motion(correction)
@@ -261,12 +263,12 @@ class BufferCore(Queries):
 
     def smoothed(self) -> Snapshot:
         """
-        Return everything as all corrections together have it: a snapshot, of another past.
+        Return a snapshot with all corrections applied to the past, too.
 
-        What is blended for those who must not see jumps is wrong while it lasts, and what
-        was answered before is never corrected. Here every sample has the correction of its
-        own stamp, between two the one in between. An edge that has sources is what the active
-        one says, from its beginning on. For maps and for post-processing.
+        The live tree is wrong while it blends, for the sake of those who must not see jumps,
+        and its past is never corrected. In this snapshot every sample has the correction of
+        its own stamp; between two corrections it is interpolated. An edge with several
+        sources follows the active one from its beginning on. For maps and post-processing.
         """
         return Snapshot(self._switching.smoothed())
 
@@ -277,13 +279,13 @@ class BufferCore(Queries):
         """
         Take a transform of one of several sources of an edge.
 
-        All are kept; lookups are answered by one of them, the first that is heard unless
-        ``switch`` or the rule says otherwise.
+        The samples of all sources are kept, and lookups are answered by one source: the first
+        that was heard, unless ``switch`` or the rule says otherwise.
 
         :param source: its name, such as 'wheels'; also the authority.
         :return: what was refused or is worth telling, and which source made way.
-        :raises InvalidArgumentException: what is no stamp, no pose or no name, or another
-            parent than that of the other sources.
+        :raises InvalidArgumentException: an invalid stamp, pose or name, or another parent
+            than that of the other sources.
 
         The other parameters are those of ``insert``.
         """
@@ -297,12 +299,12 @@ class BufferCore(Queries):
         """
         Let an edge go over to another of its sources, as it goes over to a correction.
 
-        It begins where the edge is, and ends with what the other source says. The edge's
-        corrections end with it, for they were those of the source before.
+        The blend begins where the edge is, and ends at the other source's poses. The edge's
+        corrections end, too, for they were made for the source before.
 
         :param to: the name of a source that was heard already.
-        :return: when it begins and ends; None if it has to wait, for a source that lags
-            behind goes on only when it has reached the edge's newest sample.
+        :return: when it begins and ends; None if it has to wait: a source that lags behind
+            takes over when it has reached the edge's newest sample.
         :raises InvalidArgumentException: no such source, the active one, or one that began
             after the edge's newest sample.
 
@@ -316,18 +318,19 @@ class BufferCore(Queries):
                        max_speed: float = math.inf, max_turn_rate: float = math.inf,
                        reach: float = 0.0) -> None:
         """
-        Let the sources of an edge make way for each other, and tell it as an incident.
+        Replace the active source of an edge when it fails; each time is an incident.
 
-        One that falls silent makes way for the first heard of the others; one that moves
-        otherwise for the largest group that agrees, where none is larger for that of the
-        first heard. What arrives from any of them is the occasion: nothing polls.
+        A source that falls silent is replaced by that one of the others which was heard first.
+        One that moves otherwise than the others is replaced by the largest group of sources
+        that agree; of groups of one size, by that with the source that was heard first. The
+        rule is judged whenever a sample of any source arrives: nothing polls.
 
         :param max_age: how far a source's newest sample may lie behind that of another,
             nanoseconds.
         :param gate: by how many metres and radians the motions of two sources over the
             window may differ; None: by any.
         :param window: nanoseconds.
-        :raises InvalidArgumentException: an edge that has no sources, or what is no limit.
+        :raises InvalidArgumentException: an edge that has no sources, or an invalid limit.
 
         The other parameters are those of ``correct``.
         """
@@ -350,13 +353,14 @@ class BufferCore(Queries):
             lock held, so that nothing arrives between its failure and the wait.
         :param deadline: how long to wait.
         :raises TransformException: the query's own error, with ``waited_s``, when time
-            is up; or at once when waiting cannot help (older than the buffer keeps).
+            is up; or at once when waiting cannot help, as for a stamp that is older than the
+            buffer keeps.
         """
         return self.waiting.wait_for(query, deadline)
 
     def lookup_within(self, timeout_s: float, target_frame: str, source_frame: str,
                       stamp: int = LATEST) -> Pose:
-        """Return ``lookup``, waiting for the data for so many seconds of wall time."""
+        """Return ``lookup``; wait for the data for at most this many seconds of wall time."""
         return self.observers.watch(
             [asked(target_frame, source_frame, stamp)], lambda: self.wait_for(
                 lambda: self.lookup(target_frame, source_frame, stamp), WallDeadline(timeout_s)))

@@ -1,4 +1,4 @@
-"""What callers give of a correction and of how an edge may go over to it, checked."""
+"""Checks of what callers give: a correction, and how fast an edge may go over to it."""
 
 import math
 import operator
@@ -33,7 +33,7 @@ def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: flo
     """
     Return how fast a caller lets a blend be.
 
-    :raises InvalidArgumentException: negative, not a number, or nothing that ever ends.
+    :raises InvalidArgumentException: negative, not a number, or a blend that would never end.
     """
     try:
         span = operator.index(over)

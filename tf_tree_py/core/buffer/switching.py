@@ -1,7 +1,7 @@
 """
 Several sources of one edge in a live buffer, and going over from one to another.
 
-What that is, and which rule there is, ``tree.sources`` says.
+``tree.sources`` says what that is, and what the rule is.
 """
 
 import math

@@ -1,7 +1,7 @@
 """
-Corrections of a tree's edges: absorbing them, and what can be asked of them.
+Corrections of a tree's edges: absorbing them, and questions about them.
 
-How samples are moved, ``edges.corrected`` says.
+``edges.corrected`` knows how samples are moved.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ class Transition(NamedTuple):
     """
     An edge goes over to another correction, or to another source.
 
-    :ivar version: how many of these there were in the buffer; it only grows.
+    :ivar version: how many transitions the buffer has had, this one included.
     :ivar begin: the stamp up to which every answer stays as it was, nanoseconds.
     :ivar end: the stamp from which on the correction holds wholly.
     :ivar motion: that correction, of the samples as they come in.
@@ -58,7 +58,7 @@ def counted(tree: Tree, stage: Stage) -> Transition:
 
 
 def smoothed(tree: Tree) -> Tree:
-    """Return a tree of its own whose edges have all their corrections, at all stamps."""
+    """Return a copy of a tree with all corrections applied to the past, too."""
     twin = tree.copy()
     for history in list(twin.histories.values()):
         if isinstance(history, CorrectedHistory):

@@ -112,7 +112,7 @@ class Queries(Lookups):
 
     @property
     def has_covariances(self) -> bool:
-        """Return whether anything was ever told of how far some edge may be off."""
+        """Return whether any edge ever got a covariance."""
         return bool(self._tree.uncertainty)
 
     def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
@@ -127,9 +127,9 @@ class Queries(Lookups):
         are certain.
 
         :param stamp: nanoseconds, or ``LATEST``.
-        :param independent: whether one edge's errors at two of its stamps have nothing to
-            do with each other. Unless told, they may have anything: the answer between two
-            stamps is then an upper bound, as it should be for odometry.
+        :param independent: whether one edge's errors at two of its stamps are independent.
+            If not, they may be correlated in any way, and the answer between two stamps is
+            an upper bound, as it should be for odometry.
         :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
 
         Raises as ``lookup`` does.
@@ -156,8 +156,9 @@ class Queries(Lookups):
         """
         Return what each edge adds to the covariance, the largest part of the position first.
 
-        It answers which calibration is to be improved. To the first order, where the shares
-        add up to the covariance of ``lookup_uncertain``. Parameters and errors as there.
+        It answers which calibration is to be improved. The shares are of the first order:
+        where angles are small, they add up to the covariance of ``lookup_uncertain``.
+        Parameters and errors as there.
 
         :return: a ``Share`` of each edge that has a covariance.
         """
@@ -192,10 +193,10 @@ class Queries(Lookups):
         Return ``target_T_source`` at a stamp that may lie beyond the newest data.
 
         Each edge that does not reach the stamp goes on at the mean twist of its last 0.1 s,
-        and turns as its gyroscope saw it where it is aided. The covariance says how wrong
-        the same prediction, made from earlier samples, would have been, beside what the
-        edges' own covariances say; nothing knows of a brake that was never used before.
-        A stamp that all data reaches is looked up.
+        and turns as its gyroscope measured, if it is aided. The covariance has two parts:
+        the errors of the same prediction made from earlier samples, and the edges' own
+        covariances. It cannot foresee a brake that was never used before. A stamp that all
+        data reaches is looked up.
 
         :param stamp: nanoseconds; ``LATEST`` predicts nothing.
         :param horizon: nanoseconds; no edge is taken further beyond its newest sample.
@@ -261,8 +262,8 @@ class Queries(Lookups):
         Write all poses as they are now as a bag, which ``ros2 bag play`` and viewers open.
 
         Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it, but
-        for what a bag has no place for: a spline becomes poses, ten for each of its pieces;
-        covariances, and what a gyroscope says between two poses, are left out.
+        a bag has no place for some things: a spline becomes poses, ten for each of its pieces;
+        covariances, and the samples of gyroscopes, are left out.
 
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
         :raises TreeFileError: something is there already, or there is no place for it.
@@ -349,7 +350,7 @@ class Snapshot(Queries):
         return self
 
     def _frozen(self) -> Frozen:
-        with self._lock:  # for what histories keep to themselves; the samples never change
+        with self._lock:  # for the caches of histories; the samples never change
             return freeze(self._tree)
 
     def __getstate__(self) -> dict[str, Any]:
