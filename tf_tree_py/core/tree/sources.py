@@ -175,7 +175,7 @@ class Sources:
 
     def _diverged(self, rule: Rule, alive: list[str], others: list[str],
                   stamp: int) -> list[Incident]:
-        """Let the source make way if more sources, or preferred ones, agree on another motion."""
+        """Let the source make way if more of them, or preferred ones, agree on another motion."""
         newest = min(self.histories[name].latest_stamp or stamp for name in alive)
         known = [name for name in alive
                  if (self.histories[name].oldest_stamp or 0) <= newest - rule.window]
@@ -208,7 +208,7 @@ class Sources:
     # --- looking
 
     def listed(self) -> list[Source]:
-        """Return all sources, the preferred ones first."""
+        """Return them, the preferred ones first."""
         return [Source(name, history.latest_stamp or 0, name == self.active)
                 for name, history in self.histories.items()]
 
