@@ -20,7 +20,8 @@ def robot():
 
     def send(parent, child, stamp, authority='default_authority'):
         meter.arrived([(parent, child)], [stamp])
-        meter.told(buffer.insert(parent, child, stamp, Pose(), authority=authority, strict=False))
+        meter.saw_incidents(
+            buffer.insert(parent, child, stamp, Pose(), authority=authority, strict=False))
 
     for late in (3, 2, 1):
         send('odom', 'base', NOW - late * SECOND // 2, '/wheels')

@@ -95,7 +95,7 @@ def test_two_takes_of_a_meter_make_one():
     for late in (1, 40, 3, 2):
         for watching in meter, both:
             watching.arrived([('map', 'odom')], [now - late * SECOND])
-            watching.told([Incident(Kind.OLD_DATA, 'map', 'odom', now, 'me', '')])
+            watching.saw_incidents([Incident(Kind.OLD_DATA, 'map', 'odom', now, 'me', '')])
         taken.append(meter.take())
     assert merged(*taken) == both.take()
 

@@ -122,7 +122,7 @@ def test_one_that_falls_silent_makes_way_and_that_is_told():
 
     class Ear(Observer):
 
-        def told(self, incidents):
+        def saw_incidents(self, incidents):
             heard.extend(incidents)
 
     buffer.observers.add(Ear())

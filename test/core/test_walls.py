@@ -41,8 +41,8 @@ ORDER = {
         'arrivals: incidents sample estimate received observers track frame_names block cursor '
         'estimate_bytes layout wire stencil future_guard jump_back streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'frozen outline many_stamps lookups corrections sources queries',
-        'buffer: waiters deadline waiting intake correcting switching buffer_core',
+        'frozen outline many_stamps samples lookups corrections sources queries',
+        'buffer: waiters deadline waiting refusals intake correcting switching buffer_core',
         ': deskew twist trajectory anchor',
         'telling: table audit audit_file report diagnosis poses missing certainty explanation '
         'words frame_graph drawings',

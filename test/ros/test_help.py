@@ -23,6 +23,6 @@ def test_a_buffer_is_what_users_take_it_for_and_no_heap_of_parts():
     for kind in Buffer.__mro__:
         declared = vars(kind).get('__annotations__', {})
         assert declared.keys() <= vars(kind).keys(), 'it declares what another class sets'
-    # So that help() shows together what belongs together: the questions for one pose, those for
-    # many, corrections, and sources are a class each.
-    assert len(Buffer.__mro__) <= 11
+    # help() shows together what belongs together: questions for one pose, other questions, the
+    # core's buffer, tf2_py's methods, the interface that the client shares, tf2's buffer, object.
+    assert len(Buffer.__mro__) <= 7

@@ -1,10 +1,10 @@
 """
-A relocalisation that comes late, now and then, and is sometimes wrong: map -> odom of it.
+map -> odom out of a relocalisation that comes late, now and then, and is sometimes wrong.
 
-Whatever says where a camera was in the map (AMCL, a tag, a splat) is held against where
-the odometry had it at the same stamp. What is left is the correction of map -> odom, which
-changes slowly: so it does not matter that the pose is old. Each is gated and fused with
-what is held, in the convention of ``geometry.covariances``.
+AMCL, a tag or a splat says where a camera was in the map, and the odometry says where it
+was at the same stamp. Together they say where odom is in the map. That changes slowly, so
+it does not matter that the pose is old. Each new value is gated, and fused with the
+estimate so far, in the convention of ``geometry.covariances``.
 """
 
 from typing import NamedTuple
@@ -23,10 +23,11 @@ from .stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
 
 # Beyond this squared Mahalanobis distance lies one good pose of a thousand: chi^2, 6 degrees.
 GATE = 22.46
-# So many in a row that agree with each other, and not with what is held, are believed; the
-# first of all needs one that agrees, too.
+# This many sightings in a row that agree with each other, but not with the estimate, replace it;
+# and this many that agree make the first estimate.
 _RIVALS, _FIRST = 4, 2
-# For covariances that say that something is known exactly: squares of 0.01 mm, 0.01 mrad.
+# The least variance, for covariances that say that something is known exactly: the squares of
+# 0.01 mm and of 0.01 mrad.
 _FLOOR = 1e-10
 # What was published longer ago than this is forgotten.
 _KEPT = from_seconds(60.0)
@@ -67,8 +68,9 @@ class Verdict(NamedTuple):
     """
     What became of a sighting.
 
-    :ivar accepted: whether it agrees with what is held, or was the last that was needed.
-    :ivar distance: its squared Mahalanobis distance from what was held; None: nothing was.
+    :ivar accepted: whether it agrees with the estimate, or was the last one needed to make a
+        new estimate.
+    :ivar distance: its squared Mahalanobis distance from the estimate; None: there was none.
     """
 
     accepted: bool
@@ -105,7 +107,7 @@ class Anchor:
     # --- what comes in
 
     def take(self, sighting: Sighting) -> Verdict:
-        """Take a sighting, and go over to what follows if it is believed."""
+        """Take a sighting; if it is accepted, the published edge goes over to the new estimate."""
         if not np.isfinite((*sighting.map_T_frame, *sighting.odom_T_frame)).all():
             raise InvalidArgumentException('a pose that is not finite says nothing')
         if self.held is None:
@@ -118,8 +120,8 @@ class Anchor:
         return Verdict(True, distance)
 
     def _take_as_rival(self, sighting: Sighting, needed: int) -> bool:
-        """Keep a sighting beside what is held; return whether it was the last that was needed."""
-        rival = _begun(sighting)
+        """Keep a sighting beside the estimate; return whether it was the last one needed."""
+        rival = _estimate_of(sighting)
         if self._rival is not None:
             fused, distance = self._fused(self._rival, sighting)
             rival = fused if distance <= self._gate else rival
@@ -131,7 +133,7 @@ class Anchor:
         return True
 
     def _fused(self, estimate: Estimate, sighting: Sighting) -> tuple[Estimate, float]:
-        """Return both together, and how far apart they are: a Kalman filter about the frame."""
+        """Fuse both by a Kalman filter about the frame; return that, and how far they disagree."""
         expected = se3.compose(estimate.map_T_odom, sighting.odom_T_frame)
         lever = np.subtract(expected[:3], estimate.place)
         passed = abs(sighting.stamp - estimate.stamp) / NANOSECONDS_PER_SECOND
@@ -165,8 +167,8 @@ class Anchor:
         """
         Return ``map_T_odom`` for a stamp, to be published; None while nothing is held.
 
-        What was published for a stamp is never changed: what comes in later begins after
-        the newest.
+        The value for a stamp that was published never changes: a later correction begins
+        after the newest of these stamps.
         """
         if self.held is None:
             return None
@@ -179,15 +181,15 @@ class Anchor:
         return Pose._make(self._correction.moved(stamp, se3.IDENTITY))
 
 
-def _begun(sighting: Sighting) -> Estimate:
-    """Return what a sighting alone says."""
+def _estimate_of(sighting: Sighting) -> Estimate:
+    """Return the estimate of one sighting alone."""
     map_T_odom = se3.compose(sighting.map_T_frame, se3.inverse(sighting.odom_T_frame))
     return Estimate(sighting.stamp, map_T_odom, _noise(sighting, map_T_odom),
                     sighting.map_T_frame[:3], 1)
 
 
 def _noise(sighting: Sighting, map_T_odom: PoseTuple) -> Array:
-    """Return how far a sighting may be off, of both of its poses, in the map's axes."""
+    """Return the covariance of a sighting, with that of both of its poses, in the map's axes."""
     axes = np.array(so3.as_matrix(map_T_odom[3:]))
     return np.asarray(sighting.covariance + _FLOOR * np.eye(6)
                       + carried(axes, np.zeros(3), sighting.odom_covariance))

@@ -20,7 +20,7 @@ from .vitals.signs import Signs, signs_of
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing new is noted.
 _MAX_EDGES = 10_000
 _MAX_NAMES = 1_000
-# Of one code so many findings are told at most.
+# At most this many findings of one code are told.
 _MAX_ALIKE = 100
 
 
@@ -32,14 +32,14 @@ class Doctor(Observer):
     nothing; some microseconds for each of its transforms are spent when thousands have
     gathered. An edge takes some kilobytes, however long it is watched.
 
-    :ivar endpoints: who sends and hears, as far as that is known; whoever knows sets it.
+    :ivar endpoints: who sends and hears; set from outside by whoever knows the graph.
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
         """
         Begin with nothing known.
 
-        :param limits: from where on something is worth a finding.
+        :param limits: beyond which something is worth a finding.
         """
         self.limits = limits or Limits()
         self.endpoints: Sequence[Endpoint] = ()
@@ -64,7 +64,7 @@ class Doctor(Observer):
             if self._gathering.add(arrival):
                 self._digest()
 
-    def told(self, incidents: Sequence[Incident]) -> None:
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
         """Take what was refused or odd."""
         with self._lock:
             for incident in incidents:
@@ -96,12 +96,12 @@ class Doctor(Observer):
 
     @property
     def transforms(self) -> int:
-        """Return how many have arrived."""
+        """Return how many transforms have arrived."""
         return self._transforms
 
     @property
     def watched(self) -> int:
-        """Return from the first message to the last, nanoseconds."""
+        """Return the time from the first message to the last, nanoseconds."""
         return self._last - self._first
 
     def signs(self) -> list[Signs]:
@@ -115,7 +115,7 @@ class Doctor(Observer):
                     for edge in self._edges.values()]
 
     def findings(self) -> list[Finding]:
-        """Return what is wrong by now, the worst first, without what is only a symptom."""
+        """Return what is wrong by now, the worst first, without mere symptoms."""
         with self._lock:
             self._digest()
             case = Case(self._edges.values(), self._parents, self._troubles, self._slashed,

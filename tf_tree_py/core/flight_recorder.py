@@ -18,9 +18,9 @@ from .errors import TransformException, TreeFileError
 from .stamp import from_seconds
 
 LOOKUP_FAILED = 'lookup_failed'
-"""Why it was written: the first lookup between two frames failed that had worked before."""
+"""The reason for a bag: a lookup between two frames failed that had worked before."""
 
-# A program asks for fewer pairs of frames, unless it invents names; of static edges likewise.
+# More pairs of frames, and more static edges, come only from a program that invents names.
 _MAX_PAIRS = 1_000
 _MAX_STATIC = 1_000
 _PATTERN = 'flight_*.mcap'

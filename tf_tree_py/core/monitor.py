@@ -1,4 +1,4 @@
-"""Every edge of a tree beside what is wrong with it, trouble first; and how often it comes now."""
+"""Every edge of a tree with what is wrong with it and its present rate, trouble first."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from .doctor import Doctor
 from .vitals.edge import Edge
 from .vitals.signs import Signs
 
-# Rates are those of so long at least, seconds: over less they flicker.
+# Rates are taken over at least this time, seconds: over less they flicker.
 _WINDOW_S = 5.0
-# An edge comes no more that is silent for a second and so many usual intervals.
+# An edge has stopped if it was silent for a second and for this many usual intervals.
 _MISSED = 3.0
 _SILENT_S = 1.0
-# Behind all severities.
+# Sorts edges without a finding behind all severities.
 _WELL = len(Severity)
 
 
@@ -24,7 +24,7 @@ class Watched:
     """
     One edge, and what is wrong with it.
 
-    :ivar rate_hz: how many arrived a second of late; of what does not move, 0.
+    :ivar rate_hz: how many arrived a second of late; 0 for a static edge.
     :ivar findings: the worst first.
     """
 
@@ -34,7 +34,7 @@ class Watched:
 
     @property
     def severity(self) -> Severity | None:
-        """Return that of the worst finding; None where there is none."""
+        """Return the severity of the worst finding; None without findings."""
         return self.findings[0].severity if self.findings else None
 
     def as_dict(self) -> dict[str, Any]:
@@ -50,14 +50,14 @@ class Monitor:
 
     def __init__(self, doctor: Doctor) -> None:
         self._doctor = doctor
-        # When was looked, seconds, and how many of each edge had arrived by then.
+        # The times of the last looks, seconds, and how many of each edge had arrived by then.
         self._looks: deque[tuple[float, dict[Edge, int]]] = deque()
 
     def look(self, now: float, findings: Sequence[Finding]) -> list[Watched]:
         """
         Return every edge, those with the worst trouble first, static ones last.
 
-        :param now: by a clock that always goes, seconds.
+        :param now: by a monotonic clock, seconds.
         :param findings: of the doctor, just now.
         """
         signs = self._doctor.signs()
@@ -81,7 +81,7 @@ class Monitor:
 
 
 def _rate(signs: Signs, seconds: float, count: int) -> float:
-    """Return the rate of late: over some seconds if several came then, else that of all time."""
+    """Return the rate over the last seconds, if several came then; else that of all time."""
     if signs.static or not signs.rate_hz:
         return 0.0
     if count > 1 and seconds > 0.0:
@@ -91,5 +91,5 @@ def _rate(signs: Signs, seconds: float, count: int) -> float:
 
 
 def _edges_of(finding: Finding) -> list[Edge]:
-    """Return the edges that a finding may be about: each frame but the last above the last."""
+    """Return the edges that a finding may be about: from each of its frames to the last one."""
     return [(parent, finding.frames[-1]) for parent in finding.frames[:-1]]

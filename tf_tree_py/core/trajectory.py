@@ -21,7 +21,7 @@ AVERAGING_INTERVAL = NANOSECONDS_PER_SECOND // 10
 """Over which velocities are taken, nanoseconds; see ``lookup_twist``."""
 
 MOST_STAMPS = 100_000_000
-"""More stamps than that at a rate are a slip of the finger."""
+"""A rate that makes more stamps than this is taken for a mistake."""
 
 Outside = Literal['skip', 'nan', 'fail']
 

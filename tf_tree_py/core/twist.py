@@ -52,14 +52,13 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
     """
     Return how fast one frame moves as another sees it, at a stamp.
 
-    Of an edge that is a spline the twist is known, and the interval does not matter.
-    Each other edge between the two is taken to move along one screw during the interval,
-    the one from its pose at the beginning to that at the end (``se3.log``), and these
-    twists are carried down to the tracking frame by the edges' poses at the stamp.
-    So the answer is exact, not only in the limit, where every edge turns and goes at
-    constant speed in its own axes, however fast the others turn; elsewhere its error
-    is quadratic in the interval, and linear where the data ends too soon to have the
-    stamp in the middle. An edge must turn by less than half a turn in it.
+    The twist of an edge on a spline is known, and the interval does not matter. Every other
+    edge between the two is taken to move along one screw during the interval: the one from
+    its pose at the beginning to that at the end (``se3.log``). These twists are carried down
+    to the tracking frame by the edges' poses at the stamp. If every edge turns and goes at
+    constant speed in its own axes, the answer is exact for any interval. Otherwise its error
+    is quadratic in the interval, or linear if the data ends too soon to have the stamp in the
+    middle. An edge must turn by less than half a turn in the interval.
 
     :param tree: a buffer or a snapshot.
     :param stamp: nanoseconds; ``LATEST`` for the newest possible.
@@ -101,7 +100,7 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
                 own, factor = tuple(known[0].tolist()), 1.0
             twist = _plus(carry(se3.inverse(now), twist), own, factor)
 
-    # Where nothing moves between the two, LATEST came to no time.
+    # If nothing moves between the two, LATEST comes to no time.
     look = tree.lookup_at if moving or stamp != LATEST else tree.lookup
     x, y, z, qx, qy, qz, qw = look(reference_frame, tracking_frame, stamp)
     px, py, pz = se3.apply(

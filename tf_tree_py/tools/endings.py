@@ -54,6 +54,19 @@ def run(name: str, work: Callable[[Sequence[str]], int], argv: Sequence[str] | N
             signal.signal(number, signal.SIG_IGN)
 
 
+def entry_point(name: str, work: Callable[[Sequence[str]], int]) -> Callable[..., int]:
+    """Return the ``main`` of a tool whose work that is; see ``run``."""
+    def main(argv: Sequence[str] | None = None) -> int:
+        """
+        Run the command; return its exit status.
+
+        :param argv: the whole command line; None: this process's.
+        """
+        return run(name, work, argv)
+
+    return main
+
+
 def _give_up_output() -> None:
     # The interpreter flushes stdout once more at its end, which would fail again.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

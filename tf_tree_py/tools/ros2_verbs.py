@@ -35,15 +35,13 @@ class TfCommand(CommandExtension):  # type: ignore[misc]
 
 class VerbExtension:
     """
-    The extension point for verbs of ``ros2 tf``.
+    The extension point for verbs of ``ros2 tf``: the verb ``echo`` runs the tool ``tf_echo``.
 
     :ivar NAME: the entry point's name, which ros2cli sets.
-    :ivar TOOL: the executable of this package whose command line it has.
     """
 
     NAME: str | None = None
     EXTENSION_POINT_VERSION = '0.1'
-    TOOL = ''
 
     def __init__(self) -> None:
         satisfies_version(PLUGIN_SYSTEM_VERSION, '^0.1')
@@ -55,54 +53,38 @@ class VerbExtension:
 
     def main(self, *, args: Namespace) -> int:
         """Run the tool."""
-        tool = import_module(f'.{self.TOOL}', __package__)
-        status: int = tool.main([self.TOOL, *args.arguments])
+        tool = f'tf_{self.NAME}'
+        status: int = import_module(f'.{tool}', __package__).main([tool, *args.arguments])
         return status
 
 
 class ArchiveVerb(VerbExtension):
     """Report on thousands of recordings, or export from them."""
 
-    TOOL = 'tf_archive'
-
 
 class AuditVerb(VerbExtension):
     """Run a program, and tell which of its lines looked up which time."""
-
-    TOOL = 'tf_audit'
 
 
 class DoctorVerb(VerbExtension):
     """Tell what is wrong with the tree, the worst first."""
 
-    TOOL = 'tf_doctor'
-
 
 class EchoVerb(VerbExtension):
     """Print where one frame is in another, and why."""
-
-    TOOL = 'tf_echo'
 
 
 class ExportVerb(VerbExtension):
     """Write where one frame was in another, out of a recording."""
 
-    TOOL = 'tf_export'
-
 
 class FramesVerb(VerbExtension):
     """Show all frames, on the terminal or as a drawing."""
-
-    TOOL = 'tf_frames'
 
 
 class MonitorVerb(VerbExtension):
     """Show every edge in a live table, trouble first."""
 
-    TOOL = 'tf_monitor'
-
 
 class RecordVerb(VerbExtension):
     """Keep the last seconds, and write them as a bag when it matters."""
-
-    TOOL = 'tf_record'

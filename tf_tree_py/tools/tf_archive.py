@@ -19,7 +19,7 @@ from .archive.running import results
 from .archive.table import as_csv, as_data, as_json, by_trouble, columns_of, summary
 from .arguments import Parser, positive_integer
 from .doctor_report import add_limits, limits_of
-from .endings import Cannot, FINE, FOUND, needs, run
+from .endings import Cannot, entry_point, FINE, FOUND, needs
 from .export.formats import FORMATS
 from .export.plan import add_frames, add_plan, planned
 from .output import console, print_json, styled, table, write_file
@@ -40,15 +40,6 @@ _EXAMPLES = (
     ("tf_archive export map camera 'runs/*' --at /camera/image_raw", 'a trajectory of each'),
     ("tf_archive report 's3://runs/*' --scheduler tcp://host:8786", 'on a cluster'),
 )
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _report_parser() -> Parser:
@@ -174,6 +165,8 @@ def _tell(arguments: Namespace, rows: Sequence[Row], known: int) -> None:
                         + (f'; {known} were read before' if known else '')))
     out.print(styled(str(arguments.output / 'index.html'), 'fine'))
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -17,7 +17,7 @@ from tf_tree_py.core.telling.audit_file import read
 from tf_tree_py.core.text import times
 
 from .arguments import Parser
-from .endings import Cannot, FINE, FOUND, run
+from .endings import Cannot, entry_point, FINE, FOUND
 from .output import console, fields, print_json, styled
 
 NAME = 'tf_audit'
@@ -39,15 +39,6 @@ _EXAMPLES = (
 )
 # What a lookup of another time may cost and still be fine: metres, radians.
 _LITTLE_M, _LITTLE_RAD = 0.01, math.radians(1.0)
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _work(argv: Sequence[str]) -> int:
@@ -135,6 +126,8 @@ def _plain(line: Line) -> dict[str, object]:
     return {**found, 'caller': line.caller._asdict(), 'meaning': line.meaning,
             'doubtful': is_doubtful(line)}
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

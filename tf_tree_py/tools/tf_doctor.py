@@ -12,7 +12,7 @@ from tf_tree_py.core.text import listed
 
 from .arguments import add_number, Parser
 from .doctor_report import add_limits, judged, limits_of
-from .endings import FINE, FOUND, run
+from .endings import entry_point, FINE, FOUND
 from .output import console, fields, print_json, shown, styled
 from .source import open_source
 
@@ -31,15 +31,6 @@ _EXAMPLES = (
     ('tf_doctor --list', 'explain every code'),
 )
 _LIVE_S = 10.0
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _parser() -> Parser:
@@ -132,6 +123,8 @@ def _list(as_json: bool) -> None:
         out.print(fields({'': code.catches, 'cause': code.cause, 'fix': code.fix}))
         out.print()
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

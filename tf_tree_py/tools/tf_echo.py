@@ -18,7 +18,7 @@ from tf_tree_py.core.telling.poses import FORMS
 from tf_tree_py.core.text import listed
 
 from .arguments import add_number, frame, Parser, stamp
-from .endings import FINE, FOUND, run
+from .endings import entry_point, FINE, FOUND
 from .output import console, fits, print_json_line, shown, table
 from .source import nothing_arrived, open_source, TreeSource
 
@@ -40,15 +40,6 @@ _EXAMPLES = (
     ('tf_echo map camera --bag run.mcap --at 1700000000.25 --as all', 'at a stamp'),
 )
 _PATIENCE_S = 10.0
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _parser() -> Parser:
@@ -232,6 +223,8 @@ def _age(edge: ExplainedEdge) -> str:
 def _milliseconds(span: int) -> str:
     return f'{span / 1e6:.1f} ms' if abs(span) < 10_000_000_000 else format_span(span)
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

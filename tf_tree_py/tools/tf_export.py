@@ -11,7 +11,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.trajectory import Trajectory
 
 from .arguments import Parser
-from .endings import Cannot, FINE, FOUND, run
+from .endings import Cannot, entry_point, FINE, FOUND
 from .export.formats import BINARY, format_of, FORMATS
 from .export.plan import add_frames, add_plan, planned
 from .output import print_json, shown, write_file
@@ -32,15 +32,6 @@ _EXAMPLES = (
     ('tf_export run.mcap map camera --at /camera/image_raw --format csv', 'a line per image'),
     ('tf_export run.mcap odom base --rate 50 --twist -o base.npz', 'velocities, too'),
 )
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _parser() -> Parser:
@@ -109,6 +100,8 @@ def _report(taken: Trajectory, recording: Recording,
         'oddities': [str(oddity) for oddity in recording.oddities],
     }
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -17,7 +17,7 @@ from tf_tree_py.core.tree.outline import branches
 
 from .arguments import add_number, Parser
 from .drawing import draw
-from .endings import Cannot, FINE, FOUND, needs, run
+from .endings import Cannot, entry_point, FINE, FOUND, needs
 from .output import console, print_json, shown, styled
 from .source import nothing_arrived, open_source, TreeSource
 
@@ -43,21 +43,6 @@ _PICTURES = ('.svg', '.png', '.pdf')
 # What each level of the tree stands further to the right.
 _STEP = '└─ '
 _COLOURS = {'stale': 'warning', 'static': 'note', 'moving': 'fine'}
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
-
-
-def view_frames(argv: Sequence[str] | None = None) -> int:
-    """Run it under the name that draws a PDF unless told otherwise."""
-    return run('view_frames', lambda words: _work(
-        words, f'frames_{datetime.now():%Y-%m-%d_%H.%M.%S}.pdf'), argv)
 
 
 def _parser(output: str) -> Parser:
@@ -166,6 +151,14 @@ def _remark(edge: GraphEdge) -> Any:
     return styled(f'{edge.remark:<10}', _COLOURS[style_of(edge)]).append(
         f'  {shown(edge.info.authority or "")}', style='dim')
 
+
+def _draw_unless_told(argv: Sequence[str]) -> int:
+    return _work(argv, f'frames_{datetime.now():%Y-%m-%d_%H.%M.%S}.pdf')
+
+
+main = entry_point(NAME, _work)
+view_frames = entry_point('view_frames', _draw_unless_told)
+"""The same under the name that draws a PDF unless told otherwise."""
 
 if __name__ == '__main__':
     sys.exit(main())

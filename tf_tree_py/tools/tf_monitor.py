@@ -15,7 +15,7 @@ from tf_tree_py.core.telling.explanation import explain, Explanation
 from tf_tree_py.core.text import listed
 
 from .arguments import add_number, frame, Parser
-from .endings import Cannot, FINE, FOUND, needs, run
+from .endings import Cannot, entry_point, FINE, FOUND, needs
 from .output import console, print_json_line, shown, styled, table
 from .source import nothing_arrived, open_source, TreeSource
 
@@ -60,15 +60,6 @@ class Look(NamedTuple):
     rows: list[Watched]
     findings: list[Finding]
     chain: Explanation | None
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _parser() -> Parser:
@@ -221,6 +212,8 @@ def _cells(row: Watched) -> list[Any]:
 def _ms(span: int | None) -> str:
     return '' if span is None else f'{span / 1e6:.1f}'
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -18,7 +18,7 @@ from tf_tree_py.core.stamp import from_seconds
 
 from .arguments import add_number, frame, Parser
 from .dump_requests import DumpRequests
-from .endings import Cannot, FINE, FOUND, needs, run
+from .endings import Cannot, entry_point, FINE, FOUND, needs
 from .output import print_json_line, shown
 from .source import nothing_arrived, open_source, TreeSource
 
@@ -45,15 +45,6 @@ _EXAMPLES = (
 # Seconds from one look to the next, and the age of the data that is then looked up: it has had
 # time to arrive.
 _PERIOD_S, _AGE_S = 0.5, 1.0
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _codes(text: str) -> frozenset[str]:
@@ -197,6 +188,8 @@ class _Teller:
                 outcome = str(path) if path else f'not written, {why_not}'
                 print(shown(f'{outcome}: {happened.why}: {happened.summary}', 500), flush=True)
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

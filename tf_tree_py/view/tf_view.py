@@ -13,7 +13,7 @@ from tf_tree_py.core.checks.finding import Finding
 from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.tools.arguments import Parser
-from tf_tree_py.tools.endings import Cannot, FINE, needs, run
+from tf_tree_py.tools.endings import Cannot, entry_point, FINE, needs
 from tf_tree_py.tools.source import open_source, TreeSource
 from tf_tree_py.urdf import DescriptionError, Robot
 
@@ -35,15 +35,6 @@ _EXAMPLES = (
     ('tf_view --urdf robot.urdf', 'with the shapes of its links'),
 )
 _PORT = 8080
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """
-    Run the command; return its exit status.
-
-    :param argv: the whole command line; None: this process's.
-    """
-    return run(NAME, _work, argv)
 
 
 def _parser() -> Parser:
@@ -140,6 +131,8 @@ def _shapes(path: Path | None) -> list[LinkShape]:
         print(f'{NAME}: {sentence}', file=sys.stderr)
     return shapes
 
+
+main = entry_point(NAME, _work)
 
 if __name__ == '__main__':
     sys.exit(main())

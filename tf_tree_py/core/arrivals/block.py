@@ -14,7 +14,7 @@ from ..times import Stamps
 # struct's letters for numbers, as numpy writes them.
 _TYPES = {'i': 'i4', 'I': 'u4'}
 
-# So many bytes of messages are read at a time: every cache has room for them.
+# Bytes of messages that are read at a time: they fit into every cache.
 _CACHED_BYTES = 500_000
 
 Bools = npt.NDArray[np.bool_]

@@ -25,7 +25,7 @@ Edge = tuple[str, str]
 # Whether the messages of a type say of which frame they are.
 _NAMES_ITS_CHILD = {'nav_msgs/Odometry': True, 'geometry_msgs/PoseWithCovarianceStamped': False}
 
-# A rotation that is less known than this is not known at all.
+# With a larger variance than this, radians^2, a rotation is not known at all.
 _UNKNOWN = np.pi ** 2
 _OFF_THE_FLOOR = [2, 3, 4]
 
@@ -47,7 +47,7 @@ class Estimate(NamedTuple):
     covariance: Array
 
     def of(self, other: str, child_T_other: PoseTuple) -> 'Estimate':
-        """Return where another frame is that moves with the child, by the same error."""
+        """Return the estimate of another frame, which is fixed to the child."""
         pose = se3.compose(self.pose, child_T_other)
         lever = np.subtract(pose[:3], self.pose[:3])
         return Estimate(self.parent, other, self.stamp, pose,
@@ -59,18 +59,18 @@ class Covariances:
     """
     To which edge the covariances of a topic belong.
 
-    Of an Odometry or a PoseWithCovarianceStamped; without any words to the edge between
-    the message's two frames.
+    The messages are Odometry or PoseWithCovarianceStamped. Unless told otherwise, the edge is
+    the one between the message's two frames.
 
     :ivar child: the frame whose pose it is; an odometry names it itself.
-    :ivar edge: (parent, child) of the edge that the uncertainty belongs to, unless it is the
-        one between the message's two frames. amcl_pose has the robot's pose in map, but what
-        it is unsure of is ('map', 'odom'): the covariance is then moved to where odom's
-        origin is at that time. The parent is the message's frame.
+    :ivar edge: (parent, child) of another edge that the covariances belong to. An example:
+        amcl_pose has the robot's pose in map, but the edge that it is unsure of is
+        ('map', 'odom'). The covariance is then moved to where odom's origin is at that time.
+        The parent is the message's frame.
     :ivar with_poses: take the pose too, for an edge that is not on ``/tf``.
     :ivar planar: take x, y and the rotation about z only. Drivers of robots on a floor say
         1e6 of the others, which are not unknown but fixed.
-    :raises ValueError: words that do not fit together.
+    :raises ValueError: arguments that contradict each other.
     """
 
     child: str | None = None
@@ -133,7 +133,7 @@ class Covariances:
         return f'it is a pose in {parent!r}, and the edge {self.edge} begins elsewhere'
 
     def carrier(self, estimate: Estimate) -> str | None:
-        """Return the frame to whose origin an estimate is to be moved; None: it is there."""
+        """Return the frame to whose origin an estimate has to be moved; None: it is there."""
         if self.edge is None or self.edge[1] == estimate.child:
             return None
         return self.edge[1]
@@ -141,7 +141,7 @@ class Covariances:
 
 def not_moved(estimate: Estimate, frame: str, error: TransformException | None,
               authority: str) -> Incident:
-    """Return that nobody knows where the frame was to which an estimate is to be moved."""
+    """Return an incident: the frame that an estimate is to be moved to was nowhere then."""
     return _refused(estimate, authority, f'where {frame!r} was then is not known: {error}')
 
 

@@ -3,8 +3,8 @@ Where the numbers stand in the bytes of a TFMessage with certain names.
 
 A uint32 count, then for each transform int32 sec, uint32 nanosec, string frame_id, string
 child_frame_id and 7 doubles (translation x y z, rotation x y z w). ROS 1 has a uint32 seq
-before each stamp, whose seconds have no sign. How both write numbers and strings,
-``cursor`` knows.
+before each stamp, whose seconds have no sign. ``cursor`` knows how both write numbers and
+strings.
 """
 
 from collections.abc import Callable, Iterable, Sequence

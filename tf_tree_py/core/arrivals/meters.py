@@ -97,7 +97,7 @@ class Meter(Observer):
                 if now > 0:
                     arrivals.add_delay(now - stamp)
 
-    def told(self, incidents: Sequence[Incident]) -> None:
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
         """Take note of what was refused or odd."""
         with self._lock:
             for incident in incidents:

@@ -37,8 +37,8 @@ class Observer:
         """
         Hear of a whole message, static ones too, that a listener or a recording delivers.
 
-        It comes before ``arrived`` and ``told``. What a program inserts by hand has neither a
-        topic nor a time of arrival, and is not told here.
+        It comes before ``arrived`` and ``saw_incidents``. What a program inserts by hand has
+        neither a topic nor a time of arrival, and is not told here.
         """
 
     def arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int]) -> None:
@@ -49,21 +49,21 @@ class Observer:
         :param stamps: of each, nanoseconds.
         """
 
-    def told(self, incidents: Sequence[Incident]) -> None:
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
         """Hear what was refused or odd, with its reason; the buffer's lock is held."""
 
     def asked(self, target: str, source: str, stamp: int | None) -> End | None:
         """
         Hear of a lookup that begins; in the thread that asks, with its calls on the stack.
 
-        A lookup that waits, or is a future, is one lookup however often it tries. One
-        between two times is its two halves; of one at many stamps the newest is told.
+        A lookup that waits, or is a future, is one lookup however often it tries. A lookup
+        between two times is told as its two halves, and one at many stamps by the newest.
 
         :param target: what was asked for; it need not be the name of a frame.
         :param source: likewise.
         :param stamp: nanoseconds; None: the latest.
-        :return: what to call when it has ended, with the error or None; in whatever
-            thread. Lookups in it are not told of.
+        :return: a function that is called when it has ended, with the error or None, in any
+            thread. Lookups that this function makes are not told.
         """
 
 
@@ -80,7 +80,7 @@ class Observers:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._all: tuple[Observer, ...] = ()
-        # Of each thread, whether it is busy with a lookup that was told already.
+        # For each thread: whether it is inside of a lookup that was told already.
         self._inside = threading.local()
         self._sort()
 
@@ -94,7 +94,7 @@ class Observers:
             self._sort()
 
     def remove(self, observer: Observer) -> None:
-        """Let somebody go; one who does not watch is let be."""
+        """Let somebody go; nothing happens if they do not watch."""
         with self._lock:
             self._all = tuple(other for other in self._all if other is not observer)
             self._sort()
@@ -102,7 +102,7 @@ class Observers:
     def _sort(self) -> None:
         self.of_messages = self._who('received')
         self.of_arrivals = self._who('arrived')
-        self.of_incidents = self._who('told')
+        self.of_incidents = self._who('saw_incidents')
         self.of_lookups = self._who('asked')
 
     def _who(self, hears: str) -> tuple[Observer, ...]:
@@ -124,11 +124,11 @@ class Observers:
     def tell_incidents(self, incidents: Sequence[Incident]) -> None:
         """Tell what was refused or odd."""
         for observer in self.of_incidents:
-            observer.told(incidents)
+            observer.saw_incidents(incidents)
 
     def hear_lookups(self) -> bool:
-        """Return whether to tell of a lookup: it is not part of one that was told of."""
-        return bool(self.of_lookups) and not getattr(self._inside, 'told', False)
+        """Return whether to tell of a lookup: somebody listens, and no other one is under way."""
+        return bool(self.of_lookups) and not getattr(self._inside, 'is_told', False)
 
     def begin(self, *lookups: Asked) -> End:
         """Tell of lookups that begin; return what to call when they have ended."""
@@ -160,12 +160,12 @@ class Observers:
     @contextmanager
     def quiet(self) -> Iterator[None]:
         """Tell of no lookup that this thread makes meanwhile."""
-        before = getattr(self._inside, 'told', False)
-        self._inside.told = True
+        before = getattr(self._inside, 'is_told', False)
+        self._inside.is_told = True
         try:
             yield
         finally:
-            self._inside.told = before
+            self._inside.is_told = before
 
 
 def asked(target: str, source: str, stamp: int) -> Asked:
@@ -184,4 +184,4 @@ def _nothing(_: TransformException | None) -> None:
 
 
 NOBODY = Observers()
-"""Of what is never watched."""
+"""The observers of a tree that nobody ever watches."""

@@ -1,7 +1,7 @@
 """
-Messages as they arrive, and who may send and hear them: what looks on needs of both.
+Messages as they arrive, and who sends and hears them: what an observer is told.
 
-A subscription and a recording give the same, so whoever looks on need not know which it is.
+A subscription and a recording give the same, so an observer need not know which it watches.
 """
 
 from typing import NamedTuple

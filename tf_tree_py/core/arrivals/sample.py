@@ -160,8 +160,8 @@ def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
     """
     Return poses (N, 7) with unit quaternions, and which of them are good.
 
-    The others are not finite, or too small or large to normalise: see ``checked``. Unless all
-    are good and none has to be normalised, it is a copy.
+    The others are not finite, or too small or large to normalise: see ``checked``. The same
+    array is returned if all are good already, else a copy.
     """
     q = poses[:, 3:]
     squares = np.einsum('ij,ij->i', q, q)

@@ -21,7 +21,7 @@ class Stencil:
     """
     One serialized message, into which numbers are written: a tenth of the work of ``write``.
 
-    A transform begins with its stamp, where the one before it ends, and ends with its pose.
+    A transform begins where the one before it ends: first comes its stamp, last its pose.
     """
 
     def __init__(self, edges: Iterable[tuple[str, str]]) -> None:
@@ -32,7 +32,7 @@ class Stencil:
         """
         samples = [Sample(parent, child, LATEST, se3.IDENTITY) for parent, child in edges]
         self._data = bytearray(write(samples))
-        # Behind the first, all begin at the same alignment.
+        # All but the first begin at the same alignment.
         first = len(write(samples[:1]))
         ends = list(accumulate((len(write([samples[0], sample])) - first
                                 for sample in samples[1:]), initial=first))[:len(samples)]

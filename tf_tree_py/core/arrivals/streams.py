@@ -51,7 +51,7 @@ class Streams:
 
         :param number: the number that its publisher gave it.
         :return: the edges that two publishers seem to send. An edge is returned every time
-            until ``told`` is called for it.
+            until ``mark_reported`` was called for it.
         """
         if self._static:
             return [edge for edge in edges if self._is_contested(edge, number)]

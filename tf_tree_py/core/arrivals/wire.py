@@ -1,8 +1,8 @@
 """
 The bytes of a ``tf2_msgs/msg/TFMessage``, read and written without ROS.
 
-How they are laid out, ``layout`` knows. A bag and a subscription give the same bytes, so
-both are read here.
+``layout`` knows how they are laid out. A bag and a subscription give the same bytes, so both
+are read here.
 
 A publisher sends the same frame names over and over. So the first message is read
 field by field, and a ``Layout`` is kept: one struct for the whole message, and the
@@ -69,7 +69,7 @@ class WireReader:
 
     def layout_of(self, data: bytes) -> Layout:
         """
-        Return where the numbers of a message stand: what reads many such ones at once.
+        Return where the numbers of a message stand; a layout reads many such messages at once.
 
         :raises WireError: the bytes are not a TFMessage.
         """
@@ -84,7 +84,7 @@ class WireReader:
         return layout
 
     def read_or_refuse(self, data: bytes, authority: str) -> Batch | Incident:
-        """Return the transforms of a message, or why it is none, for who counts and logs."""
+        """Return the transforms of a message, or an incident if it is none."""
         try:
             return self.read(data)
         except WireError as error:

@@ -1,8 +1,8 @@
 """
-The way into a buffer: what arrives is told, held against the clock, inserted, and wakes.
+The way into a buffer: tell observers, compare with the clock, insert, and wake who waits.
 
-Once for all: one sample by hand, a message off the wire, a track of many stamps. What
-callers give is checked before, in ``buffer_core`` and ``arrivals``.
+One way for all: a sample by hand, a message off the wire, a track of many stamps. What
+callers give was checked before, in ``buffer_core`` and ``arrivals``.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -40,7 +40,7 @@ class Intake:
 
         :param tree: what to fill, with the lock of those who wait for it.
         :param guard: what is too far ahead of the clock.
-        :param jump_back: tells when another run has begun; None: nothing does.
+        :param jump_back: recognises that another run has begun; None: nobody looks for that.
         """
         self._tree = tree
         self._waiting = waiting
@@ -132,7 +132,7 @@ class Intake:
 
     def take_spline(self, parent: str, child: str, spline: Spline,
                     authority: str) -> list[Incident]:
-        """Let an edge move on a spline; its newest pose is what is told and held to the clock."""
+        """Let an edge move on a spline; its newest pose is told, and compared with the clock."""
         newest = Sample(parent, child, spline.latest, spline.sample(spline.latest))
         remarks: list[Incident] = []
         if (self._jump_back or self._observers.of_arrivals
@@ -232,7 +232,7 @@ class Intake:
         if not len(track.stamps):
             return incidents
         history = tree.history_to_extend(track.parent, track.child, int(track.stamps.min()))
-        # One by one until there is an edge that only needs more samples: one, nearly always.
+        # One by one until there is an edge that only needs more samples; nearly always after one.
         earliest = track.earliest_after() if history is None else ()
         for number, stamp in enumerate(earliest):
             history = tree.history_to_extend(track.parent, track.child, int(stamp))
@@ -292,7 +292,7 @@ class Intake:
 
     def read_clock_anew(self) -> None:
         """Forget what the clock was: it jumped back, or is another one now."""
-        # A new one, so that a thread that just read the clock does not spoil it.
+        # A new guard: a thread that has just read the old clock may still write into the old one.
         self._guard = self._guard.renewed()
 
     def _forget(self) -> None:

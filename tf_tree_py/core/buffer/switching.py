@@ -1,131 +1,83 @@
 """
 Several sources of one edge in a live buffer, and going over from one to another.
 
-What that is, and which rule there is, ``tree.sources`` says.
+``tree.sources`` says what that is, and what the rule is.
 """
 
 import math
 import operator
 from typing import Any
 
-from .correcting import checked_frame, checked_limits, Correcting, DEFAULT_OVER
+from .correcting import checked_frame
 from .intake import Intake
 from .waiting import Waiting
-from ..arrivals.future_guard import FutureGuard
 from ..arrivals.incidents import Incident
-from ..arrivals.jump_back import JumpBack
-from ..arrivals.observers import Observers
-from ..arrivals.sample import admitted, checked, Sample
+from ..arrivals.sample import checked, Sample
 from ..edges.corrected import CorrectedHistory
 from ..errors import InvalidArgumentException
-from ..geometry.poses import checked_pose
-from ..geometry.se3 import PoseTuple
+from ..geometry.blend import Limits
 from ..stamp import from_seconds
-from ..tree.corrections import Transition
-from ..tree.queries import Snapshot
+from ..tree.corrections import smoothed, Transition
 from ..tree.sources import Rule, Source, Sources
 from ..tree.tree import Tree
 
 DEFAULT_WINDOW = from_seconds(1.0)
 
 
-class Switching(Correcting):
-    """A buffer whose edges may have several sources each."""
+class Switching:
+    """
+    The sources of a buffer's edges; of most edges there are none.
 
-    def __init__(self, tree: Tree, future_guard: FutureGuard, jump_back: JumpBack | None) -> None:
-        super().__init__(tree)
-        self.waiting = Waiting(self._lock)
-        """All who wait for data; its length is how many."""
-        self.observers = Observers()
-        self.intake = Intake(tree, self.waiting, self.observers, future_guard, jump_back)
-        """The way in, for those who feed the buffer what was checked already."""
+    Its methods may be called from any thread, without the buffer's lock; ``BufferCore`` says
+    what they are for.
+    """
+
+    def __init__(self, tree: Tree, waiting: Waiting, intake: Intake) -> None:
+        """
+        Begin with no sources.
+
+        :param tree: whose edges have them, with the lock of those who wait for it.
+        :param intake: takes the samples that the tree is to have.
+        """
+        self._tree = tree
+        self._waiting = waiting
+        self._lock = waiting.lock
+        self._intake = intake
         self._sources: dict[str, Sources] = {}
 
-    def insert_from(self, source: str, parent: str, child: str, stamp: int,
-                    pose: PoseTuple) -> list[Incident]:
-        """
-        Take a transform of one of several sources of an edge.
+    def take(self, source: str, sample: Sample) -> list[Incident]:
+        """Take a sample of a source; return what was refused, and which source made way."""
+        return self._intake.take([sample], source, False, self._insert)
 
-        All are kept; lookups are answered by one of them, the first that is heard unless
-        ``switch`` or the rule says otherwise.
-
-        :param source: its name, such as 'wheels'; also the authority.
-        :return: what was refused or is worth telling, and which source made way.
-        :raises InvalidArgumentException: what is no stamp, no pose or no name, or another
-            parent than that of the other sources.
-
-        The other parameters are those of ``insert``.
-        """
-        if not isinstance(source, str) or not source:
-            raise InvalidArgumentException(f'source is the name of one, not {source!r}')
-        sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self.intake.take([sample], source, False, self._insert_from)
-
-    def _insert_from(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
+    def _insert(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
         incidents: list[Incident] = []
         for sample in samples:
             sound = checked(sample, source)
             if isinstance(sound, Incident):
-                self.intake.count(0, [sound])
+                self._intake.count(0, [sound])
                 return [sound]
             sources = self._sources.setdefault(
-                sound.child, Sources(sound.parent, sound.child, self.cache_time))
+                sound.child, Sources(sound.parent, sound.child, self._tree.cache_time))
             chosen, told = sources.take(self._tree, source, sound)
-            self.intake.count(0, told)
-            incidents += told + self.intake.insert_each(chosen, sources.active, False)
+            self._intake.count(0, told)
+            incidents += told + self._intake.insert_each(chosen, sources.active, False)
         return incidents
 
-    def switch(self, child: str, to: str, over: int = DEFAULT_OVER, *,
-               max_speed: float = math.inf, max_turn_rate: float = math.inf,
-               reach: float = 0.0) -> Transition | None:
-        """
-        Let an edge go over to another of its sources, as it goes over to a correction.
-
-        It begins where the edge is, and ends with what the other source says. The edge's
-        corrections end with it, for they were those of the source before.
-
-        :param to: the name of a source that was heard already.
-        :return: when it begins and ends; None if it has to wait, for a source that lags
-            behind goes on only when it has reached the edge's newest sample.
-        :raises InvalidArgumentException: no such source, the active one, or one that began
-            after the edge's newest sample.
-
-        The other parameters are those of ``correct``.
-        """
-        limits = checked_limits(over, max_speed, max_turn_rate, reach)
+    def switch(self, child: str, to: str, limits: Limits) -> Transition | None:
+        """Let an edge go over to another of its sources; None if it has to wait for that."""
         child = checked_frame(child)
         changes: list[Transition | None] = []
 
         def insert() -> None:
             change, samples = self._sources_of(child).switch(self._tree, to, limits)
             changes.append(change)
-            self.intake.insert_each(samples, to, False)
+            self._intake.insert_each(samples, to, False)
 
-        self.waiting.change(self._tree, lambda: [child], insert)
+        self._waiting.change(self._tree, lambda: [child], insert)
         return changes[0]
 
-    def switch_by_rule(self, child: str, *, max_age: int, gate: tuple[float, float] | None = None,
-                       window: int = DEFAULT_WINDOW, over: int = DEFAULT_OVER,
-                       max_speed: float = math.inf, max_turn_rate: float = math.inf,
-                       reach: float = 0.0) -> None:
-        """
-        Let the sources of an edge make way for each other, and tell it as an incident.
-
-        One that falls silent makes way for the first heard of the others; one that moves
-        otherwise for the largest group that agrees, where none is larger for that of the
-        first heard. What arrives from any of them is the occasion: nothing polls.
-
-        :param max_age: how far a source's newest sample may lie behind that of another,
-            nanoseconds.
-        :param gate: by how many metres and radians the motions of two sources over the
-            window may differ; None: by any.
-        :param window: nanoseconds.
-        :raises InvalidArgumentException: an edge that has no sources, or what is no limit.
-
-        The other parameters are those of ``correct``.
-        """
-        limits = checked_limits(over, max_speed, max_turn_rate, reach)
-        rule = Rule(_span('max_age', max_age), _gate(gate), _span('window', window), limits)
+    def switch_by_rule(self, child: str, rule: Rule) -> None:
+        """Let the sources of an edge make way for each other."""
         with self._lock:
             self._sources_of(checked_frame(child)).rule = rule
 
@@ -135,18 +87,14 @@ class Switching(Correcting):
             sources = self._sources.get(child)
             return sources.listed() if sources else []
 
-    def smoothed(self) -> Snapshot:
-        """
-        Return everything as all corrections together have it; see ``Correcting``.
-
-        An edge that has sources is what the active one says, from its beginning on.
-        """
+    def smoothed(self) -> Tree:
+        """Return a copy of the tree in which every sample has the correction of its stamp."""
         with self._lock:
-            twin = super().smoothed()
+            twin = smoothed(self._tree)
             for child, sources in self._sources.items():
                 edge = self._tree.histories.get(child)
                 if isinstance(edge, CorrectedHistory) and len(edge):
-                    twin._tree.replace(sources.smoothed(edge))
+                    twin.replace(sources.smoothed(edge))
             return twin
 
     def _sources_of(self, child: str) -> Sources:
@@ -154,6 +102,27 @@ class Switching(Correcting):
             raise InvalidArgumentException(
                 f'The edge of {child!r} has no sources: insert_from makes some')
         return self._sources[child]
+
+
+def checked_source(source: Any) -> str:
+    """
+    Return the name of a caller's source.
+
+    :raises InvalidArgumentException: it is none.
+    """
+    if not isinstance(source, str) or not source:
+        raise InvalidArgumentException(f'source is the name of one, not {source!r}')
+    return source
+
+
+def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int,
+                 limits: Limits) -> Rule:
+    """
+    Return a caller's rule.
+
+    :raises InvalidArgumentException: what is no span, or no gate.
+    """
+    return Rule(_span('max_age', max_age), _gate(gate), _span('window', window), limits)
 
 
 def _span(name: str, given: Any) -> int:

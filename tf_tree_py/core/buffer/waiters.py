@@ -34,7 +34,7 @@ class Waiter:
 
     @property
     def waits(self) -> bool:
-        """Return whether it stands anywhere."""
+        """Return whether it stands in any line."""
         return bool(self.places)
 
 
@@ -62,7 +62,7 @@ class Waiters:
         return self._count
 
     def add(self, waiter: Waiter, blockers: Iterable[Blocker]) -> None:
-        """Put a waiter under all its blockers; it leaves the places where it stood before."""
+        """Put a waiter in line under all its blockers; it leaves the lines where it stood."""
         self.discard(waiter)
         waiter.places = tuple(set(blockers))
         waiter.number = next(self._numbers)
@@ -72,7 +72,7 @@ class Waiters:
         self.somebody.set()
 
     def discard(self, waiter: Waiter) -> None:
-        """Take a waiter out, if it stands anywhere."""
+        """Take a waiter out of all lines."""
         if not waiter.places:
             return
         for child, stamp in waiter.places:
@@ -86,7 +86,7 @@ class Waiters:
             self.somebody.clear()
 
     def take_reached(self, child: str, latest: int) -> list[Waiter]:
-        """Take out those who wait until an edge reaches a stamp that it has now reached."""
+        """Take out all who waited for an edge to reach a stamp up to its latest."""
         line = self._lines.get(child)
         return [] if line is None else self._take(line[:bisect_left(line, (latest + 1,))])
 

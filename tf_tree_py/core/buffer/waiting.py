@@ -1,8 +1,8 @@
 """
 Waiting for a buffer's answers: ask, stand in line, be woken, or give up.
 
-Written once, for all who wait: a thread that sleeps, a future, a message in a filter.
-What they wait for stands in ``waiters``; how long they do is their own business.
+Written once for all who wait: a thread that sleeps, a future, a message in a filter. What
+they wait for is in ``waiters``. How long they wait is up to them.
 """
 
 from collections.abc import Callable, Iterable
@@ -32,7 +32,7 @@ class Waiting:
     """
     All who wait at one buffer; its length is how many.
 
-    Its methods may be called from any thread. Whoever is woken is so without the lock.
+    Its methods may be called from any thread. Waiters are woken without the lock.
 
     :ivar lock: the buffer's.
     """
@@ -78,9 +78,9 @@ class Waiting:
     def change(self, tree: Tree, children: Callable[[], Iterable[str]],
                insert: Callable[..., Answer], *arguments: Any) -> Answer:
         """
-        Insert under the lock, then wake those for whom that may have changed something.
+        Insert under the lock, then wake those whose answer may have changed.
 
-        Also if something is raised on the way: what is in by then is known to all.
+        They are woken even if the insertion raises: part of it may have been inserted.
 
         :param children: returns those of the edges that are inserted; called only if
             somebody waits.
@@ -125,7 +125,7 @@ class Waiting:
 
     def sleep_until_somebody(self, timeout_s: float) -> bool:
         """
-        Sleep, but not while anybody waits: for threads that deliver in larger portions.
+        Sleep until somebody waits: for threads that collect messages before they deliver.
 
         :return: whether somebody waits.
         """
@@ -171,9 +171,9 @@ class Inquiry(Generic[Answer]):
         Return the answer, or ``PENDING``: it stands in line, or has ended.
 
         :param once_more: stand in line for what is missing, if it may still come.
-        :param may_wait: called, with the lock, just before: whether to do so indeed.
-        :raises TransformException: there is no answer, and no waiting for one; or since
-            the beginning everybody was made to give up.
+        :param may_wait: called with the lock just before it stands in line; False forbids that.
+        :raises TransformException: there is no answer, and it does not wait for one; or since
+            its beginning everybody was made to give up.
         """
         waiting = self._waiting
         with waiting.lock:

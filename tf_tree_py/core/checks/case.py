@@ -12,7 +12,7 @@ from ..stamp import from_seconds
 from ..vitals.edge import Edge, EdgeRecord, MovingEdge, Parents
 from ..vitals.limits import Limits
 
-# Delays that are further apart than this are no delays: the stamps come from different clocks.
+# If the delays of two edges differ by more than this, their stamps come from different clocks.
 _ANOTHER_CLOCK = from_seconds(30.0)
 
 
@@ -23,7 +23,7 @@ class Trouble:
 
     :ivar count: how many.
     :ivar authorities: who may have sent them.
-    :ivar detail: of the first.
+    :ivar detail: what the first of them says.
     """
 
     count: int = 0
@@ -46,7 +46,7 @@ class Clock:
 
 class Case:
     """
-    What a doctor has watched, while nothing of it changes.
+    What a doctor has watched up to now; it does not change any more.
 
     :ivar edges: every edge that arrived and whose names can be those of an edge.
     :ivar parents: of children that have several, by child.
@@ -91,7 +91,7 @@ class Case:
 
     @cached_property
     def above(self) -> dict[str, list[EdgeRecord]]:
-        """Return the edges to a child's parents, but loops: one, unless there is a fight."""
+        """Return the edges to a child's parents, without loops: one, unless there is a fight."""
         found: dict[str, list[EdgeRecord]] = {}
         for edge in self.edges:
             if (Kind.LOOP, *edge.frames) not in self.troubles:
@@ -105,7 +105,7 @@ class Case:
 
     @cached_property
     def downward(self) -> list[EdgeRecord]:
-        """Return the edges, each behind those above it; of those to one child the first."""
+        """Return the edges from the top down; if a child has several parents, the first one's."""
         below: dict[str, list[EdgeRecord]] = {}
         for edges in self.above.values():
             below.setdefault(edges[0].parent, []).append(edges[0])
@@ -116,7 +116,7 @@ class Case:
 
     @cached_property
     def trees(self) -> list[list[str]]:
-        """Return the frames of each tree that hangs together; the largest first."""
+        """Return the frames of each connected tree, the largest first."""
         neighbours: dict[str, list[str]] = {frame: [] for frame in self.frames}
         for parent, child in (edge.frames for edge in self.edges):
             neighbours[parent].append(child)

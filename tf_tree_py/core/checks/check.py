@@ -11,9 +11,9 @@ from ..vitals.edge import EdgeRecord
 
 class Remark(NamedTuple):
     """
-    What a check has to say; the catalogue has the rest. Fields as those of ``Finding``.
+    What a check adds to the catalogue about one finding. Fields as those of ``Finding``.
 
-    :ivar severity: None: the usual one; likewise '' for the cause and the fix.
+    :ivar severity: None: the code's own; likewise '' for the cause and the fix.
     """
 
     summary: str
@@ -29,13 +29,13 @@ Look = Callable[[Case], Iterable[Remark]]
 
 
 class Check(NamedTuple):
-    """A code, and who looks for it."""
+    """A code, and the function that looks for it."""
 
     code: Code
     look: Look
 
     def findings(self, case: Case) -> Iterator[Finding]:
-        """Yield what is found."""
+        """Yield the findings."""
         code = self.code
         for remark in self.look(case):
             yield Finding(
@@ -67,7 +67,7 @@ def of_trouble(frames: tuple[str, ...], summary: str, trouble: Trouble,
 
 
 def publishers_of(*edges: EdgeRecord) -> tuple[str, ...]:
-    """Return who sends edges, as far as that is known."""
+    """Return who sends these edges, as far as that is known."""
     return names_of(authority for edge in edges for authority in edge.authorities)
 
 

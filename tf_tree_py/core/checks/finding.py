@@ -72,7 +72,7 @@ class Finding:
         """
         Return it as plain data: always the same keys.
 
-        Of the evidence, a number that is not finite becomes None: JSON has none such.
+        A number of the evidence that is not finite becomes None, for JSON has no such number.
         """
         return {**asdict(self), 'severity': self.severity.value, 'frames': list(self.frames),
                 'publishers': list(self.publishers),

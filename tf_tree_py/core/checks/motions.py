@@ -1,4 +1,4 @@
-"""Steps that no motion makes."""
+"""Steps between samples that are too large for a motion."""
 
 from collections.abc import Iterator
 from math import degrees
@@ -20,7 +20,7 @@ from ..vitals.motion import Jump
        fix='look at what its publisher did at that stamp; --max-speed and --max-turn-rate say '
            'what is still motion')
 def pose_jump(case: Case) -> Iterator[Remark]:
-    """Find steps beyond the limits; a localiser's are named as that."""
+    """Find steps that are faster than the limits; those of a localiser have their own cause."""
     for edge, moving in case.moving():
         jump = moving.motion.fast
         if not jump.count:
@@ -37,7 +37,7 @@ def pose_jump(case: Case) -> Iterator[Remark]:
        fix='send it more often, also while it does not change: every lookup between the two '
            'samples gets a pose, interpolated, that never was')
 def interpolated_jump(case: Case) -> Iterator[Remark]:
-    """Find large steps between rests that take long."""
+    """Find large steps that take long, while the edge rests before and after."""
     for edge, moving in case.moving():
         jump = moving.motion.slow
         if jump.count:

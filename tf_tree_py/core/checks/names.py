@@ -13,7 +13,7 @@ _SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
 
 
 def likeness(name: str) -> str:
-    """Return what is left of a name without case, blanks and separators."""
+    """Return a name in lower case, without blanks and separators."""
     # Between two digits a separator counts: link_1_1 is not link_11.
     return _SEPARATOR.sub('', name.casefold())
 
@@ -23,7 +23,7 @@ def likeness(name: str) -> str:
        cause='the same frame is spelled in two ways, in a URDF and a parameter file for instance',
        fix='use one spelling; if they are two frames, give them names that differ')
 def similar_names(case: Case) -> Iterator[Remark]:
-    """Find frames whose likenesses are the same."""
+    """Find frames whose names have the same likeness."""
     alike: dict[str, list[str]] = {}
     for frame in case.frames:
         alike.setdefault(likeness(frame), []).append(frame)
@@ -40,7 +40,7 @@ def similar_names(case: Case) -> Iterator[Remark]:
        cause='a node, or a tf_prefix, from the days of ROS 1',
        fix='leave the slash out: buffers take it off what arrives, and refuse it in a lookup')
 def leading_slash(case: Case) -> Iterator[Remark]:
-    """Find names that arrived with one."""
+    """Find names that arrived with a leading slash."""
     if case.slashed:
         names = tuple(sorted(case.slashed))
         bare = {name.removeprefix('/') for name in names}
@@ -54,7 +54,7 @@ def leading_slash(case: Case) -> Iterator[Remark]:
        cause='a message whose header.frame_id or child_frame_id nobody has set',
        fix='set both names; every buffer refuses such a transform')
 def empty_name(case: Case) -> Iterator[Remark]:
-    """Find what the buffer refused for that."""
+    """Find transforms that the buffer refused for an empty name."""
     for (parent, child), trouble in case.of_kind(Kind.EMPTY_FRAME):
         frames = tuple(name for name in (parent, child) if name)
         beside = f'beside {frames[0]}' if frames else 'on both sides'

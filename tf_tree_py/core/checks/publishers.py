@@ -10,9 +10,9 @@ from ..arrivals.received import Endpoint
 from ..text import times
 from ..vitals.edge import MovingEdge
 
-# Two publishers whose values disagree make the frame go to and fro. By noise alone that happens
-# too, but most steps of noise are not taken back by the next. A vibration or a digit that flickers
-# looks the same, but the stamps of one publisher are regular, and those of two interleave.
+# Two publishers whose values disagree make the frame go to and fro. Noise alone does that too, but
+# most steps of noise are not taken back by the next one. A vibration, or a digit that flickers,
+# looks the same. But the stamps of one publisher are regular, and those of two interleave.
 _TURNS = 5
 _PART = 0.35
 _INTERLEAVED = 0.3
@@ -26,7 +26,7 @@ _INTERLEAVED = 0.3
              'wheel odometry and a filter that publishes its result',
        fix='stop one of them: every lookup depends on who came last')
 def two_publishers(case: Case) -> Iterator[Remark]:
-    """Find them by the numbers of their messages, or by values that go to and fro."""
+    """Find edges of two publishers: by the numbers of their messages, or by alternating values."""
     known = set()
     for frames, trouble in case.of_kind(Kind.TWO_PUBLISHERS):
         known.add(frames)
@@ -71,7 +71,7 @@ def late_joiner(case: Case) -> Iterator[Remark]:
        fix='let it publish reliably: /tf reliable and volatile, /tf_static reliable and '
            'transient local')
 def qos_mismatch(case: Case) -> Iterator[Remark]:
-    """Hold publishers against those who hear, and against what every listener asks for."""
+    """Compare publishers with their subscriptions, and with what every listener asks for."""
     for publisher in case.endpoints:
         if not publisher.publishes or _is_late_joiners(publisher):
             continue

@@ -11,10 +11,10 @@ from ..vitals.edge import EdgeRecord, MovingEdge
 # An edge, and how old its newest sample may be, nanoseconds.
 _Aged = tuple[float, EdgeRecord]
 
-# So many usual intervals without a sample are a gap, if they are so long.
+# A gap is a silence of this many usual intervals, and at least this long.
 _MISSED = 10.0
 _SILENCE = from_seconds(0.5)
-# Of fewer intervals nothing is said about regularity.
+# With fewer intervals than this, regularity is not judged.
 _SEVERAL = 20
 # The middle 80 of 100 intervals of a regular edge differ by less than this part of the usual.
 _JITTER = 1.2
@@ -52,7 +52,7 @@ def gap(case: Case) -> Iterator[Remark]:
              'sends and not when it measures',
        fix='stamp with the time of the measurement, and publish from a timer that is not blocked')
 def irregular_rate(case: Case) -> Iterator[Remark]:
-    """Find edges whose intervals differ widely, most of them."""
+    """Find edges most of whose intervals differ widely."""
     for edge, moving in case.moving():
         intervals = moving.timing.intervals
         if intervals.count < _SEVERAL:
@@ -91,7 +91,7 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
              'last sample',
        fix='send the slow one more often; lookups for a stamp have to wait for it')
 def skew(case: Case) -> Iterator[Remark]:
-    """Find edges that are older than another one above or below them by too much."""
+    """Find edges that are much older than another edge above or below them."""
     told = set()
     # Of the edges above each frame: the oldest and the freshest, with their ages.
     extremes: dict[str, tuple[_Aged, _Aged]] = {}

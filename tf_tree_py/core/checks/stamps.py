@@ -1,4 +1,4 @@
-"""Stamps that cannot be right, or not in their order."""
+"""Stamps that cannot be right, or that come in the wrong order."""
 
 from collections.abc import Iterator
 
@@ -8,12 +8,12 @@ from .finding import Severity
 from ..stamp import format_span, from_seconds
 from ..text import times
 
-# Fewer than this may happen to anybody.
+# Fewer cases than this are not reported.
 _FEW = 3
 _SELDOM = 0.01
-# So far ahead may be the stamps of two clocks that chrony keeps.
+# Two clocks that chrony keeps may differ by this much.
 _AHEAD = from_seconds(0.05)
-# A localiser post-dates by this much at most, and by a constant: its delays differ by no more.
+# A localiser post-dates by this much at most; and by a constant, so its delays differ little.
 _POST_DATED, _STEADY = from_seconds(5.0), from_seconds(0.2)
 # Further ahead than a buffer's window, one stamp makes all good data too old.
 _POISON = from_seconds(10.0)
@@ -25,7 +25,7 @@ _POISON = from_seconds(10.0)
              'the first /clock',
        fix='stamp it with the time of the data that it comes from')
 def zero_stamps(case: Case) -> Iterator[Remark]:
-    """Find them; a static transform has no stamp to speak of."""
+    """Find moving edges with stamps that are zero; the stamp of a static one means nothing."""
     for edge, moving in case.moving():
         timing = moving.timing
         if timing.zeros:
@@ -41,7 +41,7 @@ def zero_stamps(case: Case) -> Iterator[Remark]:
        fix='set use_sim_time for all nodes or for none; on several computers let chrony keep '
            'the clocks')
 def clock_mixture(case: Case) -> Iterator[Remark]:
-    """Find edges whose stamps are of another clock than those of most."""
+    """Find edges whose stamps come from another clock than those of most edges."""
     for clock in case.clocks[1:]:
         apart = clock.delay - case.clocks[0].delay
         first, more = clock.edges[0], len(clock.edges) - 1
@@ -78,7 +78,7 @@ def jump_back(case: Case) -> Iterator[Remark]:
              'a relay that passes everything on twice',
        fix='send each stamp once; of several a buffer uses the last')
 def duplicate_stamps(case: Case) -> Iterator[Remark]:
-    """Find edges with more than a few of them."""
+    """Find edges with many stamps that came before."""
     for edge, moving in case.moving():
         timing = moving.timing
         if timing.duplicates >= _FEW and timing.duplicates > _SELDOM * timing.count:
@@ -96,7 +96,7 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
        fix='publish one edge from one thread, in order: who asks for the latest in between gets '
            'an older answer than before')
 def out_of_order(case: Case) -> Iterator[Remark]:
-    """Find edges with more than a few of them."""
+    """Find edges with many stamps that are older than the one before."""
     for edge, moving in case.moving():
         timing = moving.timing
         if timing.disorders >= _FEW and timing.disorders > _SELDOM * timing.count:
@@ -112,12 +112,12 @@ def out_of_order(case: Case) -> Iterator[Remark]:
        fix='find where the time goes; until then a lookup for the stamp of data needs a timeout '
            'of more than this')
 def delayed(case: Case) -> Iterator[Remark]:
-    """Find edges of which 5 of 100 are later than the limit."""
+    """Find edges of which 5 of 100 samples arrive later than the limit."""
     for edge, moving in case.moving():
         if moving.timing.delays.count < _FEW:
             continue
         median, late = (delay - case.offset for delay in moving.timing.delays.at(0.5, 0.95))
-        # By another clock, which may go at another pace, only what is usual can be compared.
+        # Another clock may go at another pace: then only the usual delay can be compared.
         judged = median if case.offset else late
         if judged > case.limits.max_delay and case.goes_by_main_clock(edge):
             yield of_edge(
@@ -140,7 +140,7 @@ def future_stamps(case: Case) -> Iterator[Remark]:
         early, median, late = (delay - case.offset for delay in delays.at(0.05, 0.5, 0.95))
         furthest = case.offset - delays.least
         evidence = {'usually_s': -median / 1e9, 'furthest_s': furthest / 1e9}
-        # By another clock, which may go at another pace, nothing can be said of single stamps.
+        # Another clock may go at another pace: then nothing can be said of single stamps.
         if furthest > _POISON and not case.offset:
             yield of_edge(edge, f'has stamps up to {furthest / 1e9:.1f} s ahead of the clock: '
                           'good data of it is refused until the clock gets there', evidence,

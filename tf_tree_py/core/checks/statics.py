@@ -10,7 +10,7 @@ from ..stamp import from_seconds
 from ..text import times
 from ..vitals.edge import EdgeRecord
 
-# What has not moved for so long, in so many samples, will not.
+# An edge that has not moved for this long, in this many samples, does not move.
 _LONG = from_seconds(4.0)
 _MANY = 20
 # Radians: half a degree.
@@ -43,7 +43,7 @@ def static_republished(case: Case) -> Iterator[Remark]:
 
 
 def _may_rest(case: Case, edge: EdgeRecord) -> bool:
-    # A localiser that has nothing to correct is silent about it in this way.
+    # A localiser that has nothing to correct sends the same value all the time.
     return case.is_correction(edge)
 
 

@@ -11,8 +11,8 @@ from ..stamp import from_seconds
 from ..text import listed, shorten, times
 from ..vitals.edge import EdgeRecord
 
-# A frame that is handed from one to another is a child of each for a while. In a fight it changes
-# its parent with every other message.
+# A frame that is handed over is the child of one parent for a while, and then of the other. In a
+# fight it changes its parent with every other message.
 _FIGHT = 3
 _ROUND = from_seconds(1.0)
 
@@ -25,7 +25,7 @@ _ROUND = from_seconds(1.0)
              'map -> base_link beside an odometry, or an inverted transform',
        fix='stop one of the two senders, or let it publish the inverse')
 def loop(case: Case) -> Iterator[Remark]:
-    """Find edges that the buffer refused for that."""
+    """Find edges that the buffer refused because they would close a loop."""
     for edge, trouble in case.of_kind(Kind.LOOP):
         yield of_trouble(edge, f'{edge[0]} -> {edge[1]} would close a loop, and was refused '
                          f'{times(trouble.count)}: {trouble.detail}', trouble)
@@ -39,7 +39,7 @@ def loop(case: Case) -> Iterator[Remark]:
              'map -> odom and publishes map -> base_link',
        fix='decide who owns the frame, and stop the other')
 def two_parents(case: Case) -> Iterator[Remark]:
-    """Find children whose parents fight, or that are static below two."""
+    """Find children that change to and fro between parents, or that are static below two."""
     for child, edges in case.above.items():
         if len(edges) < 2 or not (_fights(case, child) or _is_fixed_twice(edges)):
             continue
@@ -58,7 +58,7 @@ def _fights(case: Case, child: str) -> bool:
 
 
 def _is_fixed_twice(edges: list[EdgeRecord]) -> bool:
-    """Return whether a static edge is one of several parents', of which none has ended."""
+    """Return whether one of several edges to a child is static, and none of them has ended."""
     fixed = [edge for edge in edges if edge.fixed]
     return len(fixed) > 1 or bool(fixed and any(edge.moving for edge in edges))
 
@@ -69,7 +69,7 @@ def _is_fixed_twice(edges: list[EdgeRecord]) -> bool:
              'something, or uses another name or prefix for the frame',
        fix='find out who should publish an edge between the two roots, and start it')
 def unconnected(case: Case) -> Iterator[Remark]:
-    """Find trees beside the largest; those of robots with prefixes of their own are a note."""
+    """Find trees beside the largest; a robot with a prefix of its own is only a note."""
     trees = case.trees
     prefixes = [_prefix(tree) for tree in trees]
     of_robots = len(set(prefixes)) == len(trees) and '' not in prefixes
@@ -100,7 +100,7 @@ def _prefix(tree: list[str]) -> str:
        cause='header.frame_id and child_frame_id were set from the same parameter',
        fix='set the two names apart; every buffer refuses such a transform')
 def self_edge(case: Case) -> Iterator[Remark]:
-    """Find what the buffer refused for that."""
+    """Find edges from a frame to itself; the buffer refused them."""
     for edge, trouble in case.of_kind(Kind.SELF_EDGE):
         yield of_trouble(edge[:1], f'{edge[0]} was published as its own parent '
                          f'{times(trouble.count)}', trouble)

@@ -1,4 +1,4 @@
-"""Numbers and bytes that are no transform."""
+"""Numbers and bytes that cannot be a transform."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ from ..text import times
        cause='a division by zero, or a filter that has diverged, in the node that sends it',
        fix='mend the sender; every buffer refuses such a transform, so the edge stands still')
 def not_finite(case: Case) -> Iterator[Remark]:
-    """Find what the buffer refused for that."""
+    """Find transforms that the buffer refused for NaN or infinity."""
     for edge, trouble in case.of_kind(Kind.NOT_FINITE):
         yield of_trouble(edge, f'{edge[0]} -> {edge[1]} was NaN or infinite '
                          f'{times(trouble.count)}', trouble)
@@ -26,7 +26,7 @@ def not_finite(case: Case) -> Iterator[Remark]:
              'that were put into its fields',
        fix='normalise before sending: each buffer does so too, but not every consumer')
 def not_normalised(case: Case) -> Iterator[Remark]:
-    """Find lengths that are off; one of zero is refused."""
+    """Find quaternions whose length is not one; the buffer refused those of length zero."""
     for edge, moving in case.moving():
         motion = moving.motion
         if motion.off_length:
@@ -49,7 +49,7 @@ def not_normalised(case: Case) -> Iterator[Remark]:
              'built from uninitialised memory',
        fix='find the publisher that the evidence names, and look at what it sends')
 def unreadable(case: Case) -> Iterator[Remark]:
-    """Find what the buffer refused for that."""
+    """Find messages and names that the buffer refused."""
     for frames, trouble in case.of_kind(Kind.MALFORMED, Kind.BAD_NAME, Kind.TOO_MANY_FRAMES):
         yield of_trouble(tuple(filter(None, frames)),
                          f'refused {times(trouble.count)}: {trouble.detail}', trouble)

@@ -1,9 +1,9 @@
 """
-The history of an edge that a gyroscope aids: what happened between two poses is known.
+The history of an edge that a gyroscope aids: it measures the rotation between two poses.
 
 As in the preintegration of Forster et al., "On-Manifold Preintegration for Real-Time
-Visual-Inertial Odometry", IEEE T-RO 33(1), 2017, with what the gyroscope is off (its bias,
-mostly) spread evenly over the time from one pose to the next.
+Visual-Inertial Odometry", IEEE T-RO 33(1), 2017. The error of the gyroscope, which is mostly
+its bias, is spread evenly over the time from one pose to the next.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from ..times import Stamps
 
 class Gyro:
     """
-    What a gyroscope says of an orientation over time, up to where it began.
+    The orientation over time by a gyroscope, relative to that at its first sample.
 
     64 bytes a sample, over the same window as the poses. From one sample to the next it
     turns at the mean of the two rates.
@@ -84,13 +84,14 @@ class Gyro:
 
 class AidedHistory(DynamicHistory):
     """
-    Poses between which a gyroscope tells the rotation, where it has samples for all the time.
+    Poses, and the gyroscope that measures the rotation between them where it has samples.
 
-    R(t) = R0 dR(t) Exp(u r), with dR what the gyroscope says since the pose before, u the
-    part of the time that has passed, and r = Log(dR(t1)^-1 R0^-1 R1) what is left at the
-    next pose: so it closes exactly on both. Translations go straight, as elsewhere.
+    R(t) = R0 dR(t) Exp(u r). dR is the rotation by the gyroscope since the pose before, u the
+    part of the time that has passed, and r = Log(dR(t1)^-1 R0^-1 R1) the error that is left
+    at the next pose. So the rotation agrees exactly with both poses. Translations go
+    straight, as elsewhere.
 
-    :ivar gyro: what the gyroscope says.
+    :ivar gyro: the orientations by the gyroscope.
     """
 
     __slots__ = ('gyro',)
@@ -112,7 +113,7 @@ class AidedHistory(DynamicHistory):
 
     def frozen(self, arrays: Arrays) -> Facts:
         """Return the facts for ``thawed``, and add to arrays what is in the window."""
-        # The last rate is left out: it serves who adds samples, and nothing can be added.
+        # The last rate is left out: only adding samples needs it, and nothing can be added.
         return super().frozen(arrays) | {'gyro': self.gyro.orientations.frozen(arrays)}
 
     @classmethod

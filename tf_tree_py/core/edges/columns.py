@@ -1,4 +1,4 @@
-"""The memory of samples, column by column, whoever it belongs to: a history, or a file."""
+"""The memory of samples, column by column: it belongs to a history, or to a file."""
 
 from array import array
 from collections.abc import Collection, Iterator, Sequence
@@ -13,7 +13,7 @@ POSE_FLOATS = 7
 
 class Columns(NamedTuple):
     """
-    The memory of a history, each column as long as there are samples.
+    The memory of a history: columns, all of one length.
 
     :ivar stamps: int64 nanoseconds, sorted.
     :ivar poses: float64, seven a sample.
@@ -88,7 +88,7 @@ def restored(stored: Stored) -> tuple[Columns, str | None]:
 
 
 def _check_structure(stamps: 'memoryview[int]', codes: 'memoryview[int]', names: int) -> None:
-    """Read what says who hangs on whom at which time: on it rests that climbs end."""
+    """Read which parent each sample names, and check it: climbs end only if that is sound."""
     times, numbers = np.frombuffer(stamps, np.int64), np.frombuffer(codes, np.uint32)
     if not len(times) or numbers.max() >= names or (times[1:] < times[:-1]).any():
         raise ValueError('the parents of an edge are in no order')

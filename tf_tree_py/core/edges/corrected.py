@@ -1,8 +1,8 @@
 """
 The history of an edge that absorbs corrections: its samples are moved as they come in.
 
-So a lookup finds poses as of any other edge, and costs no more. What the samples were can
-be told at any time, for the correction is known.
+So a lookup finds poses as in any other edge, and costs no more. The original samples can be
+computed at any time, for the correction is known.
 """
 
 from typing import TypeVar
@@ -62,7 +62,7 @@ class CorrectedHistory(DynamicHistory):
         """
         Go over to another correction, from the newest sample on.
 
-        :param seen_at: the stamp that it was seen at; None: that of the newest sample.
+        :param seen_at: the stamp at which it was measured; None: that of the newest sample.
         :param about: the point of the child that ``max_speed`` holds for.
         """
         begin, here = self._newest()
@@ -76,7 +76,7 @@ class CorrectedHistory(DynamicHistory):
         """
         Go over to the samples of another source, from the newest sample on.
 
-        :param raw: where that source has the child then.
+        :param raw: that source's pose then.
         """
         begin, here = self._newest()
         stage = self.correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
@@ -93,13 +93,13 @@ class CorrectedHistory(DynamicHistory):
         return begin, self.sample(begin)
 
     def pending(self, stamps: Stamps, poses: Array) -> Array | None:
-        """Return what is still to be corrected; None where nothing is: see ``Correction``."""
+        """Return what is still to be corrected, None if nothing is; see ``Correction``."""
         if stamps.min() >= self.correction.stage.fade.end:
             return None
         return self.correction.pending(stamps, poses)
 
     def smoothed(self) -> DynamicHistory:
-        """Return the samples as all corrections together have them; see ``Correction``."""
+        """Return the samples with all corrections applied to the past; see ``Correction``."""
         twin = self.plain()
         if not len(self):
             return twin
@@ -184,7 +184,7 @@ def corrected(history: History | None, child: str) -> CorrectedHistory:
 
 
 def with_correction(history: DynamicHistory, correction: Correction) -> CorrectedHistory:
-    """Return samples that stay, as a history that moves those to come."""
+    """Return a history with these samples as they are, which moves those to come."""
     twin: CorrectedHistory
     if isinstance(history, AidedHistory):
         twin = history.copied_into(CorrectedAidedSamples(

@@ -1,8 +1,8 @@
 """
-The correction of one edge over time: what its samples are moved by, and since when.
+The correction of one edge over time: by how much its samples are moved at each stamp.
 
-A function of the stamp that goes smoothly from each correction to the next. What it was
-before the newest sample never changes, so no correction changes an answer.
+It is a function of the stamp that goes smoothly from each correction to the next. Up to the
+newest sample it never changes, so no correction changes an answer that was given.
 """
 
 from bisect import bisect_left, insort
@@ -25,9 +25,10 @@ class Stage(NamedTuple):
     """
     One correction, and how the edge goes over to it.
 
-    A sample belongs at motion @ parent_T_child. From there a point of the child is still d
-    away, and the child is turned about it by Q, which both fade: so that the point is no
-    faster than its own motion and the fading, wherever the child goes.
+    In the end a sample stands at motion @ parent_T_child. Until then a point of the child is
+    d away from there, and the child is turned about that point by Q. Both fade. So the
+    point moves with its own speed and that of the fading, and no faster, wherever the child
+    goes.
 
     :ivar about: that point, in the child.
     """
@@ -37,7 +38,7 @@ class Stage(NamedTuple):
     about: Vector3
 
     def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
-        """Return a sample where the edge has it at its stamp."""
+        """Return a sample, moved by the correction at its stamp."""
         pose = se3.compose(self.motion, pose)
         if stamp >= self.fade.end:
             return pose
@@ -47,7 +48,7 @@ class Stage(NamedTuple):
         return (pose[0] + dx + bx - ax, pose[1] + dy + by - ay, pose[2] + dz + bz - az, *q)
 
     def moved_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return samples (N, 7) where the edge has them at their stamps (N,)."""
+        """Return samples (N, 7), moved by the correction at their stamps (N,)."""
         poses = se3.compose_many(np.array(self.motion), poses)
         fading = stamps < self.fade.end
         if fading.any():
@@ -73,12 +74,12 @@ class Stage(NamedTuple):
         return np.concatenate([t, q], axis=1)
 
     def _arms(self, q: Array) -> Array:
-        """Return where the point is from the child's origin, in the parent's axes."""
+        """Return the vector from the child's origin to the point, in the parent's axes."""
         return so3.rotate_many(q, np.broadcast_to(self.about, (len(q), 3)))
 
 
 class Measured(NamedTuple):
-    """The stamp that a correction was seen at, and the correction."""
+    """A correction, and the stamp at which it was measured."""
 
     stamp: int
     motion: PoseTuple
@@ -86,19 +87,19 @@ class Measured(NamedTuple):
 
 class Correction:
     """
-    What moves the samples of an edge; see ``Stage``.
+    Moves the samples of an edge; see ``Stage``.
 
     :ivar parent: of the edge that it corrects; the child may change its parent.
-    :ivar measured: every correction, sorted by the stamp that it was seen at.
+    :ivar measured: every correction, sorted by the stamp at which it was measured.
     """
 
     __slots__ = ('parent', 'measured', '_stages', '_begins')
 
     def __init__(self, parent: str, since: int) -> None:
         """
-        Begin with none.
+        Begin without a correction.
 
-        :param since: where the first may begin, nanoseconds.
+        :param since: the earliest stamp at which the first one may begin, nanoseconds.
         """
         self.parent = parent
         self.measured: list[Measured] = []
@@ -107,16 +108,16 @@ class Correction:
 
     @property
     def stage(self) -> Stage:
-        """Return the newest one, which it goes over to, or has."""
+        """Return the newest stage, which the edge goes over to or has reached."""
         return self._stages[-1]
 
     def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
-        """Return a sample where the edge has it."""
-        # At its very beginning the stage before holds, whose last bits were answered.
+        """Return a sample, moved."""
+        # At the stamp where a stage begins the one before it holds: answers were given by that.
         return self._stages[max(bisect_left(self._begins, stamp) - 1, 0)].moved(stamp, pose)
 
     def moved_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return samples (N, 7) where the edge has them."""
+        """Return samples (N, 7), moved."""
         return self._by_stage(stamps, poses, Stage.moved_many)
 
     def raw_many(self, stamps: Stamps, poses: Array) -> Array:
@@ -124,7 +125,7 @@ class Correction:
         return self._by_stage(stamps, poses, Stage.raw)
 
     def settled_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return where samples (N, 7) belong, whatever is still on its way there."""
+        """Return samples (N, 7) where they will stand in the end, without the fading."""
         return self._by_stage(stamps, poses, lambda stage, _, some: se3.compose_many(
             np.array(stage.motion), some))
 
@@ -144,14 +145,14 @@ class Correction:
         """
         Go over to another correction, or other samples, from the present value and rate.
 
-        :param begin: no earlier than the newest sample.
-        :param here: where the edge is then.
-        :param raw: what comes in then, from now on.
-        :param oldest: what is older is forgotten.
+        :param begin: the stamp at which to begin, no earlier than the newest sample.
+        :param here: the pose of the edge at that stamp.
+        :param raw: the pose at that stamp in the samples that come from now on.
+        :param oldest: stages that no sample from this stamp on needs are forgotten.
         """
         before, there = self.stage, se3.compose(motion, raw)
         point = se3.apply(here, about)
-        # Normalised, or what is rounded would double with every correction.
+        # Normalised, for otherwise rounding errors would double with every correction.
         turn = so3.normalize(so3.multiply(here[3:], so3.conjugate(there[3:])))
         offset = (*np.subtract(point, se3.apply(there, about)).tolist(), *turn)
         velocity, turning = before.fade.rates_at(begin)
@@ -162,7 +163,7 @@ class Correction:
         return stage
 
     def _begin(self, stage: Stage, oldest: int) -> None:
-        """Let a stage take the place of what was to come."""
+        """Add a stage; it replaces all that begin after it."""
         while self._begins and self._begins[-1] >= stage.fade.begin:
             del self._begins[-1], self._stages[-1]
         self._begins.append(stage.fade.begin)
@@ -180,7 +181,7 @@ class Correction:
 
     def pending(self, stamps: Stamps, poses: Array) -> Array:
         """
-        Return how far poses (N, 7) of the edge are from where they belong.
+        Return how far poses (N, 7) of the edge are from where they will stand in the end.
 
         :return: (N, 6) of translation and rotation, as ``geometry.covariances`` has errors.
         """
@@ -190,10 +191,10 @@ class Correction:
 
     def smoothed(self, stamps: Stamps, raw: Array) -> Array:
         """
-        Return samples as all corrections together have them, each at the stamp it was seen at.
+        Return samples with every correction applied from the stamp at which it was measured.
 
-        Between two corrections a pose lies between what both make of it; before the first
-        and after the last that one holds.
+        Between two corrections the pose is interpolated between the results of both. Before
+        the first and after the last, that one holds.
 
         :param raw: (N, 7) as they came in.
         """
@@ -239,7 +240,7 @@ class Correction:
         return correction
 
     def copy(self) -> 'Correction':
-        """Return one of its own."""
+        """Return a copy."""
         twin = Correction(self.parent, self._begins[0])
         twin.measured = list(self.measured)
         twin._stages, twin._begins = list(self._stages), list(self._begins)

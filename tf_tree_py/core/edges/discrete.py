@@ -45,7 +45,7 @@ class DynamicHistory(PackedSamples):
         return self._parents is None
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether a sample leaves unchanged which parent the child has at which time."""
+        """Return whether the child has the same parent at every time after a sample as before."""
         return (parent == self.parent and self._parents is None
                 and stamp >= self._stamps[self._first()])
 
@@ -114,7 +114,7 @@ class DynamicHistory(PackedSamples):
         return InterpolatedTrack(*self.copy_between(first, last))
 
     def twists(self, stamps: Stamps) -> None:
-        """Return None: samples say where it was, and how fast is a matter of averaging."""
+        """Return None: samples have no velocity; ``twist`` averages over time."""
 
     def parent_at(self, stamp: int) -> str | None:
         """
@@ -133,10 +133,10 @@ class DynamicHistory(PackedSamples):
         """
         Return the parents that the child may still turn out to have had at a stamp.
 
-        Those that it ever had, as long as a sample for the stamp may still come; none once
-        it would be too old.
+        These are all that it ever had, as long as a sample for the stamp may still come, and
+        none once such a sample would be too old.
 
-        :return: None while there is no sample: it may be any.
+        :return: None while there is no sample: any frame may be the parent.
         """
         if self.latest_stamp is None:
             return None
@@ -151,8 +151,8 @@ class DynamicHistory(PackedSamples):
         """
         Return how new the newest sample has to be, to change what is known of a stamp.
 
-        Either because it reaches the stamp, or because what is known of it leaves the
-        window. So may a sample that is older than all that are stored, at any time.
+        It changes that if it reaches the stamp, or if the samples around the stamp leave the
+        window. A sample that is older than all that are stored may change it at any time.
         """
         latest = self.latest_stamp
         if latest is None:
@@ -161,16 +161,16 @@ class DynamicHistory(PackedSamples):
             return stamp
         index = self._index_at(stamp)
         if index is not None:
-            # The window moves when a sample comes, and then by the newest stamp before it.
+            # The window moves when a sample comes, by the newest stamp before that sample.
             return max(self._stamps[index] + self.cache_time + 1, latest)
         return FOREVER if self.is_too_old(stamp) else stamp + self.cache_time + 1
 
     def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
         """
-        Yield who is the parent in a stretch of time, and from when to when.
+        Yield each parent in a stretch of time, and from when to when it is the parent.
 
-        The first may begin before it, and the last end after it: the newest sample's parent
-        goes on being it, unless the edge has ended.
+        The first may begin before the stretch, and the last may end after it: the newest
+        sample's parent stays the parent, unless the edge has ended.
         """
         if self.latest_stamp is None:
             return

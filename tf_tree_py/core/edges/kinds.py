@@ -1,4 +1,4 @@
-"""All kinds of history that a frozen tree can have, by name: one is thawed as what it was."""
+"""All kinds of history that a frozen tree can have, by name: each is thawed as its own kind."""
 
 from typing import Protocol
 
@@ -40,7 +40,7 @@ def frozen(history: History, arrays: Arrays) -> Facts:
     :raises TreeFileError: it is of a kind that cannot be frozen.
     """
     for name, kind in KINDS.items():
-        if type(history) is kind:  # another that derives from it would be thawed as it
+        if type(history) is kind:  # a class that derives from it would be thawed as its base
             return {'kind': name, 'child': history.child, 'authority': history.authority,
                     **kind.frozen(history, arrays)}
     raise TreeFileError(f'the edge above {history.child!r} cannot be frozen: it is a '

@@ -1,7 +1,7 @@
 """
 A window of samples in packed memory, sorted by stamp.
 
-What a sample says between two others is the business of who reads them.
+How poses between two samples come about is decided elsewhere.
 """
 
 from array import array
@@ -203,7 +203,7 @@ class PackedSamples:
         """Return what was frozen, which uses the memory where it lies; nothing can be added."""
         history = cls(child, stored.cache_time)
         columns, history.parent = restored(stored)
-        # Whoever only reads finds no difference to arrays and lists.
+        # For reading they are as good as arrays and lists.
         history._stamps = cast('array[int]', columns.stamps)
         history._poses = cast('array[float]', columns.poses)
         history._parents = cast('list[str] | None', columns.parents)

@@ -17,7 +17,7 @@ from ..geometry.so3 import Array
 from ..times import Stamps
 
 Stretch = tuple[str, int, int]
-"""A parent, and the time it is one: from a stamp to one that is no longer part."""
+"""A parent, and from which stamp up to which it is one; the last stamp is not part of that."""
 
 
 class History(Protocol):
@@ -28,8 +28,8 @@ class History(Protocol):
 
     :ivar child: the frame whose history it is.
     :ivar authority: who sent the last sample that was taken.
-    :ivar kind: what it is, for people. What is stored of one kind does not go on as another:
-        an edge of the tree changes its kind by being stored anew.
+    :ivar kind: what it is, for people. A history never changes its kind: where an edge of
+        the tree changes its kind, it gets a new history.
     :ivar is_static: whether the pose is the same at all times. Of the others ``moves``
         is true, and they are a ``MovingHistory``.
     """
@@ -93,7 +93,7 @@ class History(Protocol):
 
     def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
         """
-        Yield who is the parent in a stretch of time, and from when to when.
+        Yield each parent in a stretch of time, and from when to when it is the parent.
 
         The first may begin before it, and the last end after it.
         """
@@ -112,7 +112,7 @@ class History(Protocol):
         """
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether with a sample every path stays as it is."""
+        """Return whether a sample leaves every path as it is."""
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
@@ -154,7 +154,7 @@ class MovingHistory(History, Protocol):
 
     def columns(self) -> Columns:
         """
-        Return samples for who interpolates between them, such as who reads a recording.
+        Return samples for programs that interpolate between them, such as readers of a recording.
 
         While they are held, nothing can be added.
         """

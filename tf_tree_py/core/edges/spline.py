@@ -1,7 +1,7 @@
 """
 A motion in continuous time: a pose, a twist and an acceleration at every nanosecond.
 
-Of which frame, and in which tree, is said elsewhere.
+It knows no frames and no tree.
 """
 
 import math
@@ -75,8 +75,8 @@ class Spline:
         """
         Return the spline that comes closest to poses.
 
-        By least squares: noise is averaged where there are more poses than knots. Of a
-        motion that changes within less than two knots nothing is left.
+        By least squares: noise is averaged where there are more poses than knots. A motion
+        that changes within less than two knots is smoothed away.
 
         :param stamps: (N,) nanoseconds, in any order.
         :param poses: ``parent_T_child``: (N, 7) or whatever else ``insert_track`` takes.
@@ -89,7 +89,7 @@ class Spline:
         times, array = checked_samples(stamps, poses)
         rate = checked_rate(knot_rate_hz)
         begin, latest = int(times[0]), int(times[-1])
-        # Stretched a little, so that the last piece is whole.
+        # The knots are a little closer than asked for, so that the last piece is whole.
         pieces = max(1, math.ceil((latest - begin) * rate / NANOSECONDS_PER_SECOND - 1e-9))
         if pieces > max(1, len(times) - 1):
             raise InvalidArgumentException(
@@ -144,7 +144,7 @@ class Spline:
         spline.group = _GROUPS.get(stored.one('group', str), SPLIT)
         if spline.latest > spline.begin + spline.pieces * spline.knot_period:
             raise ValueError('a spline ends behind its last piece')
-        # No more than half a turn, but for rounding; sines of what is infinite raise errors.
+        # No more than half a turn, but for rounding. Infinite numbers would raise errors in sines.
         if not (np.abs(spline.steps[:, 3:]) < 3.2).all():
             raise ValueError('a spline turns by more than half a turn from knot to knot')
         return spline

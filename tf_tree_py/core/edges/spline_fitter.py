@@ -1,7 +1,7 @@
 """
 A spline that grows with the poses of a running sensor.
 
-What is to become of the spline, such as an edge of a buffer, is said elsewhere.
+What the spline is used for, such as an edge of a buffer, is not known here.
 """
 
 from typing import Any
@@ -19,10 +19,10 @@ from ..stamp import format_stamp, from_seconds, NANOSECONDS_PER_SECOND
 from ..times import checked_cache_time, Stamps
 
 _CACHE_TIME = from_seconds(10.0)
-# A knot that lies so many behind the newest moves by 3e-5 of what a new pose asks of that one:
-# each feels 2 - sqrt(3) of what the next one does.
+# A knot this many behind the newest moves by 3e-5 of how far a new pose moves the newest one: each
+# knot moves by 2 - sqrt(3) of how far the next one moves.
 _FREE_KNOTS = 8
-# More than that is a wrong stamp, and not a gap.
+# A longer gap between poses is a wrong stamp.
 _MOST_NEW_KNOTS = 1_000_000
 
 

@@ -1,7 +1,7 @@
 """
 The history of an edge that is known in continuous time: one spline.
 
-It takes no samples. Whoever has newer ones fits them, and gives the edge another spline.
+It takes no samples. Newer ones are fitted elsewhere, and the edge gets another spline.
 """
 
 from array import array
@@ -26,8 +26,8 @@ from ..geometry.so3 import Array
 from ..stamp import FOREVER, UNLIMITED
 from ..times import Stamps
 
-# So that a straight line between two of them is off by no more than a hundredth of what it
-# would be off from knot to knot.
+# With ten, a straight line between two of them has a hundredth of the error that a straight line
+# from knot to knot would have.
 _POSES_A_PIECE = 10
 
 
@@ -43,7 +43,7 @@ class SplineHistory:
     kind = 'a spline'
     is_static = False
     fixed_parent = True
-    # The window is that of who fits it.
+    # Whoever fits the spline decides how much of it is kept.
     cache_time = UNLIMITED
 
     def __init__(self, child: str, parent: str | None, spline: Spline | None,
@@ -86,7 +86,7 @@ class SplineHistory:
         return SplineTrack(self.spline, first, last)
 
     def twists(self, stamps: Stamps) -> Array:
-        """Return how fast the child moves, of the spline itself."""
+        """Return how fast the child moves: the derivative of the spline."""
         assert self.spline is not None
         return self.spline.twists(stamps)
 
@@ -117,7 +117,7 @@ class SplineHistory:
         latest = self.latest_stamp
         if latest is None or self.is_too_old(stamp):
             return FOREVER
-        # Another spline may begin later, and lack what this one has.
+        # The next spline may begin later, so the time of this one may be gone.
         return max(stamp, latest + 1)
 
     # --- what arrives
@@ -135,10 +135,10 @@ class SplineHistory:
         return False
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
-        """Take none: nobody asks for it of an edge that refuses one."""
+        """Take no samples; nobody calls it, for ``append`` and ``insert`` refuse each."""
 
     def is_too_old(self, stamp: int) -> bool:
-        """Return whether a stamp is older than the spline; what replaces it goes on from it."""
+        """Return whether a stamp is older than the spline: the next one will not begin earlier."""
         return self.spline is not None and stamp < self.spline.oldest
 
     def next_stamp(self, stamp: int) -> int:
@@ -147,11 +147,11 @@ class SplineHistory:
         return oldest if oldest is not None and stamp < oldest else FOREVER
 
     def fell_silent(self, stamp: int) -> bool:
-        """Return False: who gave the edge a spline takes it away, with ``remove_frame``."""
+        """Return False: a spline never counts as silent; ``remove_frame`` removes it."""
         return False
 
     def end(self) -> None:
-        """Do nothing: it is never taken for silent."""
+        """Do nothing, for it never counts as silent."""
 
     def clear(self) -> None:
         """Forget the spline."""
@@ -162,7 +162,7 @@ class SplineHistory:
         return SplineHistory(self.child, self.parent, self.spline, self.authority)
 
     def columns(self) -> Columns:
-        """Return poses on the spline, ten for each piece, for who interpolates between them."""
+        """Return poses on the spline, ten for each piece, for programs that interpolate."""
         spline = self.spline
         if spline is None:
             return Columns(memoryview(array('q')), memoryview(array('d')), None, ())

@@ -65,7 +65,7 @@ def checked_rate(knot_rate_hz: float) -> float:
 
 
 def places(stamps: Stamps, begin: int, period: int, pieces: int) -> tuple[Stamps, Array]:
-    """Return on which pieces stamps lie, and where there (u); each (...)."""
+    """Return the pieces on which stamps lie, and where on these pieces (u); each (...)."""
     since = stamps - begin
     numbers = np.minimum(since // period, pieces - 1)
     return numbers, (since - numbers * period) / period
@@ -74,10 +74,10 @@ def places(stamps: Stamps, begin: int, period: int, pieces: int) -> tuple[Stamps
 def first_guess(group: Group, begin: int, period: int, pieces: int, stamps: Stamps,
                 poses: Array, before: Array | None = None) -> Array:
     """
-    Return knots (n, 7) from which a fit finds its way.
+    Return knots (n, 7) for a fit to begin with.
 
-    Each in the middle of the time that it has a say in: there it is where the poses say, and
-    beyond their last one it goes on at the same pace.
+    Each is the pose in the middle of the time that it influences: interpolated between the
+    poses, and beyond the last of them extrapolated at the same velocity.
 
     :param stamps: (N,) sorted, and the poses (N, 7).
     :param before: (m, 7) the first knots, where they are known.

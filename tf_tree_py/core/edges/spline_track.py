@@ -9,8 +9,8 @@ from ..geometry.so3 import Array
 from ..geometry.spline import SPLIT
 from ..times import Stamps
 
-# What the pieces of a spline are cut into turns by no more than this, radians: few enough, and
-# yet short enough for a polynomial to be the curve.
+# The pieces of a spline are cut into parts that turn by no more than this, radians. So there are
+# few parts, and each is short enough for a polynomial to be the curve.
 _TURN = 0.1
 # Those of ``tree.many``.
 _MOST_NODES = 7
@@ -29,13 +29,13 @@ class SplineTrack:
     def __init__(self, spline: Spline, first: int, last: int) -> None:
         self._spline = spline
         period = spline.knot_period
-        # Where no stamp is asked for, first and last may lie anywhere.
+        # Without stamps, first and last may lie anywhere.
         begin, end = (min(max((stamp - spline.begin) // period, 0), spline.pieces - 1)
                       for stamp in (first, last))
         pieces = range(begin, end + 1)
         self._steps = np.abs(_lengths(spline.steps[pieces.start:pieces.stop + 2]))
         self._positions = spline.knots[pieces.start:pieces.stop + 3, :3]
-        # In this order, for the bound of what a file says may be infinite, or no number.
+        # min() and max() in this order, for the bound of a damaged file may be infinite or NaN.
         parts = min(max(1, math.ceil(min(_MAX_PARTS, self._bound()[0] / _TURN))), period)
         self.knots: Stamps = spline.cuts(pieces, parts)
 
@@ -50,9 +50,9 @@ class SplineTrack:
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
         """
-        Return what bounds the derivatives between knots as an angle and a distance would.
+        Return an angle and a distance that bound the derivatives between knots.
 
-        On SE(3) nothing does, so there it is infinite.
+        On SE(3) there is no bound, so both are infinite.
         """
         if self._spline.group is not SPLIT:
             return math.inf, math.inf
@@ -82,11 +82,11 @@ class SplineTrack:
 
 
 def _lengths(steps: Array) -> Array:
-    """Return by how much steps (n, 6) turn and go, (2, n)."""
+    """Return the angles and the lengths of steps (n, 6), as (2, n)."""
     return np.linalg.norm(steps.reshape(-1, 2, 3), axis=2).T[::-1]
 
 
 def _derivatives(lengths: Array) -> tuple[Array, Array, Array]:
-    """Return the most that the weights' derivatives make of a piece's three steps."""
+    """Return bounds of the weights' derivatives times a piece's three steps."""
     one, two, three = lengths[:-2], lengths[1:-1], lengths[2:]
     return (0.5 * one + 0.75 * two + 0.5 * three, one + two + three, one + 2.0 * two + three)

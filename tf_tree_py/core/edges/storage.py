@@ -1,8 +1,8 @@
 """
 What a frozen history is made of: facts for a header, and arrays behind it.
 
-Each kind of history says which, and makes itself of them again. How a file holds both is the
-business of ``tree.frozen``.
+Each kind of history chooses its facts and arrays, and can be made of them again. ``tree.frozen``
+knows how a file holds both.
 """
 
 from array import array
@@ -23,7 +23,7 @@ _Kind = TypeVar('_Kind')
 
 class Arrays:
     """
-    Arrays to be written, one after the other, and none of them copied.
+    Arrays to be written one after the other, without a copy.
 
     :ivar parts: bytes, each array with what it takes to align the next.
     """
@@ -40,9 +40,9 @@ class Arrays:
 
 class Stored:
     """
-    What was stored of a history: facts of which nothing is believed, and arrays.
+    The stored facts and arrays of a history; they may come from a damaged or hostile file.
 
-    Whoever made the file, wrong facts end in a ``ValueError`` here.
+    So every fact is checked here: a wrong one raises a ``ValueError``.
 
     :ivar cache_time: of the tree, nanoseconds.
     """
@@ -51,7 +51,7 @@ class Stored:
         if not isinstance(facts, dict):
             raise ValueError(f'it has {type(facts).__name__} where facts should be')
         self._facts = facts
-        self._rest = [data]  # in a list, as parts take from it as well
+        self._rest = [data]  # in a list, for parts share it and take from it, too
         self.cache_time = cache_time
 
     def part(self, key: str) -> 'Stored':

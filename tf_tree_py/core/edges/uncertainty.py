@@ -2,7 +2,7 @@
 The covariances of one edge over time, beside its poses and only where there are some.
 
 They have stamps of their own: the poses may come on /tf and the covariances with an
-odometry. What a covariance means, ``geometry.covariances`` says.
+odometry. ``geometry.covariances`` says what a covariance means.
 """
 
 from array import array
@@ -18,7 +18,7 @@ from ..geometry.covariances import pack, PACKED_FLOATS, unpack
 from ..geometry.so3 import Array
 from ..times import Stamps
 
-# Fewer expired ones than this stay.
+# Fewer expired ones than this are not removed yet.
 _MIN_BLOCK = 64
 
 
@@ -26,7 +26,7 @@ class Around(NamedTuple):
     """
     The covariances of an edge around N stamps: what ``covariances.between`` takes.
 
-    Before the first covariance and after the last both are that one, at the ratio 0.
+    Before the first covariance, and after the last, both are the same one, at the ratio 0.
     """
 
     before: Array
@@ -37,7 +37,7 @@ class Around(NamedTuple):
 
 class Uncertainty:
     """
-    What is known of how far one edge's poses may be off.
+    The covariances of one edge's poses, over time.
 
     176 bytes a covariance. Between two stamps that have one it is interpolated; the first
     holds before its stamp, the last until another comes. Not safe for several threads:
@@ -58,7 +58,7 @@ class Uncertainty:
 
     def insert(self, stamp: int, covariance: Array, cache_time: int) -> None:
         """
-        Take a covariance; of several with one stamp the last stands.
+        Take a covariance; it replaces one with the same stamp.
 
         :param covariance: (6, 6), checked.
         :param cache_time: how far behind the newest one they are kept, nanoseconds.
@@ -74,7 +74,7 @@ class Uncertainty:
         self._tidy(self._stamps[-1] - cache_time)
 
     def _tidy(self, horizon: int) -> None:
-        """Remove what has expired, in blocks; the last before the horizon still holds there."""
+        """Remove expired ones in blocks; the last one before the horizon still holds at it."""
         expired = bisect_right(self._stamps, horizon) - 1
         if expired >= max(_MIN_BLOCK, len(self._stamps) // 8):
             del self._stamps[:expired]
@@ -126,7 +126,7 @@ class Uncertainty:
     def thawed(cls, stored: Stored) -> 'Uncertainty':
         """Return what was frozen, which uses the memory where it lies; nothing can be added."""
         one, count = cls(stored.one('parent', str)), stored.whole('count', 1)
-        # Whoever only reads finds no difference to arrays.
+        # For reading they are as good as arrays.
         one._stamps = cast('array[int]', stored.integers(count))
         one._packed = cast('array[float]', stored.floats(PACKED_FLOATS * count))
         return one
@@ -136,8 +136,8 @@ def _turn(history: History, first: int, last: int) -> so3.Vector3:
     """
     Return by how much an edge turns between two stamps, if it does so at a constant rate.
 
-    Zero where poses lie between the two, or where there is none: then the covariances are
-    blended as they are.
+    Zero where poses lie between the two stamps, or where there is no pose: then the
+    covariances are blended without a turn.
     """
     if first == last or history.next_stamp(first) < last or None in (
             history.parent_at(first), history.parent_at(last)):

@@ -1,11 +1,11 @@
 """
 An offset that fades away over time without a jump, with bounded rates.
 
-An offset is a translation d and a rotation Q: what it moves is d away from where it
-belongs, and turned by Q. Both follow 1 - (10 x^3 - 15 x^4 + 6 x^5), which begins and ends
-without speed and acceleration (Flash, Hogan, J. Neuroscience 5(7), 1985); what moves
-already gets x - 6 x^3 + 8 x^4 - 3 x^5 times its rate besides, which begins with that rate
-and ends with none, where it began.
+An offset is a translation d and a rotation Q: a thing is d away from where it belongs, and
+turned by Q. Both are multiplied by 1 - (10 x^3 - 15 x^4 + 6 x^5), with x from 0 to 1, which
+begins and ends without speed and acceleration (Flash, Hogan, J. Neuroscience 5(7), 1985).
+Where the offset changes already at the beginning, its rate times x - 6 x^3 + 8 x^4 - 3 x^5
+is added. That polynomial begins at 0 with the slope 1, and ends at 0 without a slope.
 """
 
 import math
@@ -20,11 +20,12 @@ from ..geometry import so3
 from ..stamp import FOREVER, NANOSECONDS_PER_SECOND
 from ..times import Stamps
 
-# The greatest rate of the quintic; and what a fade is longer by, so that its rate and that of
-# what it begins with are never more together than the latter was: max of s' / (1 - |h'|).
+# The greatest slope of the quintic s. A fade that begins with a rate is longer, so that both parts
+# together are never faster than the greater of that rate and the limit: max of s' / (1 - |h'|),
+# with h the other polynomial.
 _PEAK = 1.875
 _PEAK_MOVING = 3.65
-# Some years before the last of all stamps, where floats are a microsecond apart.
+# Some years before the last stamp: there floats of nanoseconds are a microsecond apart.
 _LAST = 0.99 * FOREVER
 
 
@@ -103,12 +104,12 @@ class Fade(NamedTuple):
         return (self.end - self.begin) / NANOSECONDS_PER_SECOND
 
     def _part(self, stamps: Stamps) -> Array:
-        """Return which part of it has passed, 0 to 1, (N, 1)."""
+        """Return how much of the fade has passed, 0 to 1, (N, 1)."""
         part = np.clip((stamps - self.begin) / max(self.end - self.begin, 1), 0.0, 1.0)
         return np.where(stamps >= self.end, 1.0, part)[:, None]
 
     def _way(self, translation: Any, turn: Any, carried: Any) -> tuple[Array, Array]:
-        """Return parts of the translation and of the rotation, and what the rates add."""
+        """Return parts of the translation and of the rotation vector, with what the rates add."""
         d, q = np.array(self.offset[:3]), self.offset[3:]
         return (translation * d + carried * np.array(self.rates.velocity),
                 turn * np.array(so3.log(q)) + carried * np.array(self.rates.turning))
@@ -116,9 +117,9 @@ class Fade(NamedTuple):
 
 def fade(offset: PoseTuple, rates: Rates, begin: int, limits: Limits) -> Fade:
     """
-    Return the shortest one within limits that begins at a stamp with an offset and rates.
+    Return the shortest fade within limits that begins at a stamp with an offset and rates.
 
-    :raises InvalidArgumentException: it would not end while there are stamps.
+    :raises InvalidArgumentException: it would end after the last stamp of 64 bits.
     """
     way, turn = math.hypot(*offset[:3]), math.hypot(*so3.log(offset[3:]))
     peak = _PEAK if rates == Rates() else _PEAK_MOVING

@@ -1,5 +1,5 @@
 """
-Covariances of poses, (6, 6): how far a pose may be off, and what becomes of that.
+Covariances of poses, (6, 6): how far a pose may be off, and how that propagates.
 
 The order is x, y, z, rotation about x, y, z, in metres and radians, and the convention
 that of ROS's ``PoseWithCovariance``: t' = t + dt in the parent's axes, and R' = Exp(dr) R
@@ -26,17 +26,17 @@ _ROWS, _COLUMNS = np.triu_indices(6)
 _PLACES = np.zeros((6, 6), dtype=np.intp)
 _PLACES[_ROWS, _COLUMNS] = _PLACES[_COLUMNS, _ROWS] = np.arange(PACKED_FLOATS)
 
-# Sums of larger variances, over edges and lever arms, may be more than a number can be.
+# Sums of larger variances, over edges and lever arms, might overflow.
 _MOST = 1e100
 
-# Parts of an entry's scale: what sums in float32 leave behind is less.
+# As a part of an entry's scale: the rounding errors of sums in float32 are less.
 _TOLERANCE = 1e-6
 _AXES = ('x', 'y', 'z', 'rotation about x', 'rotation about y', 'rotation about z')
 
-# Closer to its end an interval is not divided by what is left of it.
+# This close to the end of an interval nothing is divided by what is left of it.
 _LEAST_REST = 1e-9
 
-# Pairs of draws; with 2,048 of them a variance is known to a percent where angles are large.
+# Pairs of draws: with this many a variance is right to a percent where angles are large.
 _PAIRS = 2048
 _SEED = 6
 
@@ -107,7 +107,7 @@ def unpack(packed: Array) -> Array:
 
 def carried(a_R_b: Array, lever: Array, covariance: Array) -> Array:
     """
-    Return what one error makes of a point elsewhere on the same rigid body.
+    Return the covariance of another point on the same rigid body, from that of one point.
 
     M C M^T with M = [[R, -[l]x R], [0, R]]: the whole turns about the place of the error.
 
@@ -138,12 +138,12 @@ def between(before: Array, after: Array, ratio: Array, turn: Array,
     one to the other and the Jacobians of SO(3). Unless the two errors are independent,
     the answer is M0 C0 M0^T / (1 - u) + M1 C1 M1^T / u: a bound however they are
     correlated, for (a + b)(a + b)^T <= a a^T / (1 - u) + b b^T / u of any two vectors.
-    Where both are the same error, and the edge does not turn, it is its covariance.
+    If both errors are the same one, and the edge does not turn, the bound is their covariance.
 
     :param before: (..., 6, 6), and ``after`` too.
     :param ratio: (...) u, 0 to 1.
     :param turn: (..., 3) f, radians, in the parent's axes.
-    :param independent: whether the two errors have nothing to do with each other.
+    :param independent: whether the two errors are independent of each other.
     """
     u = ratio[..., None, None]
     rest = 1.0 - u

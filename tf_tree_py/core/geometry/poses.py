@@ -33,7 +33,7 @@ def checked_pose(given: Any) -> PoseTuple:
     """
     Return one pose as plain floats.
 
-    :raises InvalidArgumentException: it is none, or a matrix that is no rigid transform.
+    :raises InvalidArgumentException: not a pose, or a matrix that is no rigid transform.
     """
     try:
         x, y, z, qx, qy, qz, qw = map(float, given)
@@ -65,7 +65,7 @@ def checked_poses(given: Any) -> Array:
 
 
 def _array_of(given: Any) -> Array | None:
-    """Return the numbers of an object; None where it is not made of numbers."""
+    """Return the numbers of an object; None if it is not made of numbers."""
     if hasattr(given, 'as_components'):  # RigidTransform
         translation, rotation = given.as_components()
         return np.concatenate([translation, rotation.as_quat()], axis=-1)

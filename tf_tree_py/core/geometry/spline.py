@@ -12,8 +12,8 @@ spline, beside the rotation. On ``SE3`` both move together, on screws. An elemen
 has seven numbers and a tangent six, as in ``se3``: (v, w), metres and radians. On SPLIT the
 v of a tangent is in the parent's axes, on SE3 in the child's.
 
-Every number may be a float or an array: what is written here serves both, and a group has
-``exp`` for floats and ``exp_many`` for arrays. Time is left to who calls.
+Every number may be a float or an array: the formulas serve both, and a group has ``exp`` for
+floats and ``exp_many`` for arrays. Callers know the times.
 """
 
 from collections.abc import Callable
@@ -58,7 +58,7 @@ class Group(NamedTuple):
 
 
 def weights(u: Any) -> Numbers:
-    """Return what the three steps of a piece weigh."""
+    """Return the weights of the three steps of a piece."""
     square = u * u
     cube = square * u
     return ((5.0 + 3.0 * u - 3.0 * square + cube) / 6.0,
@@ -66,7 +66,7 @@ def weights(u: Any) -> Numbers:
 
 
 def _weight_rates(u: Any) -> Numbers:
-    """Return the first derivatives of the weights, for one of u."""
+    """Return the first derivatives of the weights with respect to u."""
     return 0.5 * (1.0 - u) * (1.0 - u), 0.5 + u - u * u, 0.5 * u * u
 
 
@@ -102,7 +102,7 @@ def _along(compose: Any, exp: Any, pose: Numbers, steps: Any, u: Any) -> Numbers
 
 def rates_on(group: Group, first: Numbers, steps: Any, u: float) -> tuple[Numbers, Numbers]:
     """
-    Return the twist and the acceleration on a piece, of floats, for one of u.
+    Return the twist and the acceleration on a piece, of floats, with respect to u.
 
     :return: (6,) how fast the child's origin moves and how the child turns, and (6,) the
         acceleration of that origin and the change of the turning: all in the child's axes.
@@ -225,7 +225,7 @@ def _bracket(a: Numbers, b: Numbers) -> Numbers:
 
 
 def _in_childs_axes(pose: Any, rate: Any, bend: Any) -> tuple[Numbers, Numbers]:
-    """Return them: the derivative of the velocity's coordinates lacks that of the axes."""
+    """Return the twist and the acceleration, to which the turning of the axes adds a term."""
     return rate, (*_plus(bend[:3], _cross(rate[3:], rate[:3])), *bend[3:])
 
 

@@ -2,8 +2,8 @@
 The knots of a spline from measured poses: least squares, in bands.
 
 A pose on a piece depends on its four knots only, so the normal equations have three bands
-beside the diagonal, and scipy solves them in a time that grows with the number of knots and
-no faster. When a pose was measured is left to who calls: here it lies on a piece, at a u.
+beside the diagonal, and scipy solves them in a time that is proportional to the number of
+knots. Callers know the times: here a pose lies on a piece, at a u.
 """
 
 import numpy as np
@@ -15,17 +15,17 @@ from ..times import Stamps
 # A piece hangs on so many knots.
 ORDER = 4
 
-# A step of the knots, metres and radians, after which no other is made: each is some twenty times
-# smaller than the one before.
+# The fit ends after a step of the knots that is smaller than this, metres and radians. Each step
+# is some twenty times smaller than the one before.
 _SMALL_STEP = 1e-7
 _MAX_ITERATIONS = 12
-# What poses say little of, at the ends and in gaps, goes on as evenly as it can: that is, with
-# the smallest third differences of the knots. So the newest knots do not follow the noise of
-# their first poses. Elsewhere it is next to nothing beside what poses say, and of the sixth
-# order in the time between knots, where the error of a spline is of the fourth.
+# The weight of the third differences of the knots. Where there are few poses, at the ends and in
+# gaps, it keeps the curve even, so the newest knots do not follow the noise of their first poses.
+# Elsewhere it is next to nothing beside the poses: its error is of the sixth order in the time
+# between knots, and that of a spline is of the fourth.
 _EVEN = 1e-6
 _THIRD_DIFFERENCE = (-1.0, 3.0, -3.0, 1.0)
-# Where there are too few poses even for that, the rest of a knot stays where it is.
+# Where there are too few poses even for that, this weight keeps a knot where it is.
 _HOLD = 1e-13
 
 
@@ -35,8 +35,8 @@ def fitted(group: Group, knots: Array, free: int, pieces: Stamps, u: Array,
     Return knots with which the curve comes as close to poses as it can.
 
     Gauss and Newton's method: a small step of the knots moves the pose on a piece by
-    sum B_j delta_j, with B the basis of the ordinary B-spline, which neglects how far the
-    piece turns; what that costs is made good by the next iteration.
+    sum B_j delta_j, with B the basis of the ordinary B-spline. That neglects how far the
+    piece turns; the next iteration corrects the error.
 
     :param knots: (n, 7) where to begin.
     :param free: the first knot that may move; those before it stay.
@@ -44,7 +44,7 @@ def fitted(group: Group, knots: Array, free: int, pieces: Stamps, u: Array,
     :param u: (N,) where on it, 0 to 1.
     :param poses: (N, 7) what was measured.
     """
-    # Whoever fits nothing need not wait for it to load.
+    # Imported here, for it takes long to load, and most programs fit nothing.
     from scipy.linalg import cho_solve_banded
     knots = knots.copy()
     basis = _basis(u)
@@ -71,7 +71,7 @@ def on_pieces(knots: Array, steps: Array, pieces: Stamps) -> tuple[Array, Array]
 
 
 def _basis(u: Array) -> Array:
-    """Return how a pose follows its four knots, (4, N)."""
+    """Return the weights of the four knots in each pose, (4, N)."""
     one, two, three = weights(u)
     return np.stack([1.0 - one, one - two, two - three, three])
 
@@ -99,7 +99,7 @@ def _gathered(basis: Array, pieces: Stamps, residuals: Array, count: int) -> Arr
 
 
 def _unevenness(steps: Array) -> Array:
-    """Return the slope (count, 6) of half the sum of the squares of the third differences."""
+    """Return the gradient (count, 6) of half the sum of the squares of the third differences."""
     third = np.diff(steps, n=2, axis=0)
     slope = np.zeros((len(steps) + 1, 6))
     for number, factor in enumerate(_THIRD_DIFFERENCE):

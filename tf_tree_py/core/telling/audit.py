@@ -33,7 +33,7 @@ ASSUMED_AGE = from_seconds(0.1)
 
 # Lines that are kept; a program has fewer, unless it invents frames.
 _MAX_LINES = 1_000
-# Characters of a frame's name: strangers may ask a buffer server for any name.
+# A frame's name is cut to this length: strangers may ask a buffer server for any name.
 _LONGEST_NAME = 200
 _PACKAGE = __name__.partition('.')[0]
 _data_stamp: ContextVar[int | None] = ContextVar('data_stamp', default=None)
@@ -141,8 +141,8 @@ class LookupAudit(Observer):
     What a buffer's lookups ask for, by the line of code that asks.
 
     It hears of them as one of the buffer's ``observers``.
-    May be read and fed from any thread. A lookup that is watched costs two more and
-    some ten microseconds.
+    May be read and fed from any thread. A watched lookup makes two more lookups, and takes
+    some ten microseconds longer.
     """
 
     def __init__(self, buffer: Queries, now: Callable[[], int] = time.time_ns) -> None:

@@ -1,4 +1,4 @@
-"""How far the answer of a lookup may be off, and which edges it owes that to."""
+"""How far the answer of a lookup may be off, and how much each edge adds to that."""
 
 from dataclasses import dataclass
 from math import degrees
@@ -45,7 +45,7 @@ class Certainty:
 
 
 def _worst(covariance: Array) -> float:
-    # Of a covariance that is nearly singular, rounding may leave less than zero.
+    # A variance of a nearly singular covariance may be rounded to less than zero.
     return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 
@@ -62,6 +62,6 @@ def certainty_of(tree: Queries, target: str, source: str, stamp: int) -> Certain
         shares = tree.lookup_budget(target, source, stamp)
         # A buffer of ROS returns a message.
         covariance = Queries.lookup_uncertain(tree, target, source, stamp)[1] if shares else None
-    except TransformException:  # what there was a moment ago has expired
+    except TransformException:  # the data of a moment ago has expired
         return None
     return None if covariance is None else Certainty(covariance, tuple(shares))

@@ -124,7 +124,7 @@ def explain(tree: Queries, target: str, source: str, stamp: int = LATEST,
     """
     Ask a tree, and return the answer with all that it comes from.
 
-    What arrives meanwhile may be told already: ask a snapshot to be sure that all agrees.
+    Data may arrive meanwhile: ask a snapshot to be sure that all parts agree.
 
     :param stamp: nanoseconds, or ``LATEST``.
     :param now: the time by the clock of the stamps, nanoseconds; 0: not known.

@@ -10,10 +10,10 @@ from ..text import listed
 from ..tree.outline import EdgeInfo
 from ..tree.queries import Queries
 
-# An edge that missed so many samples, and is silent for so long, is stale.
+# An edge is stale if it missed this many samples and is silent for this long.
 _MISSED = 10.0
 _SILENT = from_seconds(1.0)
-# Stamps so far from the clock are those of another one.
+# Stamps further from the clock than this come from another clock.
 _ANOTHER_CLOCK = from_seconds(3600.0)
 
 
@@ -38,7 +38,7 @@ class GraphEdge:
 
     :ivar info: what is stored of it, and who sent it last.
     :ivar age: from its newest sample to now, nanoseconds; None for a static edge.
-    :ivar stale: whether it came no more.
+    :ivar stale: whether it has stopped.
     """
 
     info: EdgeInfo
@@ -110,7 +110,7 @@ def frame_graph(tree: Queries, now: int = 0, refused: Sequence[RefusedEdge] = ()
     diagnosis = diagnose(tree)
     newest = max((edge.info.latest for edge in diagnosis.edges if not edge.info.static),
                  default=LATEST)
-    # Where the stamps are those of another clock, the newest of them tells the time.
+    # If the stamps come from another clock, the newest stamp is taken for the time.
     now = now if abs(now - newest) < _ANOTHER_CLOCK else newest
     return FrameGraph(diagnosis.frames, diagnosis.roots,
                       tuple(_judged(edge, now) for edge in diagnosis.edges), tuple(refused))

@@ -1,4 +1,4 @@
-"""What keeps a lookup from its answer, as a person who watches a robot would say it."""
+"""Why a lookup has no answer, in words for a person who watches a robot."""
 
 from ..errors import ExtrapolationException, TransformException
 from ..stamp import format_span, from_seconds
@@ -11,7 +11,7 @@ _ANOTHER_CLOCK = from_seconds(3600.0)
 
 def what_is_missing(tree: Queries, error: TransformException) -> str:
     """
-    Return why a lookup of a tree failed: of a stamp all edges that ended before it.
+    Return why a lookup failed; for a stamp, all edges that ended before it.
 
     The error itself names one of them.
     """
@@ -28,7 +28,7 @@ def what_is_missing(tree: Queries, error: TransformException) -> str:
     elif error.oldest is not None and error.oldest > asked:
         gap = error.oldest - asked
         told = f'{error.parent} -> {error.child} begins {format_span(gap)} after'
-    else:  # it has come this very moment
+    else:  # the data has come this very moment
         return str(error)
     hint = '; do both go by one clock (use_sim_time)?' if gap > _ANOTHER_CLOCK else ''
     return f'{told} the moment asked for{hint}'

@@ -1,5 +1,5 @@
 """
-Climbing from a frame to what it hangs on: at a stamp, now, over a stretch of time.
+Climbing from a frame to the frames above it: at a stamp, now, over a stretch of time.
 
 Pure functions over the histories of a tree. A frame has a parent at a stamp where
 its samples reach over that stamp; elsewhere the climb ends there as at a root, as
@@ -101,8 +101,8 @@ class _Reach(NamedTuple):
     What a climb at a stamp may still lead to, when late and new samples arrive.
 
     :ivar frames: all that it may pass.
-    :ivar ends: whether it leads nowhere else: each of them has lost its data for good, or
-        has a parent. (A frame without any edge may be hung anywhere.)
+    :ivar ends: whether it can lead to no other frame: each of these has lost its data for
+        good, or has a parent. (A frame without any edge may still get any parent.)
     """
 
     frames: set[str]
@@ -145,7 +145,7 @@ def blockers(histories: Histories, target: str, source: str,
 # --- loops
 
 class Loop(NamedTuple):
-    """Edges that lead from a frame up to another that is to hang below it; when they do."""
+    """The edges from a frame up to another one that is to hang below it: a loop."""
 
     edges: list[History]
     frames: list[str]
@@ -159,8 +159,8 @@ def find_loop(histories: Histories, parent: str, child: str, begin: int, end: in
     """
     Return a way from a parent up to its would-be child at any time in a stretch of time.
 
-    An edge that has not ended is taken to go on after its newest sample: when the next one
-    arrives, it will have.
+    An edge that has not ended counts as one that goes on after its newest sample, for the next
+    sample will show that it did.
 
     :param begin: nanoseconds; the stretch ends before ``end``.
     :param without: edges that are treated as ended.

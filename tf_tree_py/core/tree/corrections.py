@@ -1,12 +1,11 @@
 """
-Corrections of a tree's edges: absorbing them, and what can be asked of them.
+Corrections of a tree's edges: absorbing them, and questions about them.
 
-How samples are moved, ``edges.corrected`` says.
+``edges.corrected`` knows how samples are moved.
 """
 
 from typing import NamedTuple
 
-from .lookups import Lookups
 from .tree import Tree
 from ..edges.corrected import corrected, CorrectedHistory
 from ..edges.correction import Stage
@@ -22,7 +21,7 @@ class Transition(NamedTuple):
     """
     An edge goes over to another correction, or to another source.
 
-    :ivar version: how many of these there were in the buffer; it only grows.
+    :ivar version: how many transitions the buffer has had, this one included.
     :ivar begin: the stamp up to which every answer stays as it was, nanoseconds.
     :ivar end: the stamp from which on the correction holds wholly.
     :ivar motion: that correction, of the samples as they come in.
@@ -41,7 +40,7 @@ def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
     if seen_at is not None and history.latest_stamp is not None:
         _check_seen(seen_at, history.latest_stamp)
     tree.replace(history)
-    return told(tree, history.absorb(motion, seen_at, about, limits))
+    return counted(tree, history.absorb(motion, seen_at, about, limits))
 
 
 def _check_seen(seen_at: int, newest: int) -> None:
@@ -51,15 +50,15 @@ def _check_seen(seen_at: int, newest: int) -> None:
             f"edge's newest sample, {newest}")
 
 
-def told(tree: Tree, stage: Stage) -> Transition:
-    """Return that an edge goes over to something else, and count it."""
+def counted(tree: Tree, stage: Stage) -> Transition:
+    """Return how an edge goes over to something else, and count that."""
     tree.corrections += 1
     return Transition(tree.corrections, stage.fade.begin, stage.fade.end,
                       Pose._make(stage.motion))
 
 
 def smoothed(tree: Tree) -> Tree:
-    """Return a tree of its own whose edges have all their corrections, at all stamps."""
+    """Return a copy of a tree with all corrections applied to the past, too."""
     twin = tree.copy()
     for history in list(twin.histories.values()):
         if isinstance(history, CorrectedHistory):
@@ -67,23 +66,9 @@ def smoothed(tree: Tree) -> Tree:
     return twin
 
 
-class CorrectionQueries(Lookups):
-    """What can be asked of corrections: of a buffer, and of a snapshot."""
-
-    @property
-    def corrections_version(self) -> int:
-        """Return how many corrections and switches there were; it only grows."""
-        return self._tree.corrections
-
-    def correction_of(self, child: str) -> Pose:
-        """
-        Return the correction that an edge has, or goes over to.
-
-        ``parent_T_child`` is this times what was inserted, once the blend is over. The
-        identity where there was none.
-        """
-        with self._lock:
-            history = self._tree.histories.get(child)
-            if isinstance(history, CorrectedHistory):
-                return Pose._make(history.correction.stage.motion)
-        return Pose._make(se3.IDENTITY)
+def correction_of(tree: Tree, child: str) -> Pose:
+    """Return the correction that an edge has or goes over to; the identity if there is none."""
+    history = tree.histories.get(child)
+    if isinstance(history, CorrectedHistory):
+        return Pose._make(history.correction.stage.motion)
+    return Pose._make(se3.IDENTITY)

@@ -2,12 +2,12 @@
 A tree as a file whose arrays are used where they lie: frozen, and thawed in no time.
 
 A file is a magic word, the version, the length and the CRC-32 of the header; the header,
-JSON that says what the tree has; then the arrays. What an edge has of both is said by the
-kind of its history (``edges.kinds``). What is in the window is written, not what has expired.
+JSON that lists what the tree has; then the arrays. Each kind of history (``edges.kinds``)
+knows what it needs of both. Expired samples are not written.
 
-Samples are not read before a lookup asks for them, but for who was the parent where that
-changed; so opening takes the same time whatever the size, and processes that open one file
-share its pages. Hence they have no checksum: of a damaged sample come wrong numbers.
+Samples are not read before a lookup needs them; only the parents of edges that changed their
+parent are. So opening takes the same time whatever the size, and processes that open one file
+share its pages. Hence samples have no checksum: a damaged sample gives wrong numbers.
 """
 
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ class Frozen(NamedTuple):
 
 def freeze(tree: Tree) -> Frozen:
     """
-    Return a tree as bytes; of a tree that nobody changes meanwhile.
+    Return a tree as bytes; nobody may change it meanwhile.
 
     :raises TreeFileError: a history of a kind that cannot be frozen.
     """

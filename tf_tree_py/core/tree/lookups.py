@@ -42,7 +42,7 @@ class Lookups:
     observers: Observers = NOBODY
     """Who is told of every lookup; see ``Observer``."""
 
-    # What callers give as stamps, as integers; ``ros`` takes ROS times as well.
+    # Makes integers of callers' stamps; ``ros`` takes ROS times as well.
     _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
 
     def _stamps_of(self, stamps: npt.ArrayLike) -> Stamps:

@@ -27,7 +27,7 @@ from ..times import Stamps
 
 # Stamps handled at once by the direct way: its temporaries stay small and in the cache.
 _BLOCK = 8192
-# What a polynomial may deviate from the function, beyond what its numbers are rounded by.
+# How far a polynomial may deviate from the function, beside rounding.
 _TOLERANCE = 5e-13
 _ROUNDING = 2.0 ** -52
 # With more, the powers of a polynomial would lose more than it gains.
@@ -62,7 +62,7 @@ class PathTrack:
             return np.empty((0, 7))
         if not self._moving:
             return np.tile(self._compose_after(stamps[:1]).T, (len(stamps), 1))
-        # About as many knots as that there are at least.
+        # All edges together have at least as many knots as the one that has most.
         if len(stamps) <= 2 * _MIN_NODES * max(len(edge.knots) for edge in self._moving):
             return self._directly(stamps)
         first, last = stamps.min(), stamps.max()
@@ -84,8 +84,8 @@ class PathTrack:
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
         """Return the poses by way of the interpolating polynomials between the knots."""
         places, to_powers = _nodes(nodes)
-        # The last piece is a point. It has the last of several samples there, and the piece
-        # before it leads to the first.
+        # The last piece is a point. If there are several samples at that stamp, it has the last of
+        # them, and the piece before it leads to the first.
         lengths = np.diff(knots, append=knots[-1:])
         values = self._compose_after(knots[:, None], lengths[:, None] * places)
         # Only the change since the knot goes through the ill-conditioned inverse.

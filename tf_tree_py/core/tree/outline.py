@@ -1,4 +1,4 @@
-"""What a tree has, edge by edge; for a person in one line, or each frame under its parent."""
+"""A tree edge by edge, as data; and for people: in one line, or each frame under its parent."""
 
 from collections.abc import Iterable, Iterator
 import html

@@ -1,7 +1,7 @@
 """
 The edges between two frames, ready to be composed at any stamp.
 
-Only the arithmetic along a known path; which edges those are, ``tree`` finds.
+Only the arithmetic along a known path; ``ways`` finds the edges.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,8 +22,8 @@ class Path:
     Runs of static edges are composed once, here; so a path is valid only until one of
     them changes. ``fixed`` says whether no edge on it changes its parent over time. If
     one does, the path is valid only for the stamp that it was found for. ``for_good`` says
-    that there was no other way at any time, either: where an edge of it has no data, its
-    child hung on nothing, and what is above never led down again.
+    that there was no other way at any other time: where an edge of it has no data, its child
+    hung on nothing, and no edge above the meeting point ever changed its parent.
     """
 
     __slots__ = ('fixed', 'for_good', '_source_parts', '_target_parts', '_dynamic')

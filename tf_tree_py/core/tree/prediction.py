@@ -1,11 +1,10 @@
 """
 Poses beyond the newest data: bounded, marked, and with a covariance that grows.
 
-An edge goes on at the twist that it had last; its rotation as its gyroscope saw it, as far
-as that reaches. How wrong that may be nobody knows in advance, but how wrong it would have
-been lately can be computed: the same prediction is made from earlier samples and held
-against what came. So there is nothing to tune, and the covariance grows with the distance
-in time because those errors do.
+An edge goes on at its last twist; its rotation follows its gyroscope, as far as that reaches.
+Nobody knows in advance how wrong that is. But the same prediction can be made from earlier
+samples, and compared with the samples that followed. The covariance is that of these errors.
+So there is nothing to tune, and it grows with the time ahead because the errors do.
 """
 
 import operator
@@ -28,9 +27,9 @@ from ..geometry.se3 import PoseTuple, Twist
 from ..geometry.so3 import Array
 from ..stamp import format_span, from_seconds, LATEST
 
-# The twist is the mean one of this time before the newest sample.
+# The twist is the mean over this time before the newest sample.
 _TWIST_OVER = from_seconds(0.1)
-# So many earlier predictions are held against what came; fewer than the least tell nothing.
+# At most this many earlier predictions are made; fewer than the least say nothing.
 _MOST_TRIALS, _LEAST_TRIALS = 32, 3
 _LATELY = from_seconds(10.0)
 
@@ -40,7 +39,7 @@ class Prediction(NamedTuple):
     A pose that may lie beyond the data.
 
     :ivar pose: ``target_T_source``.
-    :ivar covariance: (6, 6), with what the edges' own covariances say.
+    :ivar covariance: (6, 6), with the edges' own covariances.
     :ivar stamp: the time that it is for, nanoseconds.
     :ivar beyond: how far beyond the newest data of an edge that is, nanoseconds; 0 where
         nothing was predicted.
@@ -65,7 +64,7 @@ class Known(NamedTuple):
 
 
 def known_beyond(tree: Tree, target: str, source: str, stamp: int) -> Known | None:
-    """Return what a prediction takes; None where the data reaches the stamp."""
+    """Return what a prediction needs; None if the data reaches the stamp."""
     if stamp == LATEST or target == source:
         return None
     newest = tree.ways.newest_path(target, source).latest_common_time()
@@ -113,7 +112,7 @@ def predicted(known: Known, stamp: int, horizon: int) -> Prediction:
 
 
 def _pending(history: History, stamp: int) -> Array | None:
-    """Return what is still to be corrected of an edge's pose, or of its newest; (1, 6)."""
+    """Return what is still to be corrected of an edge at a stamp, or at its newest; (1, 6)."""
     if not isinstance(history, CorrectedHistory) or history.latest_stamp is None:
         return None
     stamp = min(stamp, history.latest_stamp)
@@ -160,14 +159,14 @@ def _forecast(history: MovingHistory, begin: int, end: int) -> PoseTuple:
 
 
 def _motion(history: MovingHistory, begin: int, end: int) -> PoseTuple:
-    """Return how an edge moves from one stamp to another if it goes on as before the first."""
+    """Return how an edge moves between two stamps if it keeps the velocity it had at the first."""
     twist = _twist(history, begin)
     known = gyro_until(history)
     until = begin if known is None else max(begin, min(end, known))
     turn, half = (turn_of(history, begin, stamp) for stamp in (until, (begin + until) // 2))
     if turn is None or half is None:
         return se3.exp(_times(twist, end - begin))
-    # The velocity stays what it is in the child's axes: Simpson's rule.
+    # The velocity stays the same in the child's axes, which turn: Simpson's rule.
     way = _times(twist, until - begin)[:3]
     first, middle, last = way, so3.rotate(half, way), so3.rotate(turn, way)
     x, y, z = ((a + 4.0 * b + c) / 6.0 for a, b, c in zip(first, middle, last, strict=True))
@@ -176,7 +175,7 @@ def _motion(history: MovingHistory, begin: int, end: int) -> PoseTuple:
 
 def _twist(history: MovingHistory, stamp: int) -> Twist:
     """
-    Return the mean twist just before a stamp, a nanosecond of it, in the child's axes.
+    Return the mean twist just before a stamp, per nanosecond, in the child's axes.
 
     :raises ExtrapolationException: there is only one sample.
     """
@@ -199,10 +198,10 @@ def _times(twist: Twist, factor: float) -> Twist:
 
 def _trial_errors(history: MovingHistory, ahead: int) -> Array:
     """
-    Return the second moment (6, 6) of what earlier predictions were off, in the child's axes.
+    Return the second moment (6, 6) of the errors of earlier predictions, in the child's axes.
 
-    Where there are too few to tell: of an error as large as the motion that is added, for
-    the edge may as well have stopped.
+    If there are too few of them, the error is taken to be as large as the predicted motion,
+    for the edge may as well have stopped.
     """
     assert history.latest_stamp is not None
     errors = [_trial(history, begin, begin + ahead) for begin in _trial_stamps(history, ahead)]
@@ -214,7 +213,7 @@ def _trial_errors(history: MovingHistory, ahead: int) -> Array:
 
 
 def _trial_stamps(history: MovingHistory, ahead: int) -> list[int]:
-    """Return from when to predict, to know by now: samples, evenly over the last 10 s."""
+    """Return stamps of samples to predict from, evenly over the last 10 s."""
     oldest, latest = history.oldest_stamp, history.latest_stamp
     assert oldest is not None and latest is not None
     oldest = max(oldest, latest - _LATELY)
@@ -227,7 +226,7 @@ def _trial_stamps(history: MovingHistory, ahead: int) -> list[int]:
 
 
 def _trial(history: MovingHistory, begin: int, end: int) -> tuple[float, ...]:
-    """Return what a prediction was off: metres and radians, in the axes of the predicted."""
+    """Return the error of a prediction: metres and radians, in the axes of the predicted pose."""
     predicted = _forecast(history, begin, end)
     x, y, z, qx, qy, qz, qw = se3.compose(se3.inverse(predicted), history.sample(end))
     return (x, y, z, *so3.log((qx, qy, qz, qw)))

@@ -1,9 +1,9 @@
 """
 How the errors of a path's edges add up.
 
-In the convention of ``geometry.covariances`` each edge's error is one small rigid motion,
-of all that lies behind the edge as the target sees it. So each has a share of its own in
-the answer, and the shares add up: nothing is folded edge by edge.
+In the convention of ``geometry.covariances`` an edge's error is one small rigid motion of all
+that lies behind the edge, as the target sees it. So each edge has a share of its own in the
+answer, and the shares add up.
 """
 
 from collections.abc import Iterable, Sequence
@@ -50,7 +50,7 @@ class Errors(NamedTuple):
     covariances: Array
 
     def shares(self, points: Array) -> Array:
-        """Return what each makes of points (N, 3) behind all, (E, N, 6, 6), as the target sees."""
+        """Return the share of each edge at points (N, 3) behind all edges, (E, N, 6, 6)."""
         return carried(self.axes, points - self.places, self.covariances)
 
 
@@ -95,7 +95,7 @@ def total(errors: Errors | None, points: Array) -> Array:
     """
     Return the covariances (N, 6, 6) of points (N, 3) behind independent errors.
 
-    Each is the sum of the shares, or where angles are large, what draws say.
+    Each is the sum of the shares; where angles are large, it is computed by draws.
     """
     if errors is None:
         return np.zeros((len(points), 6, 6))

@@ -13,26 +13,25 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
-from .corrections import CorrectionQueries
+from .corrections import correction_of
 from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
-from .lookups import Naming
-from .many_stamps import ends_of, poses_at, refuse_missing
+from .lookups import Lookups, Naming
+from .many_stamps import poses_at, refuse_missing
 from .outline import as_html, EdgeInfo, info_of, summary
 from .prediction import checked_horizon, known_beyond, predicted, Prediction
 from .propagation import Errors, total_at
+from .samples import samples_around, stamps_of, twists_between
 from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
 from ..arrivals.observers import asked
-from ..edges.protocol import moves
 from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
-from ..geometry.screws import carry_many
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import LATEST
 from ..times import Stamps, without_mask
 
 
-class Queries(CorrectionQueries):
+class Queries(Lookups):
     """All that can be asked of a tree, from any thread; see ``Lookups`` about stamps."""
 
     # --- many poses
@@ -106,31 +105,14 @@ class Queries(CorrectionQueries):
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
 
     def _twists_between(self, near: str, far: str, stamps: Stamps) -> Array | None:
-        """
-        Return how fast a neighbour moves as the other sees it, (N, 6) in its own axes.
-
-        :param stamps: (N,) for which there is data.
-        :return: None where the edge between them knows only poses.
-        """
         with self._lock:
-            for child, parent in (far, near), (near, far):
-                history = self._tree.histories.get(child)
-                if history is not None and history.fixed_parent and history.parent == parent:
-                    break
-            else:
-                return None
-            twists = history.twists(stamps)
-            if twists is None or child == far:
-                return twists
-            # The inverse moves by -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
-            track = history.track(*ends_of(stamps))
-        return -carry_many(track.at(stamps).T, twists)
+            return twists_between(self._tree, near, far, stamps)
 
     # --- how sure
 
     @property
     def has_covariances(self) -> bool:
-        """Return whether anything was ever told of how far some edge may be off."""
+        """Return whether any edge ever got a covariance."""
         return bool(self._tree.uncertainty)
 
     def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
@@ -145,9 +127,9 @@ class Queries(CorrectionQueries):
         are certain.
 
         :param stamp: nanoseconds, or ``LATEST``.
-        :param independent: whether one edge's errors at two of its stamps have nothing to
-            do with each other. Unless told, they may have anything: the answer between two
-            stamps is then an upper bound, as it should be for odometry.
+        :param independent: whether one edge's errors at two of its stamps are independent.
+            If not, they may be correlated in any way, and the answer between two stamps is
+            an upper bound, as it should be for odometry.
         :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
 
         Raises as ``lookup`` does.
@@ -174,8 +156,9 @@ class Queries(CorrectionQueries):
         """
         Return what each edge adds to the covariance, the largest part of the position first.
 
-        It answers which calibration is to be improved. To the first order, where the shares
-        add up to the covariance of ``lookup_uncertain``. Parameters and errors as there.
+        It answers which calibration is to be improved. The shares are of the first order:
+        where angles are small, they add up to the covariance of ``lookup_uncertain``.
+        Parameters and errors as there.
 
         :return: a ``Share`` of each edge that has a covariance.
         """
@@ -210,10 +193,10 @@ class Queries(CorrectionQueries):
         Return ``target_T_source`` at a stamp that may lie beyond the newest data.
 
         Each edge that does not reach the stamp goes on at the mean twist of its last 0.1 s,
-        and turns as its gyroscope saw it where it is aided. The covariance says how wrong
-        the same prediction, made from earlier samples, would have been, beside what the
-        edges' own covariances say; nothing knows of a brake that was never used before.
-        A stamp that all data reaches is looked up.
+        and turns as its gyroscope measured, if it is aided. The covariance has two parts:
+        the errors of the same prediction made from earlier samples, and the edges' own
+        covariances. It cannot foresee a brake that was never used before. A stamp that all
+        data reaches is looked up.
 
         :param stamp: nanoseconds; ``LATEST`` predicts nothing.
         :param horizon: nanoseconds; no edge is taken further beyond its newest sample.
@@ -234,6 +217,23 @@ class Queries(CorrectionQueries):
                 return predicted(known, stamp, horizon)
             found = self._lookup_uncertain(target_frame, source_frame, stamp, False)
         return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
+
+    # --- corrections
+
+    @property
+    def corrections_version(self) -> int:
+        """Return how many corrections and switches there were; it only grows."""
+        return self._tree.corrections
+
+    def correction_of(self, child: str) -> Pose:
+        """
+        Return the correction that an edge has, or goes over to.
+
+        ``parent_T_child`` is this times what was inserted, once the blend is over. The
+        identity where there was none.
+        """
+        with self._lock:
+            return correction_of(self._tree, child)
 
     # --- looking around
 
@@ -262,8 +262,8 @@ class Queries(CorrectionQueries):
         Write all poses as they are now as a bag, which ``ros2 bag play`` and viewers open.
 
         Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it, but
-        for what a bag has no place for: a spline becomes poses, ten for each of its pieces;
-        covariances, and what a gyroscope says between two poses, are left out.
+        a bag has no place for some things: a spline becomes poses, ten for each of its pieces;
+        covariances, and the samples of gyroscopes, are left out.
 
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
         :raises TreeFileError: something is there already, or there is no place for it.
@@ -310,10 +310,7 @@ class Queries(CorrectionQueries):
         :return: (N,) nanoseconds, in order; none of a static edge, or of a root.
         """
         with self._lock:
-            history = self._tree.histories.get(frame)
-            if history is None or history.oldest_stamp is None or history.latest_stamp is None:
-                return np.empty(0, dtype=np.int64)
-            return history.track(history.oldest_stamp, history.latest_stamp).knots
+            return stamps_of(self._tree.histories.get(frame))
 
     def samples_around(self, child_frame: str, stamp: int) -> list[tuple[int, Pose]]:
         """
@@ -325,15 +322,7 @@ class Queries(CorrectionQueries):
         :param stamp: nanoseconds; 0 is a time here.
         """
         with self._lock:
-            history = self._tree.histories.get(child_frame)
-            if not moves(history) or history.oldest_stamp is None:
-                return []
-            assert history.latest_stamp is not None
-            inside = min(max(stamp, history.oldest_stamp), history.latest_stamp)
-            knots = history.track(inside, inside).knots.tolist()
-            around = {max((knot for knot in knots if knot <= inside), default=inside),
-                      min((knot for knot in knots if knot >= inside), default=inside)}
-            return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
+            return samples_around(self._tree.histories.get(child_frame), stamp)
 
     def __repr__(self) -> str:
         return f'<{self._summary()}>'
@@ -361,7 +350,7 @@ class Snapshot(Queries):
         return self
 
     def _frozen(self) -> Frozen:
-        with self._lock:  # for what histories keep to themselves; the samples never change
+        with self._lock:  # for the caches of histories; the samples never change
             return freeze(self._tree)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """
-What is told of a sample that changes the tree, or must not.
+The incidents of samples that change the tree, or that must not change it.
 
-The sentences stand here; the rules are the tree's.
+The sentences are here; the rules are in ``tree``.
 """
 
 from .climb import Loop
@@ -15,7 +15,7 @@ _MAX_FIGHTS = 1_000
 
 def silent_edge_ended(edge: MovingHistory, parent: str, child: str, stamp: int,
                       authority: str) -> Incident:
-    """Return that a new edge turns a silent one round."""
+    """Return the incident of a new edge that turns a silent one round."""
     assert edge.latest_stamp is not None
     return Incident(
         Kind.SILENT_EDGE_ENDED, parent, child, stamp, authority,
@@ -26,7 +26,7 @@ def silent_edge_ended(edge: MovingHistory, parent: str, child: str, stamp: int,
 
 
 def loop_closed(loop: Loop, child: str, stamp: int, authority: str) -> Incident:
-    """Return that an edge was refused because it would close a loop."""
+    """Return the incident of an edge that was refused because it would close a loop."""
     parent = loop.edges[0].child
     way = ' -> '.join([child, parent, *loop.frames])
     kept = ', '.join(f'{above!r} -> {edge.child!r} from {edge.authority!r}'
@@ -39,7 +39,7 @@ def loop_closed(loop: Loop, child: str, stamp: int, authority: str) -> Incident:
 
 def too_old(history: History, parent: str, stamp: int, authority: str,
             cache_time: int) -> Incident:
-    """Return that a sample was refused because it is older than the window."""
+    """Return the incident of a sample that was refused because it is older than the window."""
     assert history.latest_stamp is not None
     return Incident(
         Kind.OLD_DATA, parent, history.child, stamp, authority,
@@ -50,7 +50,7 @@ def too_old(history: History, parent: str, stamp: int, authority: str,
 
 
 class Remarks:
-    """What is odd about samples that are taken; each fight over a parent is told once."""
+    """The incidents of samples that are taken; each fight over a parent is told once."""
 
     def __init__(self) -> None:
         self._fights: set[tuple[str, str]] = set()

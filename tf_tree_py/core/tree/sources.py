@@ -1,15 +1,15 @@
 """
-Several sources of one edge: all are kept, the tree has the samples of one.
+Several sources of one edge: the samples of all are kept, and the tree has those of one.
 
-Going over from one to another is a correction of the edge, which begins with what takes
-the new source's samples to where the edge is, and ends with nothing. When one has to make
-way, the rule says.
+Going over to another source is done like a correction of the edge. It begins with the offset
+from the new source's samples to where the edge is, and ends with none. The rule says when a
+source has to make way.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .corrections import told, Transition
+from .corrections import counted, Transition
 from .tree import Tree
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import Sample
@@ -56,8 +56,8 @@ class Sources:
     """
     The sources of one edge, by name; those heard first are preferred.
 
-    :ivar histories: what each says, as it came in.
-    :ivar active: the one by which the tree answers, or will.
+    :ivar histories: the samples of each source, as they came in.
+    :ivar active: the one by which the tree answers, or will answer.
     """
 
     def __init__(self, parent: str, child: str, cache_time: int) -> None:
@@ -70,9 +70,10 @@ class Sources:
         """Forget what was heard: the first that is heard will be the active one."""
         self.histories.clear()
         self.active = ''
-        # While another is awaited: how to go over to it.
+        # How to go over to the active source, while the tree waits for it to reach the edge.
         self._awaited: Limits | None = None
-        # The active one's samples up to here are not the tree's; the next judgement comes later.
+        # The tree takes the active source's samples after the first stamp. Motions are compared
+        # again after the second one.
         self._since = self._judge_after = BEGINNING - 1
 
     def take(self, tree: Tree, name: str, sample: Sample) -> tuple[list[Sample], list[Incident]]:
@@ -135,7 +136,7 @@ class Sources:
         self._awaited, self._since = None, stamp
         tree.replace(edge)
         stage = edge.change_source(history.sample(stamp), limits)
-        return told(tree, stage), self._after(history, stamp)
+        return counted(tree, stage), self._after(history, stamp)
 
     def _after(self, history: DynamicHistory, stamp: int) -> list[Sample]:
         """Return a source's samples after a stamp."""
@@ -155,7 +156,7 @@ class Sources:
     # --- by rule
 
     def _judged(self, tree: Tree, stamp: int) -> list[Incident]:
-        """Go over to another source if the rule has it, and tell that."""
+        """Choose another source if the rule says so; return the incident of that."""
         rule = self.rule
         if rule is None or self._awaited is not None:
             return []
@@ -180,7 +181,7 @@ class Sources:
                  if (self.histories[name].oldest_stamp or 0) <= newest - rule.window]
         agreeing = {name: [other for other in known if self._agree(rule, name, other, newest)]
                     for name in known}
-        # max takes the first of several, and that is the preferred one.
+        # Of several maxima max() takes the first, which is the preferred source.
         believed = max(known, key=lambda name: len(agreeing[name]), default=None)
         if believed is None or self.active not in known or self.active in agreeing[believed] or (
                 believed not in others):

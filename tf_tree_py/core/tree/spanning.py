@@ -57,7 +57,7 @@ class Spanning:
         return min(stamps, default=LATEST)
 
     def _steps_from(self, target: str, stamp: int | None) -> list[_Step]:
-        """Return the edges in an order that reaches one end of each before its turn."""
+        """Return the edges in an order in which one end of each is reached before its turn."""
         if target in self._steps:
             return self._steps[target]
         fixed = not self._ways.was_rehung

@@ -1,5 +1,5 @@
 """
-Which frames hang on which: the edges, and the one rule.
+Which frames hang on which: the edges, and the rule for them.
 
 The rule: at any time a frame has one parent, and no edge closes a loop. An edge that
 would close one is refused when it arrives, so no lookup ever meets a loop. The samples
@@ -53,9 +53,9 @@ class Tree:
     :ivar spanning: all frames at once.
     """
 
-    # A dictionary from the first covariance on: a tree without any keeps nothing of the kind.
+    # An empty mapping that all trees share, until the first covariance comes.
     uncertainty: Mapping[str, Uncertainty] = MappingProxyType({})
-    """The covariances of each child frame's edge that has some."""
+    """The covariances of edges, by child frame; only of edges that have some."""
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
@@ -269,7 +269,7 @@ class Tree:
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
         silent: list[MovingHistory] = []
-        if child in self.frames:  # else nothing hangs on it
+        if child in self.frames:  # otherwise nothing hangs on it
             loop = self._close_loop(parent, child, time, silent)
             if loop is not None:
                 return [loop_closed(loop, child, stamp, authority)]

@@ -1,8 +1,8 @@
 """
-Lookups that say how sure they are, and which edge they owe it to.
+Lookups with a covariance, and the share of each edge in it.
 
-Edges without a covariance are certain. An edge above the meeting point of the two frames
-is not walked, so what it may be off by drops out.
+Edges without a covariance are certain. An edge above the meeting point of the two frames is
+not on the way, so its errors do not matter.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from ..geometry.so3 import Array
 from ..stamp import LATEST
 from ..times import Stamps
 
-# Stamps that are handled at once: a covariance takes 288 bytes, and there are several of each.
+# Stamps that are handled at once: a covariance takes 288 bytes, and each stamp needs several.
 _BLOCK = 2048
 
 
@@ -70,7 +70,7 @@ class Gathered(NamedTuple):
     """
     What a tree knows of the edges between two frames, for some stamps.
 
-    Copied under the lock; what follows from it is computed without.
+    Copied under the lock; everything else is computed without it.
 
     :ivar poses: of each edge, ``parent_T_child`` (N, 7), or (1, 7) for all stamps.
     :ivar around: of each edge, its covariances; None of those that are certain.
@@ -92,8 +92,8 @@ def gathered_at(tree: Tree, target: str, source: str, stamp: int, newest: bool) 
     """
     Return what is known of the edges between two frames at a stamp that has an answer.
 
-    :param newest: whether it is what ``LATEST`` came to, which is no time where nothing
-        moves.
+    :param newest: whether the question was for ``LATEST``; where nothing moves, that comes to no
+        time.
     """
     if target == source or is_certain(tree):
         return Gathered([], [], [], [])
@@ -106,7 +106,7 @@ def gathered_at(tree: Tree, target: str, source: str, stamp: int, newest: bool) 
 
 
 def is_certain(tree: Tree) -> bool:
-    """Return whether no edge was ever unsure."""
+    """Return whether no edge ever got a covariance or a correction."""
     return not tree.uncertainty and not tree.corrections
 
 
@@ -145,7 +145,7 @@ def pending_of(steps: Sequence[Step], stamps: Stamps,
 
 def inflated(covariances: Sequence[Array | None],
              pending: Sequence[Array | None]) -> list[Array | None]:
-    """Return covariances (N, 6, 6) with what is known to be wrong: d d^T more, of an error d."""
+    """Return covariances (N, 6, 6) plus d d^T of the errors d that are still to be corrected."""
     inflated = list(covariances)
     for number, (covariance, error) in enumerate(zip(covariances, pending, strict=True)):
         if error is not None:

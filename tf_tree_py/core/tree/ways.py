@@ -1,8 +1,8 @@
 """
 The way between two frames: by the newest samples, or as it was at a stamp.
 
-Which frame hangs on which, ``tree`` keeps; a way that never changes is kept here, until
-the structure of the tree does.
+``tree`` knows which frame hangs on which. A way that does not change with the stamp is kept
+here until the structure of the tree changes.
 """
 
 from functools import partial
@@ -45,7 +45,7 @@ class Ways:
         self._histories = histories
         self._frames = frames
         self._was_rehung: bool | None = None
-        # None where the way of now may change with the stamp, or there is none.
+        # None: the way changes with the stamp, or there is none.
         self._paths: dict[tuple[str, str], Path | None] = {}
 
     def forget(self) -> None:
@@ -82,7 +82,7 @@ class Ways:
             except ExtrapolationException as error:
                 if path.for_good:
                     raise path.failure(stamp, error) from None
-                # A frame above hung elsewhere at some time, so there may be another way.
+                # A frame above once hung elsewhere, so there may be another way.
         return self._path(target, source, stamp).pose_at(stamp)
 
     def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
@@ -101,13 +101,13 @@ class Ways:
         try:
             return stamp, self.pose_at(target, source, stamp)
         except TransformException as error:
-            # Late samples may cure it, and so does a newer time that they have in common.
+            # Late samples may cure it, and so may a newer time that all edges have data for.
             error.blocked_on = (*(error.blocked_on or ()), *(
                 (edge.child, stamp + 1) for edge in path.slowest_edges()))
             raise
 
     def _fixed_path(self, target: str, source: str) -> Path | None:
-        """Return the way of now if it never changes, found once; None if it does, or is none."""
+        """Return the present way if it never changes with the stamp, else None; it is kept."""
         try:
             path = self._paths.get((target, source))
             known = path is not None or (target, source) in self._paths
@@ -127,7 +127,7 @@ class Ways:
         return path
 
     def _above(self, frame: str) -> list[History]:
-        """Return the edges above a frame, as it hangs now; the last of them may have ended."""
+        """Return the edges above a frame by the newest samples; the last may have ended."""
         above = climb(self._histories, frame, None)
         last = self._histories.get(above.top)
         return above.edges if last is None else [*above.edges, last]

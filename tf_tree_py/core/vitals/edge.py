@@ -15,7 +15,7 @@ from ..text import shorten
 
 Edge = tuple[str, str]
 
-# An edge's publishers beyond this number are not named.
+# At most this many publishers of an edge are named.
 _MAX_AUTHORITIES = 8
 # Characters of a name that a sentence shows.
 _LONGEST = 80
@@ -29,7 +29,7 @@ class MovingEdge:
 
     :ivar timing: what its stamps and arrivals tell.
     :ivar motion: what its poses tell; samples that are no pose are left out.
-    :ivar beside: the edges of the last message that it came in.
+    :ivar beside: the edges of the last message that had it.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -60,7 +60,7 @@ class FixedEdge:
     What arrived of one edge on a topic of what does not move.
 
     :ivar count: samples.
-    :ivar changes: how often the pose was another than before.
+    :ivar changes: how often the pose changed.
     :ivar gone: how far it went at most, metres.
     :ivar turned: how far it turned at most, radians.
     """
@@ -91,8 +91,8 @@ class EdgeRecord:
     """
     All that is known of one edge.
 
-    :ivar moving: of it on topics of what moves; None: nothing.
-    :ivar fixed: of it on topics of what does not; likewise.
+    :ivar moving: what arrived of it on topics of moving transforms; None: nothing.
+    :ivar fixed: what arrived of it on topics of static ones; likewise.
     :ivar authorities: who sends it.
     """
 
@@ -116,7 +116,7 @@ class EdgeRecord:
         for authority in sorted(column.authorities):
             if len(self.authorities) < _MAX_AUTHORITIES:
                 self.authorities.setdefault(authority)
-        # A pose may hold any finite number; what comes of very large ones is infinite or none.
+        # A pose may hold any finite number; sums of very large ones are infinite or NaN.
         with np.errstate(all='ignore'):
             if column.static:
                 self.fixed = self.fixed or FixedEdge()
@@ -131,7 +131,7 @@ class Parents:
     How often a child changed its parent.
 
     :ivar switches: how often.
-    :ivar first: when it was first noticed that there are several, nanoseconds.
+    :ivar first: when a second parent was first noticed, nanoseconds.
     :ivar last: when it changed last.
     """
 

@@ -11,8 +11,8 @@ from ..arrivals.received import Received
 
 Edge = tuple[str, str]
 
-# Enough for numpy to cost little for each: so many transforms, and so many of each edge; but no
-# more than takes some megabytes.
+# How many transforms to gather, and how many of each edge: enough for numpy to cost little for
+# each of them, and few enough to take some megabytes only.
 _ENOUGH, _OF_EACH, _MOST = 20_000, 100, 100_000
 
 
@@ -22,7 +22,7 @@ class Column(NamedTuple):
 
     :ivar rows: in order of arrival.
     :ivar order: (N,) the number of each row's message.
-    :ivar beside: the edges of the last message that it came in, itself among them.
+    :ivar beside: the edges of the last message that had it, itself among them.
     :ivar authorities: who sent it.
     """
 

@@ -1,4 +1,4 @@
-"""From where on something is worth a finding."""
+"""The limits beyond which something is worth a finding."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from ..stamp import from_seconds
 @dataclass(frozen=True)
 class Limits:
     """
-    What is still right; times are nanoseconds.
+    What still counts as right; times are nanoseconds.
 
     :ivar cache_time: how much history the buffers of the system keep.
     :ivar max_speed: metres a second; what jumps faster is no motion.

@@ -13,13 +13,14 @@ from ..stamp import from_seconds
 
 # tf2's tolerance of a quaternion's length is 0.01; a float32 has 1e-7.
 _LENGTH_TOLERANCE = 1e-3
-# A step of less is noise. One that is so many times as fast as both its neighbours is alone.
+# A smaller step is noise.
 _NOISE = 1e-3
+# A step that is this many times as fast as both its neighbours is a jump.
 _ISOLATED = 10.0
-# Two who send one edge and differ by less do little harm.
+# Two publishers of one edge that differ by less than this do little harm.
 _DISPUTE = 5e-3
-# A step alone is no motion from so much on, metres and radians together; and if it takes so long,
-# many lookups fall into it.
+# A slow jump has at least this size, metres and radians together, and takes at least this long, so
+# that many lookups fall into it.
 _LARGE = 0.2
 _LONG = from_seconds(0.09)
 
@@ -81,7 +82,7 @@ class Motion:
         self.size_of_turns = Spread()
 
     def add(self, rows: Rows) -> None:
-        """Take samples one by one: what each tells by itself."""
+        """Take samples: note what each tells without its neighbours."""
         poses = rows.poses
         if self._first is None:
             self._first = poses[0].copy()
@@ -99,7 +100,7 @@ class Motion:
         self.tilt = max(self.tilt, 2.0 * math.asin(min(1.0, float((tilts / lengths).max()))))
 
     def add_steps(self, steps: Steps) -> None:
-        """Take steps: those between the first and the last, which are judged by both."""
+        """Take steps; the first and the last serve to judge their neighbours only."""
         size, time = steps.size[1:-1], steps.time[1:-1]
         self.sizes.add(size)
         if not self.moved:
@@ -117,7 +118,7 @@ class Motion:
     def _add_turns(self, steps: Steps) -> None:
         size, after = steps.size[1:-1], steps.size[2:]
         smaller = np.minimum(size, after)
-        # What arrives late goes back too.
+        # Samples that arrive late go back, too.
         in_order = (steps.time[1:-1] >= 0) & (steps.time[2:] >= 0)
         turns = in_order & (smaller > _DISPUTE) & (steps.size_of_two[1:] < 0.3 * smaller)
         if turns.any():

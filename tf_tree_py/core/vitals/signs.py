@@ -1,4 +1,4 @@
-"""What is measured of one edge, in a few numbers that never change."""
+"""What is measured of one edge, in a few numbers."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -9,13 +9,13 @@ from .edge import EdgeRecord
 @dataclass(frozen=True)
 class Signs:
     """
-    How an edge did, from the first that arrived of it to now; all times are nanoseconds.
+    The measurements of an edge from its first arrival to now; all times are nanoseconds.
 
     :ivar static: whether it came on topics of what does not move, and on no others.
     :ivar count: samples, with those that were refused.
     :ivar rate_hz: how many a second arrived; 0 where there are not two, and for static ones.
     :ivar delay_p50: from the stamp to the arrival, the usual one; None: not known.
-    :ivar delay_p95: of 95 in 100 it is less.
+    :ivar delay_p95: 95 of 100 delays are less.
     :ivar longest_gap: from one stamp to the next, at most; None where there are not enough.
     :ivar silence: since the last arrival; None for a static edge.
     :ivar publishers: who may have sent it.

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from ..geometry.so3 import Array
 
-# How many numbers are kept at least, once so many have come; twice as many at most.
+# Of many numbers at least this many are kept, and at most twice as many.
 _KEPT = 128
 
 

@@ -23,7 +23,7 @@ class Rows:
 
     :ivar received: (N,) nanoseconds; 0 where the clock had not begun.
     :ivar stamps: (N,) nanoseconds.
-    :ivar poses: (N, 7) as they arrived, checked by nobody.
+    :ivar poses: (N, 7) as they arrived, unchecked.
     """
 
     received: Stamps
@@ -37,7 +37,7 @@ class Rows:
         return len(self.stamps)
 
     def after(self, tail: 'Rows | None') -> 'Rows':
-        """Return these behind the last rows of the stretch before."""
+        """Return these rows, behind the last rows of the stretch before."""
         if tail is None:
             return self
         return Rows(np.concatenate([tail.received, self.received]),
@@ -45,12 +45,12 @@ class Rows:
                     np.concatenate([tail.poses, self.poses]))
 
     def last(self, count: int) -> 'Rows':
-        """Return a copy of the last ones, which keeps no others alive."""
+        """Return a copy of the last rows, which does not keep the others alive."""
         return Rows(self.received[-count:].copy(), self.stamps[-count:].copy(),
                     self.poses[-count:].copy())
 
     def of_use(self) -> 'Rows':
-        """Return those whose pose is one: finite, its quaternion not zero."""
+        """Return the rows with a valid pose: finite, its quaternion not zero."""
         return self[np.isfinite(self.poses).all(axis=1) & self.poses[:, 3:].any(axis=1)]
 
 
@@ -58,8 +58,8 @@ class Steps:
     """
     The steps from each row to the next, (N - 1,) of N rows, and over two, (N - 2,).
 
-    A metre of going and a radian of turning count the same in a ``size``: what is a metre
-    away from the frame goes as far by either.
+    In a ``size``, one metre of translation counts as much as one radian of rotation: both move
+    a point that is a metre away from the frame by a metre.
 
     :ivar time: from each stamp to the next, nanoseconds.
     :ivar gone: how far the frame went, metres.

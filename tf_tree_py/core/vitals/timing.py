@@ -7,7 +7,7 @@ from .stretch import Rows, Steps
 from ..stamp import from_seconds
 
 JUMP = from_seconds(1.0)
-"""A stamp that is older than the one before by more is another time; by less, out of order."""
+"""A stamp that goes back by more than this jumps to another time; by less, it is out of order."""
 
 
 class Timing:
@@ -20,10 +20,10 @@ class Timing:
     :ivar zeros: samples whose stamp is zero; nothing else is asked of them.
     :ivar delays: from the stamp to the arrival.
     :ivar intervals: from one stamp to the next.
-    :ivar longest: the stamp before the longest interval.
+    :ivar longest: the stamp at which the longest interval begins.
     :ivar duplicates: steps to the same stamp; ``differing`` of them to another pose.
-    :ivar disorders: steps to an older stamp, which do not stay there.
-    :ivar jumps: those that do; ``back`` is the longest of them.
+    :ivar disorders: steps to an older stamp that the following stamps do not go on from.
+    :ivar jumps: steps back from which they go on; ``back`` is the longest of these.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Timing:
         return (self.count - 1) * 1e9 / self.span if self.span > 0 else 0.0
 
     def add(self, rows: Rows) -> None:
-        """Take samples one by one: what each tells by itself."""
+        """Take samples: note what each tells without its neighbours."""
         self.count += len(rows)
         timed = rows.stamps != 0
         self.zeros += len(rows) - int(np.count_nonzero(timed))
@@ -66,10 +66,10 @@ class Timing:
         self.delays.add(rows.received[heard] - rows.stamps[heard])
 
     def add_steps(self, steps: Steps) -> None:
-        """Take steps: those between the first and the last, which are judged by both."""
+        """Take steps; the first and the last serve to judge their neighbours only."""
         before, time, after = steps.time[:-2], steps.time[1:-1], steps.time[2:]
         back = time <= -JUMP
-        # One that is late goes back and comes again; one that is ahead goes on and comes back.
+        # After a late stamp the next one goes on again; one that is ahead went on before it.
         late, ahead = back & (after >= -time // 2), back & (before >= -time // 2)
         onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
         self._add_intervals(steps.stamps[1:-2][onward], time[onward])

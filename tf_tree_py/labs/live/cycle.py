@@ -36,7 +36,7 @@ class Refusals(Observer):
         self.refused: list[tuple[int, Incident]] = []
         self.has_refused = threading.Event()
 
-    def told(self, incidents: Sequence[Incident]) -> None:
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
         """Note it."""
         for incident in incidents:
             if incident.refused:

@@ -42,7 +42,7 @@ from ..messages.uncertain import (
     PredictedPose,
 )
 from ..waiting.clock import ClockWatch
-from ..waiting.futures import outcome, TransformFuture
+from ..waiting.futures import TransformFuture
 from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
@@ -99,7 +99,7 @@ class Buffer(CoreApi, BufferInterface):
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
         self.feeds = Feeds(self.intake, self.waiting, self._watch, self._say_when_empty,
                            rclpy.logging.get_logger('tf_tree_py'))
-        """Who fills it, for those who do."""
+        """All who fill this buffer; listeners enter themselves here."""
         if node is not None:
             self.feeds.log_to(node.get_logger())
             self._watch.use_clock(node.get_clock(), node.context)
@@ -141,7 +141,7 @@ class Buffer(CoreApi, BufferInterface):
         self._tree.ways.when_empty = self._when_empty(fed)
 
     def _when_empty(self, fed: bool) -> str:
-        """Return the hint for who asks before anything has come."""
+        """Return the hint for lookups before anything has come."""
         if fed:
             return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
                     'with the same ROS_DOMAIN_ID? tf_doctor also tells of publishers whose '
@@ -214,7 +214,7 @@ class Buffer(CoreApi, BufferInterface):
 
     def _within(self, timeout: Any, lookups: Sequence[Asked],
                 query: Callable[[], Answer]) -> Answer:
-        """Answer a query within a timeout by the buffer's clock; it is these lookups."""
+        """Answer a query within a timeout by the buffer's clock; observers are told."""
         duration = as_nanoseconds(timeout)
         if duration <= 0:
             return query()
@@ -316,19 +316,6 @@ class Buffer(CoreApi, BufferInterface):
             halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
             lambda: self.lookup_full_stamped(
                 target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)
-
-    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                     timeout: Any = None) -> TransformStamped:
-        """Return the transform as soon as it is there."""
-        return await outcome(self.wait_for_transform_async(
-            target_frame, source_frame, time, timeout))
-
-    async def lookup_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformStamped:
-        """Return the transform between two times as soon as it is there."""
-        return await outcome(self.wait_for_transform_full_async(
-            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     # --- listing
 

@@ -38,7 +38,7 @@ class Feeds:
 
         :param intake: where what arrives goes.
         :param waiting: who gives up when nobody delivers any more.
-        :param on_change: called, with the buffer's lock, with whether there is a feed now.
+        :param on_change: called with the buffer's lock; takes whether there is a feed now.
         :param logger: an rclpy logger.
         """
         self._intake = intake
@@ -67,7 +67,7 @@ class Feeds:
         self._intake.read_clock_anew()
         if not self._add(-1):
             self.watch.release()
-            # Some give up when nobody delivers any more.
+            # Some of those who wait give up when nobody delivers any more.
             self._waiting.ask_again()
 
     def _add(self, change: int) -> int:
@@ -98,7 +98,7 @@ class Feeds:
     # --- the names
 
     def name_later(self, authority: Authority) -> None:
-        """Ask an authority for the name that it did not know yet, when it is wanted."""
+        """Note an authority that does not know its name yet; ``names`` asks it again."""
         self._authorities[authority.placeholder] = authority
 
     def names(self) -> dict[str, str]:
@@ -120,6 +120,6 @@ class Feeds:
         return not any(incident.refused for incident in incidents)
 
     def refuse(self, incident: Incident) -> None:
-        """Count and log what does not come from inserting: what is no transform, say."""
+        """Count and log an incident that no insertion returned: bytes that are no message, say."""
         self._intake.refuse(incident)
         self._log.report([incident])

@@ -11,6 +11,7 @@ from std_msgs.msg import Header
 from tf_tree_py.core.errors import TransformException
 
 from ..messages.convert import as_nanoseconds
+from ..waiting.futures import outcome
 
 # The timeout of whoever gives none; a buffer may recognise it.
 NO_TIME = Duration()
@@ -81,6 +82,30 @@ class BufferInterface:
                               timeout: Any = NO_TIME) -> TransformStamped:
         """Return the transform between two times; a subclass says how."""
         raise _registry().NotImplementedException()
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
+                                 timeout: Any = None) -> Any:
+        """Return a future of the transform; a subclass says how."""
+        raise _registry().NotImplementedException()
+
+    def wait_for_transform_full_async(
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = None) -> Any:
+        """Return a future of the transform between two times; a subclass says how."""
+        raise _registry().NotImplementedException()
+
+    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
+                                     timeout: Any = None) -> TransformStamped:
+        """Return the transform as soon as it is there."""
+        return await outcome(self.wait_for_transform_async(
+            target_frame, source_frame, time, timeout))
+
+    async def lookup_transform_full_async(
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = None) -> TransformStamped:
+        """Return the transform between two times as soon as it is there."""
+        return await outcome(self.wait_for_transform_full_async(
+            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any,
                       timeout: Any = NO_TIME,

@@ -14,12 +14,27 @@ from tf_tree_py.core.telling import report
 from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, ORIGIN
 
 from .twists import velocity_stamped
-from ..messages.convert import as_nanoseconds, transform_stamped
-from ..messages.times import RosTimes
+from ..messages.convert import as_nanoseconds, as_stamp, transform_stamped
+from ..messages.times import checked_ros_stamp, RosSnapshot
 
 
-class CoreApi(RosTimes, BufferCore):
+class CoreApi(BufferCore):
     """What tf2_py offers, and twists: lookups that never wait, and listings."""
+
+    def _is_simulated(self) -> bool:
+        """Return whether stamps are of another clock than the system's."""
+        return False
+
+    def _as_stamp(self, time: Any) -> int:
+        return as_stamp(time, self._is_simulated)
+
+    def _stamp_of(self, stamp: Any) -> int:
+        return checked_ros_stamp(stamp, self._is_simulated)
+
+    def snapshot(self) -> RosSnapshot:
+        """Return a copy of everything as it is now, for several lookups that must agree."""
+        with self._lock:
+            return RosSnapshot(self._tree.copy(), self._is_simulated())
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
                               time: Any) -> TransformStamped:

@@ -1,7 +1,7 @@
 """
 Wrong arguments where a buffer or a node belongs.
 
-They are refused with a sentence at once; otherwise an AttributeError would come later.
+They are refused at once with a sentence; otherwise an AttributeError would follow later.
 """
 
 from typing import Any

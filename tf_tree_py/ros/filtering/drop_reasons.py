@@ -43,7 +43,7 @@ class FilterStatistics:
 
 def drop_for(error: TransformException, *, released: bool) -> Drop:
     """
-    Return why a message is dropped whose lookup failed with an error.
+    Return the reason for dropping a message whose lookup failed with an error.
 
     :param released: whether nobody delivers transforms any more.
     """

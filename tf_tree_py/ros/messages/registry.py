@@ -9,34 +9,7 @@ from collections.abc import Callable, Mapping
 from copy import deepcopy
 from typing import Any
 
-from geometry_msgs.msg import (
-    Accel,
-    AccelStamped,
-    AccelWithCovariance,
-    AccelWithCovarianceStamped,
-    Point,
-    PointStamped,
-    Polygon,
-    PolygonInstance,
-    PolygonInstanceStamped,
-    PolygonStamped,
-    Pose,
-    PoseStamped,
-    PoseWithCovariance,
-    PoseWithCovarianceStamped,
-    Quaternion,
-    QuaternionStamped,
-    Transform,
-    TransformStamped,
-    Twist,
-    TwistStamped,
-    TwistWithCovariance,
-    TwistWithCovarianceStamped,
-    Vector3,
-    Vector3Stamped,
-    Wrench,
-    WrenchStamped,
-)
+from geometry_msgs import msg as geometry_msgs
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import join, JoinableException
 
@@ -51,21 +24,15 @@ _from_msg: dict[Any, Converter] = {}
 _to_msg: dict[Any, Converter] = {}
 _converters: dict[tuple[Any, Any], Converter] = {}
 
+_FIELDS = {
+    'Point': 'point', 'Vector3': 'vector', 'Quaternion': 'quaternion', 'Pose': 'pose',
+    'PoseWithCovariance': 'pose', 'Transform': 'transform', 'Polygon': 'polygon',
+    'PolygonInstance': 'polygon', 'Wrench': 'wrench', 'Twist': 'twist',
+    'TwistWithCovariance': 'twist', 'Accel': 'accel', 'AccelWithCovariance': 'accel'}
+
 STAMPED_FORMS: Mapping[type, tuple[type, str]] = {
-    Point: (PointStamped, 'point'),
-    Vector3: (Vector3Stamped, 'vector'),
-    Quaternion: (QuaternionStamped, 'quaternion'),
-    Pose: (PoseStamped, 'pose'),
-    PoseWithCovariance: (PoseWithCovarianceStamped, 'pose'),
-    Transform: (TransformStamped, 'transform'),
-    Polygon: (PolygonStamped, 'polygon'),
-    PolygonInstance: (PolygonInstanceStamped, 'polygon'),
-    Wrench: (WrenchStamped, 'wrench'),
-    Twist: (TwistStamped, 'twist'),
-    TwistWithCovariance: (TwistWithCovarianceStamped, 'twist'),
-    Accel: (AccelStamped, 'accel'),
-    AccelWithCovariance: (AccelWithCovarianceStamped, 'accel'),
-}
+    getattr(geometry_msgs, name): (getattr(geometry_msgs, f'{name}Stamped'), field)
+    for name, field in _FIELDS.items()}
 """The message with a header that holds one without, and the field it is in."""
 
 

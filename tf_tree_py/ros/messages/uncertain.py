@@ -56,7 +56,7 @@ def uncertain_values(message: PoseWithCovariance) -> tuple[PoseTuple, Array]:
 def composed_with(target_T_source: Any, message: PoseWithCovarianceStamped,
                   ) -> PoseWithCovarianceStamped:
     """
-    Return a pose in a target, with the uncertainty of the way there in its covariance.
+    Return a pose in a target frame; its covariance includes that of the transform.
 
     :param target_T_source: what ``Buffer.lookup_uncertain`` returns.
     :raises InvalidArgumentException: one of them has no covariance.

@@ -18,7 +18,6 @@ from .lookup_goal import full_goal, simple_goal
 from ..buffer.interface import BufferInterface, NO_TIME
 from ..buffer.wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_stamp
-from ..waiting.futures import outcome
 
 _PADDING = Duration(seconds=2.0)
 # 31 years, in seconds. The message holds up to 68 years.
@@ -125,19 +124,6 @@ class BufferClient(BufferInterface):
         return self._begin(full_goal(
             target_frame, self._as_stamp(target_time), source_frame, self._as_stamp(source_time),
             fixed_frame), timeout)
-
-    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                     timeout: Any = None) -> TransformStamped:
-        """Return the transform as soon as it is there."""
-        return await outcome(self.wait_for_transform_async(
-            target_frame, source_frame, time, timeout))
-
-    async def lookup_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformStamped:
-        """Return the transform between two times as soon as it is there."""
-        return await outcome(self.wait_for_transform_full_async(
-            target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     def _as_stamp(self, time: Any) -> int:
         return as_stamp(time, self._is_simulated)

@@ -35,9 +35,9 @@ class Event(Enum):
     REJECTED = auto()
     #: The server has said how the lookup ended.
     RESULT = auto()
-    #: The server waited for as long as it was asked to, which was only part of the time.
+    #: The server waited for as long as it was asked to: one part of a longer wait.
     PART_OVER = auto()
-    #: The same time is over here, and the server has said nothing: its clock may be slow.
+    #: That part is over by the clock here, and the server has said nothing: its clock may be slow.
     PART_LATE = auto()
     #: A server that was asked for the result does not know the goal: it is not the one that
     #: accepted it.
@@ -63,7 +63,7 @@ class Action(Enum):
     DROP_REQUEST = auto()
 
 
-# What the server has is dropped there; if it is dead, nobody hears that.
+# The server drops the goal; a dead one does not hear that.
 _ABANDON = Action.CANCEL_GOAL, Action.DROP_REQUEST
 
 # An event that a state does not name changes nothing: a response may come too late, and

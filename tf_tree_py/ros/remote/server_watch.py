@@ -39,7 +39,7 @@ class ServerWatch:
         return bool(self._find())
 
     def note_first(self) -> None:
-        """Take those that are there for known, if none is known yet."""
+        """Treat the servers that are there as known, if none is known yet."""
         if not self._known:
             self._known = self._find()
 

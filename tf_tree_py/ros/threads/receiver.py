@@ -129,7 +129,7 @@ class Receiver:
     def _end(self) -> None:
         try:
             self._on_end()
-        except BaseException:  # noqa: B902 - whoever gave up waiting may raise anything
+        except BaseException:  # noqa: B902 - callbacks of those who gave up may raise anything
             self._complaint.write('a callback')
 
     def _goes_on(self) -> bool:

@@ -14,8 +14,8 @@ def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
     """
     Return who publishes and hears some topics, as the ROS graph says.
 
-    :param node: asks; its own subscriptions are told too.
-    :param topics: full names, and of each whether its transforms are valid at all times.
+    :param node: asks the graph; its own subscriptions are among the answers.
+    :param topics: full names, each with whether its transforms are valid at all times.
     """
     return [_endpoint(info, topic, static, publishes)
             for topic, static in topics.items()

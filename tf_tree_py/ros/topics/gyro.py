@@ -1,4 +1,4 @@
-"""A gyroscope's topic as what is known of an edge between its poses."""
+"""A gyroscope's topic, which tells the rotation of an edge between its poses."""
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -12,7 +12,7 @@ from ..buffer.buffer import Buffer
 from ..buffer.wrong_arguments import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds
 
-# A second of a fast one: a thread may have to wait that long for a busy machine.
+# A second of a fast gyroscope: on a busy machine the thread may have to wait that long.
 _DEPTH = 1000
 # How often a message that cannot be used is logged.
 _PERIOD_S = 10.0
@@ -22,8 +22,8 @@ class GyroListener:
     """
     Aids an edge with the angular velocities of an ``Imu`` topic; see ``BufferCore.aid``.
 
-    It reads in a thread of its own, on a small node beside yours. Where the sensor is
-    mounted in the child frame, the buffer has to know. It lives until it is let go or
+    It reads in a thread of its own, on a small node beside yours. The buffer has to
+    know where the sensor is mounted in the child frame. It lives until it is let go or
     ``close()``; it is a context manager.
     """
 
@@ -70,7 +70,7 @@ class _Aid:
         rate = message.angular_velocity
         try:
             if message.angular_velocity_covariance[0] == -1.0:
-                return  # by which such a message says that it has none
+                return  # that is how an Imu message says that it has no angular velocity
             mounted = self._buffer.lookup(
                 self._child, message.header.frame_id.removeprefix('/'))
             turned = so3.rotate(mounted.rotation, (rate.x, rate.y, rate.z))

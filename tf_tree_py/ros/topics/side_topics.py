@@ -15,13 +15,12 @@ class SideTopics:
     """
     Reads topics in one daemon thread, on a small node beside the user's.
 
-    It lives as long as its owner, or until ``close()``; the node is not kept busy, and
-    need not be spun.
+    It lives as long as its owner, or until ``close()``. The user's node need not be spun.
     """
 
     def __init__(self, owner: object, node: Node, name: str) -> None:
         """
-        Begin to read nothing.
+        Begin without topics.
 
         :param owner: when it is gone, the thread ends; no callback may keep it alive.
         :param node: whose names and remappings to use.

@@ -1,5 +1,5 @@
 """
 Waiting by a ROS clock, and without a thread of one's own.
 
-What is waited for is nothing to it.
+It does not know what is waited for.
 """

@@ -54,7 +54,7 @@ class TransformFuture(AwaitableFuture):
         self.set_exception(error)
         self._tell_end(error)
         if self._wait.released:
-            # Who would have asked has ended too, of which rclpy would complain.
+            # Marks the exception as read: its reader has ended too, and rclpy would complain.
             self.exception()
 
     def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
@@ -63,7 +63,7 @@ class TransformFuture(AwaitableFuture):
         super().add_done_callback(callback)
 
     def _end(self) -> bool:
-        """Return whether nobody has ended it before, and wait no longer."""
+        """Stop waiting; return whether nobody had ended it before."""
         first = super()._end()
         if first:
             self._wait.end()

@@ -1,8 +1,8 @@
 """
 Waiting for a limited time without a thread of one's own: one query, until it ends.
 
-A ``Wait`` stands in the buffer's one line of those who wait, under what blocks it, just
-as a sleeping thread does; whoever changes that asks again on its behalf. Nothing polls.
+A ``Wait`` stands in the buffer's line of those who wait, as a sleeping thread does. Whoever
+changes what blocks it asks again on its behalf. Nothing polls.
 """
 
 from collections import deque
@@ -27,7 +27,7 @@ _FOREVER = 2**62
 
 class Timeouts:
     """
-    How long those who wait at a buffer may: by its clock, and by its wall guard.
+    How long waits at a buffer may last: by its clock, and by its wall guard.
 
     :ivar waiting: the line that they stand in.
     :ivar watch: the clock to go by.
@@ -46,7 +46,7 @@ class Timeouts:
         self.observers = observers
         self._wall_guard_s = wall_guard_s
         self._alarms = Alarms(watch, self.forget_orphans)
-        # What is left of waits that nobody refers to any more.
+        # The remains of waits that nobody refers to any more.
         self._orphans: deque[tuple[Inquiry[Any], int | None]] = deque()
 
     @property
@@ -73,13 +73,13 @@ class Timeouts:
         self._alarms.forget(number)
 
     def leave_orphan(self, inquiry: Inquiry[Any], alarm: int | None) -> None:
-        """Note what nobody needs any more; takes no lock, for finalizers call it."""
+        """Note the remains of a wait; takes no lock, for finalizers call it."""
         self._orphans.append((inquiry, alarm))
         if alarm is not None:
             self._alarms.ring()
 
     def forget_orphans(self) -> None:
-        """Take those out of the line whom nobody needs any more."""
+        """Take waits out of the line that nobody refers to any more."""
         with suppress(IndexError):
             while True:
                 inquiry, alarm = self._orphans.popleft()
@@ -89,7 +89,7 @@ class Timeouts:
 
 
 class Asker(Protocol[Taken]):
-    """Whom a wait is for; it ends the wait in both methods."""
+    """The one that a wait is for; it ends the wait in both methods."""
 
     def answered(self, answer: Taken) -> None:
         """Take the answer; in the thread that asked."""
@@ -105,12 +105,12 @@ class Wait(Generic[Answer]):
     The first time it is asked by ``ask``; then by whoever inserts what blocked it, in
     their thread, without the buffer's lock. It is over once ``end`` was called.
 
-    The buffer keeps neither it nor its asker alive, who is to keep it. One that nobody
-    refers to is forgotten, at the latest when the next one is made; unless
+    The buffer keeps neither it nor its asker alive; the asker has to keep it. A wait that
+    nobody refers to is forgotten, at the latest when the next one is made, unless
     ``keep_alive`` was called.
     """
 
-    # Whether there may be something to leave behind.
+    # Whether something may be left behind in the line or among the alarms.
     _made = False
 
     def __init__(self, timeouts: Timeouts, asker: Asker[Answer], query: Callable[[], Answer],
@@ -157,7 +157,7 @@ class Wait(Generic[Answer]):
             if deadline is not None and deadline.is_over():
                 once_more = False
             try:
-                # A lookup is told of where it begins, and not whenever it tries.
+                # Observers are told when a lookup begins, and not whenever it tries again.
                 with self._timeouts.observers.quiet():
                     answer = self._inquiry.ask(once_more=once_more, may_wait=self._may_wait)
             except TransformException as error:
