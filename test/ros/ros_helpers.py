@@ -77,6 +77,12 @@ def until(condition, patience_s=PATIENCE_S):
         time.sleep(0.002)
 
 
+def until_subscribed(node):
+    """Wait until somebody subscribes to each publisher of transforms of a node."""
+    until(lambda: all(publisher.get_subscription_count() for publisher in node.publishers
+                      if publisher.topic_name in ('/tf', '/tf_static')))
+
+
 def until_waiting(buffer, count=1):
     """Wait until so many threads wait inside a buffer."""
     until(lambda: len(buffer.waiting) >= count)
