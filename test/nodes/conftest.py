@@ -7,7 +7,11 @@ from programs import executable, Program
 import pytest
 from rclpy.node import Node
 from ros.conftest import context  # noqa: F401
+from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, TransformListener
+from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.ros.messages.convert import as_sample
+from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
 
 # Before rclpy.init, here and in the processes that tests start.
 isolate()
@@ -30,6 +34,21 @@ def buffer(context):  # noqa: F811
     with TransformListener(buffer, node):
         yield buffer
     node.destroy_node()
+
+
+@pytest.fixture
+def recorded(context):  # noqa: F811
+    """Return what arrives on /tf and /tf_static, message by message, as samples."""
+    node = Node('recorder', context=context)
+    messages = {'/tf': [], '/tf_static': []}
+    for (topic, heard), qos in zip(messages.items(), (dynamic_qos(), static_listener_qos()),
+                                   strict=True):
+        node.create_subscription(
+            TFMessage, topic, lambda message, heard=heard: heard.append(
+                [as_sample(transform)._replace(parent=transform.header.frame_id)
+                 for transform in message.transforms]), qos)
+    with spun_in_background(node):
+        yield messages
 
 
 @pytest.fixture

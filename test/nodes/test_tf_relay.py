@@ -7,7 +7,7 @@ from programs import PATIENCE_S
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from ros_helpers import transform, until
+from ros_helpers import transform, until, until_subscribed
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from tf_tree_py.core import Pose
@@ -15,8 +15,7 @@ from tf_tree_py.nodes import tf_relay
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.nodes.tf_relay import TfRelay
-from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
-from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
+from tf_tree_py.ros.messages.convert import transform_stamped
 
 SECOND = 1_000_000_000
 
@@ -62,24 +61,9 @@ def make_relay(context, robot='robot1', **parameters):
 def relayed(*args, **parameters):
     """Relay what a robot publishes, once those who are there hear the relay."""
     relay = make_relay(*args, **parameters)
-    until(lambda: all(publisher.get_subscription_count() for publisher in relay.publishers
-                      if publisher.topic_name in ('/tf', '/tf_static')))
+    until_subscribed(relay)
     with spun_in_background(relay):
         yield relay
-
-
-@pytest.fixture
-def recorded(context):
-    """Return what arrives on a topic, message by message, as samples."""
-    node = Node('recorder', context=context)
-    messages = {'/tf': [], '/tf_static': []}
-    for (topic, heard), qos in zip(messages.items(), (dynamic_qos(), static_listener_qos()),
-                                   strict=True):
-        node.create_subscription(
-            TFMessage, topic, lambda message, heard=heard: heard.append(
-                list(map(as_sample, message.transforms))), qos)
-    with spun_in_background(node):
-        yield messages
 
 
 def test_frames_come_out_under_the_prefix_and_shared_ones_do_not(context, robots, buffer):

@@ -12,10 +12,9 @@ import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
-from ros_helpers import until
+from ros_helpers import until, until_subscribed
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.core import Pose
 from tf_tree_py.core.stamp import from_seconds
@@ -23,8 +22,8 @@ from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.five_frame_motion import FiveFrameMotion
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.nodes.urdf_broadcaster import NAME, SETTINGS, UrdfBroadcaster
-from tf_tree_py.ros.messages.convert import as_sample, time_message
-from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
+from tf_tree_py.ros.messages.convert import time_message
+from tf_tree_py.ros.topics.qos import static_listener_qos
 import yaml
 
 CONFIG = Path(__file__).parents[2] / 'config' / 'five_frames.urdf'
@@ -60,25 +59,9 @@ def broadcasting(context, urdf=None, **parameters):
     """Run the node, once those who are there hear it."""
     node = UrdfBroadcaster(urdf, context=context, parameter_overrides=[
         Parameter(name, value=value) for name, value in parameters.items()])
-    until(lambda: all(publisher.get_subscription_count() for publisher in node.publishers
-                      if publisher.topic_name in ('/tf', '/tf_static')))
+    until_subscribed(node)
     with spun_in_background(node):
         yield node
-
-
-@pytest.fixture
-def recorded(context):
-    """Return what arrives on /tf and /tf_static, message by message, as samples."""
-    node = Node('recorder', context=context)
-    messages = {'/tf': [], '/tf_static': []}
-    for (topic, heard), qos in zip(messages.items(), (dynamic_qos(), static_listener_qos()),
-                                   strict=True):
-        node.create_subscription(
-            TFMessage, topic, lambda message, heard=heard: heard.append(
-                [as_sample(transform)._replace(parent=transform.header.frame_id)
-                 for transform in message.transforms]), qos)
-    with spun_in_background(node):
-        yield messages
 
 
 def until_heard(encoders, buffer, stamps, **positions):

@@ -12,7 +12,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from ros_helpers import PATIENCE_S, SimClock, Talker
+from ros_helpers import move, PATIENCE_S, SimClock, Talker, until
 from tf_tree_py import Buffer, TransformListener
 
 # Before rclpy.init, here and in the processes that tests start.
@@ -34,6 +34,17 @@ def context():
     rclpy.init(context=context, args=[])
     yield context
     context.try_shutdown()
+
+
+@pytest.fixture
+def buffer():
+    """Hold map -> base from 1 s to 2 s; afterwards nobody may wait in it."""
+    buffer = Buffer()
+    move(buffer, 1.0)
+    move(buffer, 2.0)
+    yield buffer
+    buffer.timeouts.forget_orphans()
+    until(lambda: len(buffer.waiting) == 0 and buffer.timeouts.alarms == 0)
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import threading
 
 from geometry_msgs.msg import PointStamped
-from ros_helpers import at, transform
+from ros_helpers import at
 
 
 def point(seconds, frame='base', x=0.0):
@@ -12,11 +12,6 @@ def point(seconds, frame='base', x=0.0):
     message.header.stamp = at(seconds).to_msg()
     message.point.x = x
     return message
-
-
-def move(buffer, seconds, parent='map', child='base'):
-    """Insert an edge's sample, at x = seconds."""
-    buffer.set_transform(transform(parent, child, seconds, x=seconds), 'me')
 
 
 class Inbox:

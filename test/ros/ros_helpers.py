@@ -55,6 +55,11 @@ def transform(parent, child, seconds=1.0, x=0.0, **rotation):
     return message
 
 
+def move(buffer, seconds, parent='map', child='base'):
+    """Insert an edge's sample, at x = seconds."""
+    buffer.set_transform(transform(parent, child, seconds, x=seconds), 'me')
+
+
 def with_a_lamp(buffer):
     """Fill a buffer with map -> odom -> base -> arm and a lamp on odom, at 1 s and 3 s."""
     for parent, child in (('map', 'odom'), ('odom', 'base'), ('base', 'arm'), ('odom', 'lamp')):
@@ -70,6 +75,12 @@ def until(condition, patience_s=PATIENCE_S):
     while not condition():
         assert time.monotonic() < end, 'it never came true'
         time.sleep(0.002)
+
+
+def until_subscribed(node):
+    """Wait until somebody subscribes to each publisher of transforms of a node."""
+    until(lambda: all(publisher.get_subscription_count() for publisher in node.publishers
+                      if publisher.topic_name in ('/tf', '/tf_static')))
 
 
 def until_waiting(buffer, count=1):

@@ -17,17 +17,16 @@ from ros_helpers import (
     at,
     lasting,
     LATEST,
+    move,
     PATIENCE,
     PATIENCE_S,
     SIM_TIME,
-    transform,
     until,
     until_waiting,
 )
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 from tf_tree_py import (
-    Buffer,
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
@@ -43,10 +42,6 @@ from tf_tree_py.ros.remote.goal_state import State, UNACCEPTED, WANTED
 ACTION = 'tf2_buffer_server'
 
 
-def move(buffer, seconds):
-    buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
-
-
 def x_of(message):
     return message.transform.translation.x
 
@@ -56,16 +51,6 @@ def ended(future):
     event = threading.Event()
     future.add_done_callback(lambda _: event.set())
     return event
-
-
-@pytest.fixture
-def buffer():
-    """Hold map -> base from 1 s to 2 s; afterwards nobody may wait in it."""
-    buffer = Buffer()
-    move(buffer, 1.0)
-    move(buffer, 2.0)
-    yield buffer
-    until(lambda: len(buffer.waiting) == 0)
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from ros_helpers import (
     at,
     lasting,
+    move,
     PATIENCE_S,
     SIM_TIME,
     transform,
@@ -19,15 +20,11 @@ from ros_helpers import (
 )
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
-from tf_tree_py import Buffer, TransformException
+from tf_tree_py import TransformException
 from tf_tree_py.ros.remote.buffer_server import BufferServer
 
 SUCCEEDED, ABORTED, CANCELED = (
     GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
-
-
-def move(buffer, seconds):
-    buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
 
 
 def goal(source='base', seconds=1.5, timeout=0.0, target='map'):
@@ -63,16 +60,6 @@ def settled(future):
     future.add_done_callback(lambda _: done.set())
     assert done.wait(PATIENCE_S)
     return future.result()
-
-
-@pytest.fixture
-def buffer():
-    """Hold map -> base from 1 s to 2 s; afterwards nobody may wait in it."""
-    buffer = Buffer()
-    move(buffer, 1.0)
-    move(buffer, 2.0)
-    yield buffer
-    assert len(buffer.waiting) == 0
 
 
 @pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])

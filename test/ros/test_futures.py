@@ -16,6 +16,7 @@ from ros_helpers import (
     at,
     lasting,
     LATEST,
+    move,
     PATIENCE,
     PATIENCE_S,
     SIM_TIME,
@@ -40,23 +41,6 @@ from tf_tree_py.ros.waiting.clock import ClockWatch
 
 EXECUTORS = pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
 HOUR = lasting(3600.0)
-
-
-@pytest.fixture
-def buffer():
-    """Hold map -> base from 1 s to 2 s."""
-    buffer = Buffer()
-    move(buffer, 1.0)
-    move(buffer, 2.0)
-    yield buffer
-    buffer.timeouts.forget_orphans()
-    assert len(buffer.waiting) == 0
-    assert buffer.timeouts.alarms == 0
-
-
-def move(buffer, seconds):
-    """Insert map -> base, at x = seconds."""
-    assert buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
 
 
 def wait_for(buffer, seconds, timeout=None):

@@ -7,7 +7,7 @@ import sys
 import threading
 from types import SimpleNamespace
 
-from filter_helpers import check, Inbox, move, point
+from filter_helpers import check, Inbox, point
 from geometry_msgs.msg import PointStamped, PoseStamped
 import pytest
 from rclpy.duration import Duration
@@ -22,6 +22,7 @@ from rclpy.qos import (
 from ros_helpers import (
     at,
     lasting,
+    move,
     PATIENCE_S,
     SIM_TIME,
     transform,
@@ -37,17 +38,6 @@ from tf_tree_py import (
 from tf_tree_py.core.buffer import waiting
 from tf_tree_py.ros.filtering.drop_reasons import Drop
 from tf_tree_py.ros.filtering.message_filter import MessageFilter
-
-
-@pytest.fixture
-def buffer():
-    """Hold map -> base from 1 s to 2 s; afterwards nobody may wait in it."""
-    buffer = Buffer()
-    move(buffer, 1.0)
-    move(buffer, 2.0)
-    yield buffer
-    assert len(buffer.waiting) == 0
-    assert buffer.timeouts.alarms == 0
 
 
 @pytest.fixture

@@ -1,14 +1,14 @@
 """The message filter beside one that asks everything again after every step."""
 
 from effort import examples
-from filter_helpers import check, Inbox, move, point
+from filter_helpers import check, Inbox, point
 from hypothesis import given, HealthCheck, strategies as st
 import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from ros_helpers import at, lasting
+from ros_helpers import at, lasting, move
 from tf_tree_py import Buffer, ClockJumpException, TransformException
 from tf_tree_py.ros.filtering.drop_reasons import Drop
 from tf_tree_py.ros.filtering.message_filter import MessageFilter

@@ -6,7 +6,6 @@ and its content; chunks hold records, mostly compressed.
 """
 
 from collections.abc import Iterator
-import mmap
 from pathlib import Path
 import zlib
 
@@ -21,7 +20,7 @@ from .rosbags_file import (
     is_volatile,
     UNREADABLE,
 )
-from .salvage import Bytes, Cut, definition, lost_bytes
+from .salvage import Bytes, Cut, definition, lost_bytes, mapped
 from .source import Arrival, Source
 
 _MAGIC = b'\x89MCAP0\r\n'
@@ -39,10 +38,7 @@ class McapScan:
 
         :raises ValueError: it is no MCAP file.
         """
-        with path.open('rb') as file:
-            self._data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-        if self._data[:len(_MAGIC)] != _MAGIC:
-            raise ValueError('it does not begin as MCAP does')
+        self._data = mapped(path, _MAGIC, 'MCAP')
         self.definitions: dict[Source, MessageDefinition] = {}
         self.lost = ''
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}

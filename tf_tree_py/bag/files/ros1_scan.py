@@ -7,7 +7,6 @@ data, each behind its length; chunks hold records.
 
 import bz2
 from collections.abc import Iterator
-import mmap
 from pathlib import Path
 import struct
 
@@ -15,7 +14,7 @@ from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition
 
 from .rosbags_file import UNREADABLE
-from .salvage import Bytes, Cut, definition, lost_bytes
+from .salvage import Bytes, Cut, definition, lost_bytes, mapped
 from .source import Arrival, Source
 
 _MAGIC = b'#ROSBAG V2.0\n'
@@ -31,10 +30,7 @@ class Ros1Scan:
 
         :raises ValueError: it is no bag of ROS 1.
         """
-        with path.open('rb') as file:
-            self._data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-        if self._data[:len(_MAGIC)] != _MAGIC:
-            raise ValueError('it does not begin as a bag of ROS 1 does')
+        self._data = mapped(path, _MAGIC, 'a bag of ROS 1')
         self.definitions: dict[Source, MessageDefinition] = {}
         self.lost = ''
         self._connections: dict[int, Source] = {}

@@ -7,6 +7,7 @@ scan; what all of them need stands here.
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
+import mmap
 from pathlib import Path
 import struct
 
@@ -53,6 +54,21 @@ class SalvagedFile:
 
     def close(self) -> None:
         """Nothing is open."""
+
+
+def mapped(path: Path, magic: bytes, kind: str) -> memoryview:
+    """
+    Return the bytes of a file.
+
+    :param magic: what it begins with.
+    :param kind: of the file, for the error.
+    :raises ValueError: it begins with something else, or it is empty.
+    """
+    with path.open('rb') as file:
+        data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+    if data[:len(magic)] != magic:
+        raise ValueError(f'it does not begin as {kind} does')
+    return data
 
 
 def definition(text: str, encoding: str = 'ros2msg') -> MessageDefinition:

@@ -4,11 +4,8 @@ The anchor over DDS: the node as anybody runs it, a robot, and a relocaliser tha
 It drives in real time, so for seconds instead of minutes.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from multiprocessing.connection import Connection
-import subprocess
-import sys
 import time
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -25,14 +22,13 @@ from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
-from .session import answer, session, ticks
+from .session import answer, executable, session, ticks
 from ..anchor import COVARIANCE, driven, LATE_S, LIMITS, measured, odometry, Pass, sightings, STEP
 from ..report import Column, Report, Table
 
 _SECONDS = 12.0
 _SETTLED_S = 3.0
 _NAME = 'relocalisation_anchor'
-_NODE = f'tf_tree_py.nodes.{_NAME}'
 
 
 def robot(node: Node, pipe: Connection, seconds: float) -> None:
@@ -59,18 +55,12 @@ def robot(node: Node, pipe: Connection, seconds: float) -> None:
     pipe.recv()
 
 
-@contextmanager
-def anchor() -> Iterator[None]:
-    """Run the node, as anybody does; end it in the end."""
-    with subprocess.Popen(
-            [sys.executable, '-m', _NODE, '--ros-args', '-p', f'over:={as_seconds(LIMITS.over)}',
-             '-p', f'max_speed:={LIMITS.max_speed}', '-p',
-             f'max_turn_rate:={LIMITS.max_turn_rate}', '-p', 'rate_hz:=100.0'],
-            stderr=subprocess.DEVNULL, start_new_session=True) as process:
-        try:
-            yield
-        finally:
-            process.terminate()
+def anchor() -> AbstractContextManager[None]:
+    """Run the node with the lab's limits."""
+    return executable(
+        _NAME, '--ros-args', '-p', f'over:={as_seconds(LIMITS.over)}',
+        '-p', f'max_speed:={LIMITS.max_speed}', '-p', f'max_turn_rate:={LIMITS.max_turn_rate}',
+        '-p', 'rate_hz:=100.0')
 
 
 def run(seconds: float = _SECONDS) -> Report:

@@ -1,11 +1,7 @@
 """One edited line over DDS: urdf_broadcaster watches its file, and every running module moves."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
-import subprocess
-import sys
 from tempfile import TemporaryDirectory
 import time
 
@@ -16,7 +12,7 @@ from tf_tree_py.ros.messages.convert import time_message
 from tf_tree_py.urdf import Robot
 
 from .remount import Answer, changes, perceive, table
-from .session import answers, session, ticks
+from .session import answers, executable, session, ticks
 from ..one_edge import description, edited
 from ..remount import MODULES
 from ..report import Report
@@ -24,7 +20,6 @@ from ..report import Report
 EDITED = 'torso'
 _PERIOD = from_seconds(0.020)
 _PROCESSES = 3
-_NODE = 'tf_tree_py.nodes.urdf_broadcaster'
 
 
 def encoders(node: Node, pipe: Connection) -> None:
@@ -37,24 +32,13 @@ def encoders(node: Node, pipe: Connection) -> None:
         publisher.publish(message)
 
 
-@contextmanager
-def broadcaster(path: Path) -> Iterator[None]:
-    """Run the node on a file, as anybody does; end it in the end."""
-    with subprocess.Popen([sys.executable, '-m', _NODE, '--urdf', str(path)],
-                          stderr=subprocess.DEVNULL, start_new_session=True) as process:
-        try:
-            yield
-        finally:
-            process.terminate()
-
-
 def run(processes: int = _PROCESSES) -> Report:
     """Start the robot and its modules, and edit a line of the description while they run."""
     text = description()
     with TemporaryDirectory() as folder, session() as lab:
         path = Path(folder) / 'humanoid.urdf'
         path.write_text(text)
-        with broadcaster(path):
+        with executable('urdf_broadcaster', '--urdf', str(path)):
             lab.start(encoders)
             pipes = [lab.start(perceive, MODULES[number::processes])
                      for number in range(processes)]

@@ -13,6 +13,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from typing import Any
@@ -206,3 +208,14 @@ def ticks(pipe: Connection, period: int) -> Iterator[None]:
         yield
         # If the machine was too busy for some ticks, they are left out.
         number = max(number, (time.monotonic_ns() - start) // period) + 1
+
+
+@contextmanager
+def executable(name: str, *arguments: str) -> Iterator[None]:
+    """Run one of this package's nodes in a process, as anybody does; end it in the end."""
+    with subprocess.Popen([sys.executable, '-m', f'tf_tree_py.nodes.{name}', *arguments],
+                          stderr=subprocess.DEVNULL, start_new_session=True) as process:
+        try:
+            yield
+        finally:
+            process.terminate()
