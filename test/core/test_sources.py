@@ -1,10 +1,12 @@
 """Several sources of one edge: who answers, and how the edge goes from one to another."""
 
+from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py.core import BufferCore, InvalidArgumentException, Kind, Pose, se3, UNLIMITED
 from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.telling.made_way import as_values, Hearsay
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -133,6 +135,28 @@ def test_one_that_falls_silent_makes_way_and_that_is_told():
     assert active(buffer) == ['visual']
     assert_never_jumps(buffer, 7 * SECOND)
     assert_same_pose(buffer.lookup('odom', 'base', 7 * SECOND), visual(7 * SECOND))
+
+
+def test_one_that_made_way_is_known_until_it_answers_again():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    told, = feed(buffer, SECOND, 2 * SECOND, 'visual')
+    assert [source.made_way for source in buffer.sources_of('base')] == [told, None]
+    # Another process is told in words, as often as one likes, and hears of it once.
+    words, elsewhere = as_values(buffer.sources_of('base')), Hearsay()
+    heard = [*elsewhere.news('robot: tf odom -> base', words),
+             *elsewhere.news('robot: tf odom -> base', words)]
+    assert heard == [told]
+    feed(buffer, 2 * SECOND, 3 * SECOND, 'wheels', 'visual')
+    buffer.switch('base', to='wheels')
+    assert [source.made_way for source in buffer.sources_of('base')] == [None, None]
+    assert as_values(buffer.sources_of('base')) == {}
+
+
+@for_each(status=['robot: tf', 'odom -> base', 'robot: tf odom -> base'],
+          values=[{}, {'Made way: wheels': 'because'}, {'Rate (Hz)': '3'}])
+def test_what_says_nothing_of_sources_is_no_news(status, values):
+    assert Hearsay().news(status, values) == []
 
 
 def test_one_that_diverges_from_two_others_makes_way():

@@ -45,11 +45,13 @@ class Source(NamedTuple):
 
     :ivar newest: its newest stamp, nanoseconds.
     :ivar is_active: whether the tree answers by it.
+    :ivar made_way: why it made way last by the rule; None where it did not, or answers again.
     """
 
     name: str
     newest: int
     is_active: bool
+    made_way: Incident | None = None
 
 
 class Sources:
@@ -69,6 +71,7 @@ class Sources:
     def _begin_anew(self) -> None:
         """Forget what was heard: the first that is heard will be the active one."""
         self.histories.clear()
+        self._made_way: dict[str, Incident] = {}
         self.active = ''
         # While another is awaited: how to go over to it.
         self._awaited: Limits | None = None
@@ -121,8 +124,12 @@ class Sources:
         if name == self.active and self._awaited is None:
             raise InvalidArgumentException(
                 f'{self.parent} -> {self.child} has the source {name!r} already')
-        self.active = name
+        self._choose(name)
         return self.begin(tree, limits)
+
+    def _choose(self, name: str) -> None:
+        self.active = name
+        self._made_way.pop(name, None)
 
     def begin(self, tree: Tree, limits: Limits) -> tuple[Transition | None, list[Sample]]:
         """Begin to go over to the active source, if that has reached the edge."""
@@ -200,15 +207,19 @@ class Sources:
 
     def _make_way(self, name: str, kind: Kind, stamp: int, why: str) -> Incident:
         assert self.rule is not None
-        before, self.active, self._awaited = self.active, name, self.rule.limits
-        return Incident(kind, self.parent, self.child, stamp, before,
-                        f'the source {before!r} {why}; the edge goes over to {name!r}')
+        before, self._awaited = self.active, self.rule.limits
+        self._choose(name)
+        incident = self._made_way[before] = Incident(
+            kind, self.parent, self.child, stamp, before,
+            f'the source {before!r} {why}; the edge goes over to {name!r}')
+        return incident
 
     # --- looking
 
     def listed(self) -> list[Source]:
         """Return them, the preferred ones first."""
-        return [Source(name, history.latest_stamp or 0, name == self.active)
+        return [Source(name, history.latest_stamp or 0, name == self.active,
+                       self._made_way.get(name))
                 for name, history in self.histories.items()]
 
     def smoothed(self, edge: CorrectedHistory) -> DynamicHistory:
