@@ -20,7 +20,7 @@ from ..edges.corrected import CorrectedHistory
 from ..errors import InvalidArgumentException
 from ..geometry.poses import checked_pose
 from ..geometry.se3 import PoseTuple
-from ..stamp import from_seconds
+from ..stamp import format_span, from_seconds
 from ..tree.corrections import Transition
 from ..tree.queries import Snapshot
 from ..tree.sources import Rule, Source, Sources
@@ -119,13 +119,19 @@ class Switching(Correcting):
             nanoseconds.
         :param gate: by how many metres and radians the motions of two sources over the
             window may differ; None: by any.
-        :param window: nanoseconds.
+        :param window: nanoseconds; with a gate shorter than ``cache_time``.
         :raises InvalidArgumentException: an edge that has no sources, or what is no limit.
+
+        One stamp of the far future makes all others silent: ``max_future`` keeps such out.
 
         The other parameters are those of ``correct``.
         """
         limits = checked_limits(over, max_speed, max_turn_rate, reach)
         rule = Rule(_span('max_age', max_age), _gate(gate), _span('window', window), limits)
+        if rule.gate and rule.window >= self.cache_time:
+            raise InvalidArgumentException(
+                f'Over a window of {format_span(rule.window)} no motions can be compared, for the '
+                f'buffer keeps {format_span(self.cache_time)}: allow a longer cache_time')
         with self._lock:
             self._sources_of(checked_frame(child)).rule = rule
 
