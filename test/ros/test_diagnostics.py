@@ -85,7 +85,7 @@ def test_source_that_made_way_is_shown_until_it_answers_again(robot):
     sends('visual')
     status, values = robot.status()
     assert status.level == WARN and "'wheels' made way" in status.message
-    assert "nothing for more than 500 ms" in values['Made way: wheels']
+    assert 'nothing for more than 500 ms' in values['Made way: wheels']
     sends('wheels')
     robot.buffer.switch('base', to='wheels')
     status, values = robot.status()
