@@ -186,6 +186,19 @@ def test_one_that_comes_at_the_peak_of_another_is_no_faster_either(other):
     assert 0.99 * MAX_SPEED < speed <= MAX_SPEED + 1e-9
 
 
+def test_turn_alone_is_no_faster_than_stated():
+    buffer, change = BufferCore(UNLIMITED), None
+    for stamp in range(0, 10 * SECOND, STEP):
+        buffer.insert('map', 'odom', stamp, Pose())
+        if stamp == SECOND:
+            change = buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.4), over=0, **BOUNDS)
+        elif change and stamp == (change.begin + change.end) // 2 // STEP * STEP:
+            buffer.correct('odom', Pose.from_xyz_rpy(roll=0.2, yaw=-0.2), over=0, **BOUNDS)
+    _, turn_rate = worst_excess(
+        buffer, 'map', 'odom', np.arange(0, 10 * SECOND, STEP), lambda _: Pose())
+    assert 0.99 * MAX_TURN_RATE < turn_rate <= MAX_TURN_RATE + 1e-9
+
+
 def test_another_pivot_during_a_blend_begins_with_the_rate_that_it_has_there():
     buffer = fed(SECOND)
     buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.4), over=SECOND)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from ros_helpers import until
+from ros_helpers import SimClock, until
 from std_srvs.srv import Trigger
 from tf2_echoes import Tf2Echo
 from tf2_msgs.msg import TFMessage
@@ -152,6 +152,23 @@ def test_the_first_of_the_list_is_gone_over_to_if_another_was_heard_before(conte
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
     robot.assert_no_faster_than_stated()
+
+
+def test_clock_that_goes_back_begins_another_run(context, robot):
+    clock = SimClock(robot.node)
+    with switching(context, robot, use_sim_time=True, over=100.0) as node:
+        for begin in (100, 50):
+            clock.show(float(begin), node._buffer)
+            for stamp in range(begin * SECOND, begin * SECOND + 100 * MS, STEP):
+                robot.say('wheel', stamp)
+                robot.say('vo', stamp)
+            until(lambda begin=begin: robot.heard
+                  and robot.heard[-1].stamp == begin * SECOND + 90 * MS)
+            robot.ask('vo')  # a blend that the jump ends
+    second = [sample for sample in robot.heard if sample.stamp < 100 * SECOND]
+    assert len(second) == 10
+    for sample in second:
+        assert max(se3.distance(sample.pose, robot.went(sample.stamp))) < 1e-6
 
 
 def test_messages_of_other_types_are_taken(context, robot):
