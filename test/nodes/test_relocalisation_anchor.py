@@ -107,9 +107,16 @@ def test_what_is_of_no_use_is_told_and_no_more(context, robot, capfd):
             heard.append(capfd.readouterr().err)
             return text in ''.join(heard)
 
-        until(lambda: told("it is a pose in 'world', not in 'map'"))
+        until(lambda: told("it tells of 'world' -> 'base_link', not of 'map' -> 'base_link'"))
+        # A pose that nobody filled is none without a turn.
+        for stamp in (time.time_ns() - 500 * MS, time.time_ns() - 400 * MS):
+            robot.drive(stamp)
+            message = pose_with_covariance_stamped('map', stamp, Pose(), COVARIANCE)
+            message.pose.pose.orientation.w = 0.0
+            robot._pose.publish(message)
         see_twice(robot, MAP_T_ODOM)
         robot.wait_for(MAP_T_ODOM)
+    assert max(se3.distance(robot.heard[0].pose, MAP_T_ODOM)) < 1e-6
 
 
 def test_parameter_that_names_no_frame_is_refused(context):

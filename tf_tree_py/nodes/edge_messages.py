@@ -6,7 +6,8 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.sample import checked, Sample
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
@@ -36,19 +37,20 @@ def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
 
     Other edges of a TFMessage are left out; a message without a child is of this one.
 
-    :raises InvalidArgumentException: it is of another edge, or has no stamp.
+    :raises InvalidArgumentException: it is of another edge, has no stamp, or no sound pose.
     """
     if isinstance(message, TFMessage):
         for transform in message.transforms:
             sample = as_sample(transform)
             if (sample.parent, sample.child) == (parent, child):
-                yield _stamped(sample)
+                yield _sound(sample)
         return
     sample = as_sample(message) if isinstance(message, TransformStamped) else _of_pose(message)
     if (sample.parent, sample.child or child) != (parent, child):
         raise InvalidArgumentException(
-            f'it tells of {sample.parent!r} -> {sample.child!r}, not of {parent!r} -> {child!r}')
-    yield _stamped(sample._replace(child=child))
+            f'it tells of {sample.parent!r} -> {sample.child or child!r}, not of {parent!r} -> '
+            f'{child!r}')
+    yield _sound(sample._replace(child=child))
 
 
 def _of_pose(message: Any) -> Sample:
@@ -59,7 +61,10 @@ def _of_pose(message: Any) -> Sample:
                   as_nanoseconds(message.header.stamp), (p.x, p.y, p.z, q.x, q.y, q.z, q.w))
 
 
-def _stamped(sample: Sample) -> Sample:
+def _sound(sample: Sample) -> Sample:
     if sample.stamp == LATEST:
         raise InvalidArgumentException('it has no stamp, so nothing tells when that was true')
-    return sample
+    found = checked(sample, '')
+    if isinstance(found, Incident):
+        raise InvalidArgumentException(f'{found.kind.value}: {found.detail}')
+    return found

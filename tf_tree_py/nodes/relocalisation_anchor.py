@@ -12,17 +12,19 @@ from rclpy.node import Node
 from tf_tree_py.core.anchor import Anchor, GATE, Sighting
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.geometry.covariances import checked_covariance
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
-from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
+from tf_tree_py.ros.messages.convert import time_message
 from tf_tree_py.ros.messages.uncertain import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .blended_edge import frame_of, LIMITS, limits_of
+from .edge_messages import samples_of
 from .outlets import Outlet
 from .parameters import declare, describe, Setting
 from .running import Parser, run, spin
@@ -89,21 +91,16 @@ class RelocalisationAnchor(Node):
 
     def _hear(self, message: PoseWithCovarianceStamped) -> None:
         """Wait for the odometry of a pose's stamp."""
-        frame = message.header.frame_id.removeprefix('/')
         try:
-            if frame != self._map:
-                raise TransformException(f'it is a pose in {frame!r}, not in {self._map!r}')
-            pose, covariance = uncertain_values(message.pose)
-            stamp = as_nanoseconds(message.header.stamp)
-            if not stamp:
-                raise TransformException('it has no stamp, so nothing tells when that was true')
+            sample, = samples_of(message, self._map, self._frame)
+            covariance = checked_covariance(message.pose.covariance)
         except TransformException as error:
             self._warn(f'A pose is of no use: {error}')
             return
         known = self._buffer.wait_for_transform_async(
             self._odom, self._frame, message.header.stamp, Duration(seconds=self._values['wait']))
         self._awaited.add(known)
-        known.add_done_callback(partial(self._take, stamp, pose, covariance))
+        known.add_done_callback(partial(self._take, sample.stamp, sample.pose, covariance))
 
     def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Any) -> None:
         """Take a pose whose odometry is there, or never comes."""
