@@ -9,6 +9,7 @@ package_name = 'tf_tree_py'
 
 executables = [
     'buffer_server',
+    'edge_switch',
     'five_frame_demo',
     'five_frame_listener',
     'five_frame_publisher',

@@ -5,7 +5,7 @@ import pickle
 import random
 import threading
 
-from crew import Crew
+from crew import Crew, PATIENCE_S
 from inputs import for_each
 import numpy as np
 import pytest
@@ -13,12 +13,15 @@ from strategies import assert_same_pose
 from tf_tree_py.core import (
     BufferCore,
     InvalidArgumentException,
+    load,
     Pose,
     se3,
     Spline,
     TransformException,
     UNLIMITED,
 )
+from tf_tree_py.core.arrivals.incidents import TransformWarning
+from tf_tree_py.core.twist import lookup_twist_many
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -61,6 +64,43 @@ def test_no_answer_that_was_given_changes_nor_one_before_the_blend():
     assert answers(buffer, stamps) == before
     fed(4 * SECOND, buffer, since=2 * SECOND + STEP)
     assert answers(buffer, stamps) == before
+
+
+@for_each(insert=[
+    lambda buffer, stamp: buffer.insert('odom', 'base', stamp, driven(stamp)),
+    lambda buffer, stamp: buffer.insert_track('odom', 'base', [stamp], [driven(stamp)])])
+def test_newest_sample_that_is_sent_again_stays_as_it_was_answered(insert):
+    """The blend begins with it: moved by the blend it would differ in its last bits."""
+    buffer = BufferCore(UNLIMITED)
+    for stamp in range(0, 2 * SECOND, STEP):
+        insert(buffer, stamp)
+        answered = buffer.lookup_at('odom', 'base', stamp)
+        if stamp % (100 * MS) == 0:
+            buffer.correct('base', Pose.from_xyz_rpy(y=stamp / SECOND, yaw=0.3), over=SECOND)
+            insert(buffer, stamp)
+            assert buffer.lookup_at('odom', 'base', stamp) == answered
+
+
+def test_late_sample_of_an_earlier_blend_is_moved_by_that_one():
+    buffer, late = fed(SECOND), SECOND + 200 * MS
+    buffer.correct('base', SHIFT, over=SECOND)
+    fed(late, buffer, since=SECOND + STEP)
+    answered = buffer.lookup_at('odom', 'base', late)
+    fed(SECOND + 500 * MS, buffer, since=late + STEP)
+    buffer.correct('base', Pose(y=0.5), over=SECOND)
+    buffer.insert('odom', 'base', late, driven(late))
+    assert buffer.lookup_at('odom', 'base', late) == answered
+
+
+def test_correction_waits_for_who_is_inside_the_buffer():
+    buffer = fed(SECOND)
+    corrector = threading.Thread(target=buffer.correct, args=('base', SHIFT))
+    with buffer._lock:
+        corrector.start()
+        corrector.join(0.1)  # without the lock a millisecond is plenty
+        assert buffer.corrections_version == 0 and corrector.is_alive()
+    corrector.join()
+    assert buffer.corrections_version == 1
 
 
 def test_from_its_end_on_the_correction_holds_wholly():
@@ -130,6 +170,47 @@ def test_no_edge_is_faster_than_its_own_motion_and_the_stated_rate(every):
         assert speed <= MAX_SPEED + 1e-9
         assert turn_rate <= MAX_TURN_RATE + 1e-9
         assert turn_rate > 0.1 * MAX_TURN_RATE or every < 200  # it does move
+
+
+@for_each(other=[3.0, -2.0])
+def test_one_that_comes_at_the_peak_of_another_is_no_faster_either(other):
+    """The present rate and the new way add up; where that leads back most of all."""
+    buffer = fed(SECOND)
+    change = buffer.correct('odom', Pose(x=1.0), over=0, **BOUNDS)
+    middle = (change.begin + change.end) // 2 // STEP * STEP
+    fed(middle, buffer, since=SECOND + STEP)
+    last = buffer.correct('odom', Pose(x=other), over=0, **BOUNDS).end // STEP * STEP
+    for stamp in range(middle + STEP, last, STEP):
+        buffer.insert('map', 'odom', stamp, FIXED)
+    speed, _ = worst_excess(buffer, 'map', 'odom', np.arange(SECOND, last, STEP), lambda _: FIXED)
+    assert 0.99 * MAX_SPEED < speed <= MAX_SPEED + 1e-9
+
+
+def test_turn_alone_is_no_faster_than_stated():
+    buffer, change = BufferCore(UNLIMITED), None
+    for stamp in range(0, 10 * SECOND, STEP):
+        buffer.insert('map', 'odom', stamp, Pose())
+        if stamp == SECOND:
+            change = buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.4), over=0, **BOUNDS)
+        elif change and stamp == (change.begin + change.end) // 2 // STEP * STEP:
+            buffer.correct('odom', Pose.from_xyz_rpy(roll=0.2, yaw=-0.2), over=0, **BOUNDS)
+    _, turn_rate = worst_excess(
+        buffer, 'map', 'odom', np.arange(0, 10 * SECOND, STEP), lambda _: Pose())
+    assert 0.99 * MAX_TURN_RATE < turn_rate <= MAX_TURN_RATE + 1e-9
+
+
+def test_another_pivot_during_a_blend_begins_with_the_rate_that_it_has_there():
+    buffer = fed(SECOND)
+    buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.4), over=SECOND)
+    fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
+    buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.4), over=SECOND, about=(5.0, 0.0, 0.0))
+    fed(2 * SECOND, buffer, since=SECOND + 500 * MS + STEP)
+    poses = buffer.lookup_many('map', 'odom', np.arange(SECOND, 2 * SECOND, STEP))
+    arm = np.broadcast_to((5.0, 0.0, 0.0), (len(poses), 3))
+    velocities = np.diff(se3.apply_many(poses, arm), axis=0) / (STEP / SECOND)
+    # It swings at some 4 m/s; a jump of that would show in one step.
+    assert np.linalg.norm(velocities, axis=1).max() > 3.0
+    assert np.abs(np.diff(velocities, axis=0)).max() < 0.4
 
 
 def test_what_hangs_below_within_reach_of_the_pivot_is_no_faster_either():
@@ -244,6 +325,77 @@ def test_snapshot_keeps_the_blend_and_pickles():
     assert frozen.lookup_uncertain('odom', 'base')[1][0, 0] > 0.0
 
 
+def test_snapshot_knows_nothing_of_what_comes_later():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=SECOND)
+    fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
+    frozen = buffer.snapshot()
+    pose, covariance = frozen.lookup_uncertain('odom', 'base')
+    buffer.correct('base', Pose(x=3.0), over=SECOND)
+    assert frozen.correction_of('base') == SHIFT
+    again = frozen.lookup_uncertain('odom', 'base')
+    assert again[0] == pose
+    np.testing.assert_array_equal(again[1], covariance)
+
+
+def test_saved_blend_is_answered_as_it_was(tmp_path):
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=2 * SECOND)
+    fed(2 * SECOND, buffer, since=SECOND + STEP)
+    buffer.save(tmp_path / 'tree')
+    loaded, stamps = load(tmp_path / 'tree'), np.arange(0, 2 * SECOND, 41 * MS)
+    for there, here in zip(loaded.lookup_uncertain_many('odom', 'base', stamps),
+                           buffer.lookup_uncertain_many('odom', 'base', stamps), strict=True):
+        np.testing.assert_array_equal(there, here)
+    assert (loaded.correction_of('base'), loaded.corrections_version) == (SHIFT, 1)
+
+
+def test_every_kind_of_lookup_is_the_same_during_a_blend():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=0, **BOUNDS)
+    fed(4 * SECOND, buffer, since=SECOND + STEP)
+    stamps = np.arange(SECOND, 3 * SECOND, 87 * MS)
+    many = buffer.lookup_many('odom', 'base', stamps)
+    covariances = buffer.lookup_uncertain_many('odom', 'base', stamps)[1]
+    twists = lookup_twist_many(buffer, 'base', 'odom', stamps, averaging_interval=STEP)
+    assert 0.5 < np.linalg.norm(twists[:, :3], axis=1).max() <= 0.5 + MAX_SPEED
+    for number, stamp in enumerate(stamps.tolist()):
+        assert_same_pose(buffer.lookup_at('odom', 'base', stamp), many[number], 1e-13)
+        assert_same_pose(buffer.lookup_tree('odom', stamp)['base'], many[number], 1e-13)
+        np.testing.assert_allclose(buffer.lookup_uncertain('odom', 'base', stamp)[1],
+                                   covariances[number], atol=1e-13)
+
+
+def test_window_that_is_shorter_than_the_blend_changes_nothing():
+    short = fed(SECOND, BufferCore(200 * MS))
+    long = fed(SECOND)
+    for buffer in (short, long):
+        buffer.correct('base', SHIFT, over=3 * SECOND, **BOUNDS)
+    for since in range(SECOND + STEP, 5 * SECOND, 100 * MS):
+        for buffer in (short, long):
+            fed(since + 90 * MS, buffer, since=since)
+        assert short.lookup('odom', 'base') == long.lookup('odom', 'base')
+
+
+def test_edge_that_becomes_static_during_a_blend_forgets_it():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=SECOND)
+    buffer.insert('odom', 'base', 0, FIXED, static=True, strict=False)
+    assert buffer.lookup('odom', 'base') == FIXED and buffer.correction_of('base') == Pose()
+    with pytest.warns(TransformWarning, match='dynamic'):
+        fed(2 * SECOND, buffer, since=SECOND + STEP)
+    assert buffer.lookup('odom', 'base') == driven(2 * SECOND)
+
+
+def test_stamps_that_jump_back_during_a_blend_end_it():
+    buffer = fed(3 * SECOND, BufferCore(clear_on_jump_back=SECOND))
+    buffer.correct('base', SHIFT, over=9 * SECOND)
+    with pytest.warns(TransformWarning, match='jumped back'):
+        fed(2 * SECOND, buffer)
+    assert_same_pose(buffer.lookup('odom', 'base'), driven(2 * SECOND))
+    assert buffer.correction_of('base') == Pose() and buffer.corrections_version == 1
+
+
 def test_after_clear_samples_come_as_they_are():
     buffer = fed(SECOND)
     buffer.correct('base', SHIFT, over=SECOND)
@@ -307,11 +459,17 @@ class Storm:
         self.versions = threading.local()
         self.changes = []
         self.asked = random.Random(5)
+        # So that corrections come all along the drive, whomever the machine lets run: they may
+        # follow one that was driven for, and no more than three lag behind.
+        self.turns, self.leads = threading.Semaphore(0), threading.Semaphore(3)
 
     def write_odometry(self):
-        for stamp in self.stamps.tolist():
+        for number, stamp in enumerate(self.stamps.tolist()):
             self.buffer.insert('odom', 'base', stamp, driven(stamp))
             self.buffer.insert('odom', 'arm', stamp, Pose(x=1.0))
+            if number % 2:
+                self.turns.release()
+                self.leads.acquire(timeout=PATIENCE_S)
 
     def write_localisation(self):
         for stamp in self.stamps.tolist():
@@ -319,11 +477,13 @@ class Storm:
 
     def write_corrections(self):
         rng = np.random.default_rng(7)
-        for number in range(200):
+        for number in range(len(self.stamps) // 2):
+            self.turns.acquire(timeout=PATIENCE_S)
             x, y, yaw = rng.uniform(-0.4, 0.4, 3)
             self.changes.append(self.buffer.correct(
                 ('base', 'odom', 'arm')[number % 3], Pose.from_xyz_rpy(x=x, y=y, yaw=yaw), over=0,
                 **BOUNDS))
+            self.leads.release()
 
     def read_newest(self):
         for ends in (('odom', 'base'), ('map', 'camera')):
@@ -368,8 +528,9 @@ def test_storm_of_writers_and_readers():
         crew.read(read)
     crew.run()
     buffer = storm.buffer
-    assert len({change.begin for change in storm.changes}) > 10 and len(storm.answered) > 100
-    assert [change.version for change in storm.changes] == list(range(1, 201))
+    assert len({change.begin for change in storm.changes}) > 50 and len(storm.answered) > 100
+    versions = [change.version for change in storm.changes]
+    assert versions == list(range(1, len(versions) + 1))
     # What was answered at any time is what is answered now, bit by bit.
     for (target, source, stamp), pose in storm.answered.items():
         assert buffer.lookup_at(target, source, stamp) == pose

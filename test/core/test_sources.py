@@ -1,10 +1,25 @@
 """Several sources of one edge: who answers, and how the edge goes from one to another."""
 
+from contextlib import suppress
+import random
+import threading
+
+from crew import Crew, PATIENCE_S
+from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose
-from tf_tree_py.core import BufferCore, InvalidArgumentException, Kind, Pose, se3, UNLIMITED
+from tf_tree_py.core import (
+    BufferCore,
+    InvalidArgumentException,
+    Kind,
+    load,
+    Pose,
+    se3,
+    UNLIMITED,
+)
 from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.telling.made_way import as_values, Hearsay
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -135,6 +150,137 @@ def test_one_that_falls_silent_makes_way_and_that_is_told():
     assert_same_pose(buffer.lookup('odom', 'base', 7 * SECOND), visual(7 * SECOND))
 
 
+def test_one_that_made_way_is_known_until_it_answers_again():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    told, = feed(buffer, SECOND, 2 * SECOND, 'visual')
+    assert [source.made_way for source in buffer.sources_of('base')] == [told, None]
+    # Another process is told in words, as often as one likes, and hears of it once.
+    words, elsewhere = as_values(buffer.sources_of('base')), Hearsay()
+    heard = [*elsewhere.news('robot: tf odom -> base', words),
+             *elsewhere.news('robot: tf odom -> base', words)]
+    assert heard == [told]
+    feed(buffer, 2 * SECOND, 3 * SECOND, 'wheels', 'visual')
+    buffer.switch('base', to='wheels')
+    assert [source.made_way for source in buffer.sources_of('base')] == [None, None]
+    assert as_values(buffer.sources_of('base')) == {}
+
+
+@for_each(status=['robot: tf', 'odom -> base', 'robot: tf odom -> base'],
+          values=[{}, {'Made way: wheels': 'because'}, {'Rate (Hz)': '3'}])
+def test_what_says_nothing_of_sources_is_no_news(status, values):
+    assert Hearsay().news(status, values) == []
+
+
+def test_one_that_is_awaited_and_dies_makes_way_too():
+    """Else the edge would stand still for ever, though another source goes on."""
+    buffer = fed(SECOND, 'wheels')
+    feed(buffer, -STEP, SECOND - 50 * MS, 'visual')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    assert buffer.switch('base', to='visual', **LIMITS) is None
+    told = feed(buffer, SECOND, 3 * SECOND, 'wheels')
+    assert [(incident.kind, incident.authority) for incident in told] == [
+        (Kind.SOURCE_SILENT, 'visual')]
+    assert active(buffer) == ['wheels']
+    assert buffer.latest_common_time('odom', 'base') == 3 * SECOND
+    assert_never_jumps(buffer, 3 * SECOND)
+
+
+def test_of_three_that_fall_silent_one_after_the_other_the_last_answers():
+    buffer = fed(SECOND, 'wheels', 'visual', 'third')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    told = feed(buffer, SECOND, 2 * SECOND, 'visual', 'third')
+    told += feed(buffer, 2 * SECOND, 3 * SECOND, 'third')
+    assert [incident.authority for incident in told] == ['wheels', 'visual']
+    assert active(buffer) == ['third']
+    assert_never_jumps(buffer, 3 * SECOND)
+
+
+def test_stamps_around_zero_are_judged_like_others():
+    def turned_back(stamp):
+        return SAYS['slipping'](stamp + 2 * SECOND)
+
+    buffer, told = BufferCore(UNLIMITED), []
+    for stamp in range(-2 * SECOND, 2 * SECOND, STEP):
+        for name, pose in (('slipping', turned_back), ('visual', visual), ('third', visual)):
+            told += buffer.insert_from(name, 'odom', 'base', stamp, pose(stamp))
+        if stamp == -2 * SECOND:
+            buffer.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), **LIMITS)
+    assert [incident.kind for incident in told] == [Kind.SOURCE_DIVERGED]
+
+
+def test_old_sample_of_any_source_is_refused_and_told():
+    buffer = BufferCore(SECOND)
+    feed(buffer, -STEP, 3 * SECOND, 'wheels', 'visual')
+    for name in ('wheels', 'visual'):
+        told, = buffer.insert_from(name, 'odom', 'base', SECOND, Pose())
+        assert (told.kind, told.authority) == (Kind.OLD_DATA, name)
+    assert buffer.statistics().incidents[Kind.OLD_DATA] == 2
+
+
+def test_switch_that_cannot_be_changes_nothing():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    buffer.insert('odom', 'base', 0, Pose(x=5.0), static=True, strict=False)
+    with pytest.raises(InvalidArgumentException, match='is static'):
+        buffer.switch('base', to='visual')
+    assert active(buffer) == ['wheels']
+    # Nor has the rule anything to do where the edge is not that of the sources.
+    assert not feed(buffer, SECOND, 2 * SECOND, 'visual')
+    assert active(buffer) == ['wheels'] and buffer.lookup('odom', 'base') == Pose(x=5.0)
+    buffer.remove_frame('base')
+    with pytest.raises(InvalidArgumentException, match='Nothing is known'):
+        buffer.switch('base', to='visual')
+
+
+def test_saved_and_frozen_switch_is_answered_as_it_was(tmp_path):
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch('base', to='visual', over=3 * SECOND)
+    feed(buffer, SECOND, 2 * SECOND, 'wheels', 'visual')
+    buffer.save(tmp_path / 'tree')
+    frozen, stamps = buffer.snapshot(), np.arange(0, 2 * SECOND, 3 * MS)
+    before = buffer.lookup_many('odom', 'base', stamps)
+    buffer.switch('base', to='wheels', over=SECOND)
+    feed(buffer, 2 * SECOND, 3 * SECOND, 'wheels', 'visual')
+    for tree in (buffer, frozen, load(tmp_path / 'tree')):
+        np.testing.assert_array_equal(tree.lookup_many('odom', 'base', stamps), before)
+
+
+def test_storm_of_sources_switches_and_readers():
+    buffer, answered = fed(0, 'wheels', 'visual'), {}
+    until, asked = 3 * SECOND, random.Random(3)
+    gone_on = threading.Barrier(3)
+
+    def say(name):
+        for stamp in range(0, until, 50 * MS):
+            feed(buffer, stamp, stamp + 50 * MS, name)
+            gone_on.wait(PATIENCE_S)
+
+    def switch():
+        for number in range(until // (50 * MS)):
+            with suppress(InvalidArgumentException):  # it has it already, when the other lags
+                buffer.switch('base', to=('visual', 'wheels')[number % 2], **LIMITS)
+            gone_on.wait(PATIENCE_S)
+
+    def read():
+        newest = buffer.latest_common_time('odom', 'base')
+        for stamp in (newest, asked.randrange(newest + 1)):
+            pose = buffer.lookup_at('odom', 'base', stamp)
+            assert answered.setdefault(stamp, pose) == pose
+
+    crew = Crew()
+    for name in ('wheels', 'visual'):
+        crew.write(say, name)
+    crew.write(switch)
+    crew.read(read)
+    crew.read(read)
+    crew.run()
+    assert buffer.corrections_version > 20 and len(answered) > 100
+    for stamp, pose in answered.items():
+        assert buffer.lookup_at('odom', 'base', stamp) == pose
+    assert_never_jumps(buffer, buffer.latest_common_time('odom', 'base'))
+
+
 def test_one_that_diverges_from_two_others_makes_way():
     buffer = fed(SECOND, 'slipping', 'visual', 'third')
     buffer.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), **LIMITS)
@@ -188,6 +334,10 @@ def test_what_cannot_be_done_says_why():
                   {'max_age': 1, 'gate': (-1, 0)}, {'max_age': 1, 'window': None}):
         with pytest.raises(InvalidArgumentException):
             buffer.switch_by_rule('base', **wrong)
+    with pytest.raises(InvalidArgumentException, match='keeps 500 ms'):
+        short = BufferCore(500 * MS)
+        feed(short, 0, SECOND, 'wheels')
+        short.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), window=SECOND)
     assert buffer.insert_from('wheels', 'odom', 'base', 3 * SECOND,
                               Pose(x=float('nan')))[0].kind is Kind.NOT_FINITE
     assert buffer.sources_of('nobody') == []

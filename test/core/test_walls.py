@@ -39,16 +39,17 @@ ORDER = {
         'edges: track storage columns protocol packed static discrete aided correction corrected '
         'uncertainty spline_samples spline spline_track spline_history spline_fitter kinds',
         'arrivals: incidents sample estimate received observers track frame_names block cursor '
-        'estimate_bytes layout wire stencil future_guard jump_back streams meters merging',
+        'estimate_bytes diagnostic_bytes layout wire stencil future_guard jump_back streams '
+        'meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
         'frozen outline many_stamps samples lookups corrections sources queries',
         'buffer: waiters deadline waiting refusals intake correcting switching buffer_core',
         ': deskew twist trajectory anchor',
-        'telling: table audit audit_file report diagnosis poses missing certainty explanation '
-        'words frame_graph drawings',
+        'telling: table audit audit_file report diagnosis made_way poses missing certainty '
+        'explanation words frame_graph drawings',
         'vitals: limits spread stretch timing motion gathering edge signs',
         'checks: finding case check names structure values stamps statics rates motions '
-        'publishers catalogue',
+        'publishers sources catalogue',
         ': doctor monitor flight_recorder',
     ),
     'bag': rooms(

@@ -11,6 +11,7 @@ FRAMES = ['--frame-id', 'map', '--child-frame-id', 'odom']
 # With which words it is started, what it then says, and what of it can be seen from outside.
 LONG_LIVED = {
     'buffer_server': ([], None, ('/tf2_frames', 'service', 'list')),
+    'edge_switch': ([], None, ('/edge_switch/switch_to/vo', 'service', 'list')),
     'five_frame_demo': ([], 'xyz', None),
     'five_frame_listener': ([], 'waiting for world -> gripper', None),
     'five_frame_publisher': (

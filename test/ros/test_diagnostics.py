@@ -70,7 +70,7 @@ def test_edge_that_is_well(robot):
         'Newest stamp (s)': '100.950000000'}
 
 
-def test_source_that_fell_silent_is_shown(robot):
+def test_source_that_made_way_is_shown_until_it_answers_again(robot):
     def sends(source):
         robot.buffer.insert_from(source, 'odom', 'base', round(robot.now * SECOND), Pose())
 
@@ -80,8 +80,16 @@ def test_source_that_fell_silent_is_shown(robot):
     robot.show(101.0)
     sends('visual')
     status, values = robot.status()
-    assert status.level == WARN and 'source fell silent' in status.message
+    assert status.level == WARN and "'wheels' made way (source fell silent)" in status.message
     assert values['Authority'] == 'visual'
+    sends('visual')
+    status, values = robot.status()
+    assert status.level == WARN and "'wheels' made way" in status.message
+    assert 'nothing for more than 500 ms' in values['Made way: wheels']
+    sends('wheels')
+    robot.buffer.switch('base', to='wheels')
+    status, values = robot.status()
+    assert status.level == OK and 'Made way: wheels' not in values
 
 
 def test_delays_are_those_since_the_last_report(robot):

@@ -3,9 +3,10 @@
 import math
 import struct
 
-from bags import BEST_EFFORT, LATCHED, Message, SECOND, UNKNOWN
+from bags import BEST_EFFORT, JAZZY, LATCHED, Message, SECOND, UNKNOWN
 import numpy as np
-from tf_tree_py.core import Pose
+from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py.core.telling.made_way import as_values
 
 BEGIN = 1_700_000_000 * SECOND
 SECONDS = 8.0
@@ -164,6 +165,37 @@ def _alternating(t):
 
 IRREGULAR = np.cumsum(np.resize([0.005, 0.09, 0.01, 0.005, 0.06], 200))
 
+def _diagnosed(buffer):
+    """Return what a node that holds a buffer says of its sources on /diagnostics, twice."""
+    array, status, header, time, pair = (JAZZY.types[name] for name in (
+        'diagnostic_msgs/msg/DiagnosticArray', 'diagnostic_msgs/msg/DiagnosticStatus',
+        'std_msgs/msg/Header', 'builtin_interfaces/msg/Time', 'diagnostic_msgs/msg/KeyValue'))
+    values = [pair(key, value) for key, value in as_values(
+        buffer.sources_of('base_link')).items()]
+    data = bytes(JAZZY.serialize_cdr(array(header(time(0, 0), ''), [
+        status(0, 'robot: tf', '14 frames', '/robot', []),
+        status(1, 'robot: tf odom -> base_link', 'made way', '/robot', values)]),
+        array.__msgtype__))
+    return [Message(BEGIN + ns(t), '/diagnostics', [], type_name=array.__msgtype__, data=data)
+            for t in (3.0, 4.0)]
+
+
+def _switched(gate, **says):
+    """Return a buffer whose sources said something, of the seconds, until one made way."""
+    buffer = BufferCore()
+    for t in np.arange(0.0, 4.0, 0.02):
+        for name, pose in says.items():
+            if pose(t) is not None:
+                buffer.insert_from(name, 'odom', 'base_link', BEGIN + ns(t), pose(t))
+        if not t:
+            buffer.switch_by_rule('base_link', max_age=SECOND // 2, gate=gate)
+    return buffer
+
+
+def _slip(t):
+    return drive(t) @ Pose(x=max(0.0, t - 2.0))
+
+
 FAULTY = {
     'loop': [*ROBOT, *send(('tool', 'base_link', swing), begin=1.0, end=1.5)],
     'two_parents': [*ROBOT, *send(('map', 'base_link', drive), delay=0.011)],
@@ -215,4 +247,8 @@ FAULTY = {
                   *send(('base_link', 'arm', swing))],
     'qos_mismatch': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', drive),
                                                  qos=BEST_EFFORT)],
+    'source_silent': [*ROBOT, *_diagnosed(_switched(
+        None, wheels=lambda t: drive(t) if t < 2.0 else None, visual=drive))],
+    'source_diverged': [*ROBOT, *_diagnosed(_switched(
+        (0.05, 0.05), wheels=_slip, visual=drive, lidar=drive))],
 }

@@ -2,9 +2,11 @@
 
 from argparse import Namespace
 
-from bags import write_ros2
+from bags import JAZZY, NOETIC, write_ros2
 from patients import FAULTY, HEALTHY
 import pytest
+from tf_tree_py.core.arrivals.cursor import WireError
+from tf_tree_py.core.arrivals.diagnostic_bytes import read_statuses
 from tf_tree_py.core.checks.catalogue import CODES
 from tf_tree_py.core.checks.finding import Severity
 from tf_tree_py.core.doctor import Doctor
@@ -63,3 +65,21 @@ def test_first_seconds_of_a_bag_are_its_own(tmp_path):
 
 def test_there_is_a_bag_for_every_code():
     assert list(FAULTY) == list(CODES)
+
+
+@pytest.mark.parametrize('ros1', [False, True])
+def test_diagnostics_of_both_ros_are_read_and_what_breaks_off_is_told(ros1):
+    store, more = (NOETIC, {'seq': 0}) if ros1 else (JAZZY, {})
+    array, status, header, time, pair = (store.types[name] for name in (
+        'diagnostic_msgs/msg/DiagnosticArray', 'diagnostic_msgs/msg/DiagnosticStatus',
+        'std_msgs/msg/Header', 'builtin_interfaces/msg/Time', 'diagnostic_msgs/msg/KeyValue'))
+    message = array(header(**more, stamp=time(1, 2), frame_id='odd'), [
+        status(2, 'first', 'm', 'hw', [pair('key', 'value'), pair('', 'äöü')]),
+        status(0, 'second', '', '', [])])
+    write = store.serialize_ros1 if ros1 else store.serialize_cdr
+    data = bytes(write(message, array.__msgtype__))
+    assert list(read_statuses(data, ros1)) == [
+        ('first', {'key': 'value', '': 'äöü'}), ('second', {})]
+    for size in range(len(data) - 4):
+        with pytest.raises(WireError):
+            list(read_statuses(data[:size], ros1))

@@ -16,7 +16,7 @@ from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
 from .pacing import Pacing
 
 
-class _Outlet:
+class Outlet:
     """Publishes samples as bytes: message objects would cost ten times as much."""
 
     def __init__(self, node: Node, topic: str, qos: QoSProfile) -> None:
@@ -44,7 +44,7 @@ class Moving:
 
         :param rate_hz: at most, for each frame; 0: as often as it comes.
         """
-        self._outlet = _Outlet(node, topic, dynamic_qos())
+        self._outlet = Outlet(node, topic, dynamic_qos())
         self._pacing = Pacing(NANOSECONDS_PER_SECOND / rate_hz) if rate_hz else None
         self._changed = threading.Condition()
         self._closed = False
@@ -90,7 +90,7 @@ class Static:
 
     def __init__(self, node: Node, topic: str) -> None:
         """Make the publisher."""
-        self._outlet = _Outlet(node, topic, static_broadcaster_qos())
+        self._outlet = Outlet(node, topic, static_broadcaster_qos())
         self._latest: dict[str, Sample] = {}
 
     def take(self, samples: Collection[Sample]) -> None:

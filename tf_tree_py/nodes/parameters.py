@@ -104,11 +104,21 @@ def _warn_of_unknown(node: Node, known: list[str], others: Collection[str]) -> N
             + (f' There are: {", ".join(known)}' if known else ' This node has none'))
 
 
-def _declare(node: Node, setting: Setting) -> str | bool | float | list[str]:
-    # It is declared twice: first to get the given value of any type, then with its type.
+def given(node: Node, setting: Setting) -> Any:
+    """
+    Return the value that a parameter will have, on which others may depend.
+
+    :raises BadInput: it has a wrong type or is out of its range.
+    """
+    # Of any type, so that a wrong one gets our sentence; then it can be declared with its own.
     anything = ParameterDescriptor(dynamic_typing=True)
-    value = setting.check(node.declare_parameter(setting.name, setting.default, anything).value)
+    value = node.declare_parameter(setting.name, setting.default, anything).value
     node.undeclare_parameter(setting.name)
+    return setting.check(value)
+
+
+def _declare(node: Node, setting: Setting) -> Any:
+    value = given(node, setting)
     node.declare_parameter(setting.name, value, setting.descriptor(), ignore_override=True)
     return value
 

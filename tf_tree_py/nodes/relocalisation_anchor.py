@@ -9,23 +9,23 @@ from typing import Any
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
-from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.anchor import Anchor, GATE, Sighting
 from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import write
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.geometry.blend import Limits
+from tf_tree_py.core.geometry.covariances import checked_covariance
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
-from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
+from tf_tree_py.ros.messages.convert import time_message
 from tf_tree_py.ros.messages.uncertain import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
-from .bad_input import BadInput
+from .blended_edge import frame_of, LIMITS, limits_of
+from .edge_messages import samples_of
+from .outlets import Outlet
 from .parameters import declare, describe, Setting
 from .running import Parser, run, spin
 
@@ -45,10 +45,7 @@ SETTINGS = (
     Setting('rate_hz', 30.0, 'how often to publish', (0.1, 1000.0)),
     Setting('ahead', 0.05, 'by how much the stamps that are published are ahead, seconds, so '
             'that whoever looks up in between has the next one', (0.0, 10.0)),
-    Setting('max_speed', 0.2, 'how fast the frame may be moved by a correction, m/s',
-            (1e-6, 1e6)),
-    Setting('max_turn_rate', 0.1, 'how fast it may be turned, rad/s', (1e-6, 1e6)),
-    Setting('over', 0.3, 'how long a correction takes at least, seconds', (0.0, 3600.0)),
+    *LIMITS,
     Setting('gate', GATE, 'the squared Mahalanobis distance beyond which a pose is refused',
             (0.0, 1e9)),
     Setting('drift', 0.05, 'how the odometry gets lost, metres for the root of a second',
@@ -78,17 +75,15 @@ class RelocalisationAnchor(Node):
         super().__init__(name, **node_options)
         values = self._values = declare(self, SETTINGS)
         self._map, self._odom, self._frame = (
-            _frame(values, key) for key in ('map_frame', 'odom_frame', 'frame'))
+            frame_of(values, key) for key in ('map_frame', 'odom_frame', 'frame'))
         self._ahead = from_seconds(values['ahead'])
         self._anchor = Anchor(
-            Limits(from_seconds(values['over']), values['max_speed'], values['max_turn_rate'],
-                   0.0),
-            (values['drift'], values['turn_drift']), values['gate'])
+            limits_of(values), (values['drift'], values['turn_drift']), values['gate'])
         # Futures end in the thread that hears transforms.
         self._lock = threading.Lock()
         self._buffer = Buffer(node=self)
         self._listener = TransformListener(self._buffer, self)
-        self._tf = self.create_publisher(TFMessage, TF_TOPIC, dynamic_qos())
+        self._tf = Outlet(self, TF_TOPIC, dynamic_qos())
         self._last = 0
         self._awaited: set[Any] = set()
         self.create_subscription(PoseWithCovarianceStamped, 'pose', self._hear, 10)
@@ -96,21 +91,16 @@ class RelocalisationAnchor(Node):
 
     def _hear(self, message: PoseWithCovarianceStamped) -> None:
         """Wait for the odometry of a pose's stamp."""
-        frame = message.header.frame_id.removeprefix('/')
         try:
-            if frame != self._map:
-                raise TransformException(f'it is a pose in {frame!r}, not in {self._map!r}')
-            pose, covariance = uncertain_values(message.pose)
-            stamp = as_nanoseconds(message.header.stamp)
-            if not stamp:
-                raise TransformException('it has no stamp, so nothing tells when that was true')
+            sample, = samples_of(message, self._map, self._frame)
+            covariance = checked_covariance(message.pose.covariance)
         except TransformException as error:
             self._warn(f'A pose is of no use: {error}')
             return
         known = self._buffer.wait_for_transform_async(
             self._odom, self._frame, message.header.stamp, Duration(seconds=self._values['wait']))
         self._awaited.add(known)
-        known.add_done_callback(partial(self._take, stamp, pose, covariance))
+        known.add_done_callback(partial(self._take, sample.stamp, sample.pose, covariance))
 
     def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Any) -> None:
         """Take a pose whose odometry is there, or never comes."""
@@ -149,7 +139,7 @@ class RelocalisationAnchor(Node):
             self._last = stamp
             pose: Pose | None = self._anchor.publish(stamp)
         if pose is not None:
-            self._tf.publish(write([Sample(self._map, self._odom, stamp, pose)]))
+            self._tf.send([Sample(self._map, self._odom, stamp, pose)])
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=5.0)
@@ -160,13 +150,6 @@ class RelocalisationAnchor(Node):
         for known in list(self._awaited):
             known.cancel()
         super().destroy_node()
-
-
-def _frame(values: dict[str, Any], key: str) -> str:
-    name: str = values[key].removeprefix('/')
-    if not name:
-        raise BadInput(f'parameter {key} has to be the name of a frame')
-    return name
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -22,6 +22,7 @@ def _start(name: str) -> int:
 
 
 buffer_server = partial(_start, 'buffer_server')
+edge_switch = partial(_start, 'edge_switch')
 five_frame_demo = partial(_start, 'five_frame_demo')
 five_frame_listener = partial(_start, 'five_frame_listener')
 five_frame_publisher = partial(_start, 'five_frame_publisher')

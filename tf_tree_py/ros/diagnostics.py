@@ -15,12 +15,12 @@ from tf_tree_py.core.arrivals.incidents import Kind, REMARKS
 from tf_tree_py.core.arrivals.meters import Arrivals, Meter
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 from tf_tree_py.core.telling.diagnosis import diagnose, EdgeDiagnosis
+from tf_tree_py.core.telling.made_way import as_values, DIAGNOSTICS_TOPIC
+from tf_tree_py.core.tree.sources import Source
 
 from .buffer.buffer import Buffer
 from .buffer.wrong_arguments import check_is_ours, check_places
 from .messages.convert import as_nanoseconds
-
-TOPIC = '/diagnostics'
 
 _SECOND = Duration(seconds=1.0)
 # An edge that is silent for so many of its usual intervals is stale.
@@ -40,8 +40,9 @@ class TransformDiagnostics:
 
     - ERROR when all that came was refused,
     - STALE when it has been silent for three of its usual intervals,
-    - WARN when some was refused or odd, or when stamps are off the clock by more than
-      ``max_delay``, behind or ahead.
+    - WARN when some was refused or odd, when stamps are off the clock by more than
+      ``max_delay``, behind or ahead, or as long as one of its sources, which made way to
+      another, has not come back.
 
     While it is open an insertion costs about a microsecond more for each transform.
     """
@@ -67,7 +68,7 @@ class TransformDiagnostics:
         self._meter = Meter(buffer.now)
         self._heard: dict[tuple[str, str], int] = {}
         self._before = buffer.statistics()
-        self._publisher = node.create_publisher(DiagnosticArray, TOPIC, 10)
+        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS_TOPIC, 10)
         self._timer = node.create_timer(
             as_seconds(self._period), self._publish, MutuallyExclusiveCallbackGroup(),
             Clock(clock_type=ClockType.STEADY_TIME))
@@ -136,7 +137,8 @@ class TransformDiagnostics:
 
     def _of_edge(self, edge: EdgeDiagnosis, silent: int) -> '_Health':
         info, arrivals = edge.info, edge.arrivals
-        values = {'Authority': info.authority, 'Samples': str(info.samples)}
+        sources = self._buffer.sources_of(info.child)
+        values = {'Authority': info.authority, 'Samples': str(info.samples), **as_values(sources)}
         if info.static:
             values |= _counts(arrivals)
             return _Health(WARN if arrivals.incidents else OK,
@@ -159,7 +161,7 @@ class TransformDiagnostics:
         if silent > max(self._period, _MISSED * edge.interval):
             return _Health(STALE, f'silent for {format_span(silent)}; the last one came from '
                            f'{info.authority}', values)
-        wrong = self._wrong(arrivals, edge.ahead)
+        wrong = [*self._wrong(arrivals, edge.ahead), *_made_way(sources)]
         return _Health(WARN if wrong else OK, '; '.join([
             f'{values["Rate (Hz)"]} Hz, from {info.authority}', *wrong]), values)
 
@@ -206,6 +208,11 @@ def _of_absent(arrivals: Arrivals) -> _Health:
 def _counts(arrivals: Arrivals) -> dict[str, str]:
     return {f'{_verb(kind)}: {kind.value}': str(count)
             for kind, count in arrivals.incidents.items()}
+
+
+def _made_way(sources: Iterable[Source]) -> list[str]:
+    return [f'{source.name!r} made way ({source.made_way.kind.value})'
+            for source in sources if source.made_way]
 
 
 def _verb(kind: Kind) -> str:

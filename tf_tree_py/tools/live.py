@@ -2,8 +2,10 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from functools import partial
 import threading
 
+from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
@@ -11,12 +13,14 @@ from tf_tree_py.core.arrivals.estimate import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint
 from tf_tree_py.core.buffer.deadline import WallDeadline
+from tf_tree_py.core.telling.made_way import DIAGNOSTICS_TOPIC, Hearsay
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.companion import node_of_its_own
 from tf_tree_py.ros.topics.covariances import CovarianceListener
 from tf_tree_py.ros.topics.endpoints import endpoints_of
 from tf_tree_py.ros.topics.listener import TransformListener
-from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.ros.topics.side_topics import SideTopics
 
 from .endings import Cannot
 
@@ -58,6 +62,10 @@ class Live:
         self._covariances = CovarianceListener(self.buffer, self.node)
         self._listener = TransformListener(
             self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
+        self._diagnostics = SideTopics(self, self.node, 'diagnostics_impl')
+        self._diagnostics.subscribe(
+            DiagnosticArray, DIAGNOSTICS_TOPIC, partial(_hear, Hearsay(), self.buffer),
+            sensor_qos())
         self.name = ' and '.join(self._topics)
         self.now = self.buffer.now
 
@@ -67,6 +75,7 @@ class Live:
     def __exit__(self, *_: object) -> None:
         self._listener.close()
         self._covariances.close()
+        self._diagnostics.close()
         self.node.destroy_node()
         rclpy.try_shutdown()
 
@@ -97,6 +106,14 @@ class Live:
     def damage(self) -> list[str]:
         """Return nothing: what cannot be read is told to the observers."""
         return []
+
+
+def _hear(hearsay: Hearsay, buffer: Buffer, message: DiagnosticArray) -> None:
+    """Tell who watches what a buffer elsewhere says of its sources."""
+    for status in message.status:
+        for incident in hearsay.news(
+                status.name, {pair.key: pair.value for pair in status.values}):
+            buffer.intake.refuse(incident)
 
 
 def _sentence(error: Exception) -> str:

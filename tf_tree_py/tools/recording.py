@@ -8,11 +8,14 @@ import struct
 import numpy as np
 from tf_tree_py.bag import Arrival, Bag, BagError, CovarianceTopics, Decoder, Source
 from tf_tree_py.bag.progress import progress_bar
+from tf_tree_py.core.arrivals.cursor import WireError
+from tf_tree_py.core.arrivals.diagnostic_bytes import read_statuses
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Endpoint, Received
 from tf_tree_py.core.buffer.buffer_core import BufferCore
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.telling.made_way import DIAGNOSTICS_TOPIC, Hearsay
 from tf_tree_py.core.text import listed
 
 from .endings import Cannot
@@ -46,6 +49,7 @@ class Recording:
         for observer in observers:
             self.buffer.observers.add(observer)
         self._take_covariances(alone=_topics(arguments) is not None)
+        self._hear_of_sources()
         self._decoder = Decoder()
         self._time_of = _clock_of(self._bag)
         self._arrivals = self._bag.arrivals()
@@ -103,6 +107,20 @@ class Recording:
                 self.buffer.intake.refuse(found)
             else:
                 self.buffer.intake.take_estimate(found, False, authority)
+
+    def _hear_of_sources(self) -> None:
+        """Tell who watches what the robot's buffers said of their sources, all at once."""
+        if not any(source.topic == DIAGNOSTICS_TOPIC for source in self._bag.everything):
+            return
+        hearsay = Hearsay()
+        for arrival in self._bag.messages(DIAGNOSTICS_TOPIC):
+            try:
+                statuses = list(read_statuses(arrival.data, arrival.source.ros1))
+            except WireError:
+                continue  # whatever it is, it is no transform
+            for status in statuses:
+                for incident in hearsay.news(*status):
+                    self.buffer.intake.refuse(incident)
 
     def _take(self, arrival: Arrival) -> None:
         self._now = self._time_of(arrival.received)

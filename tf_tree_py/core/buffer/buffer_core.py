@@ -329,8 +329,10 @@ class BufferCore(Queries):
             nanoseconds.
         :param gate: by how many metres and radians the motions of two sources over the
             window may differ; None: by any.
-        :param window: nanoseconds.
+        :param window: nanoseconds; with a gate shorter than ``cache_time``.
         :raises InvalidArgumentException: an edge that has no sources, or an invalid limit.
+
+        One stamp of the far future makes all others silent: ``max_future`` keeps such out.
 
         The other parameters are those of ``correct``.
         """

@@ -16,7 +16,7 @@ from ..arrivals.sample import checked, Sample
 from ..edges.corrected import CorrectedHistory
 from ..errors import InvalidArgumentException
 from ..geometry.blend import Limits
-from ..stamp import from_seconds
+from ..stamp import format_span, from_seconds
 from ..tree.corrections import smoothed, Transition
 from ..tree.sources import Rule, Source, Sources
 from ..tree.tree import Tree
@@ -77,7 +77,16 @@ class Switching:
         return changes[0]
 
     def switch_by_rule(self, child: str, rule: Rule) -> None:
-        """Let the sources of an edge make way for each other."""
+        """
+        Let the sources of an edge make way for each other.
+
+        :raises InvalidArgumentException: it has none, or the buffer keeps too little to compare
+            motions.
+        """
+        if rule.gate and rule.window >= self._tree.cache_time:
+            raise InvalidArgumentException(
+                f'Over a window of {format_span(rule.window)} no motions can be compared, for the '
+                f'buffer keeps {format_span(self._tree.cache_time)}: allow a longer cache_time')
         with self._lock:
             self._sources_of(checked_frame(child)).rule = rule
 

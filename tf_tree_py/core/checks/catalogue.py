@@ -1,6 +1,6 @@
 """Every check; the textbook's failure modes first."""
 
-from . import motions, names, publishers, rates, stamps, statics, structure, values
+from . import motions, names, publishers, rates, sources, stamps, statics, structure, values
 from .check import Check
 from .finding import Code
 
@@ -35,6 +35,8 @@ CHECKS: tuple[Check, ...] = (
     rates.skew,
     motions.pose_jump,
     publishers.qos_mismatch,
+    sources.source_silent,
+    sources.source_diverged,
 )
 
 CODES: dict[str, Code] = {check.code.name: check.code for check in CHECKS}

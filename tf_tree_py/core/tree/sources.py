@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .corrections import counted, Transition
+from .remarks import too_old
 from .tree import Tree
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import Sample
@@ -45,11 +46,13 @@ class Source(NamedTuple):
 
     :ivar newest: its newest stamp, nanoseconds.
     :ivar is_active: whether the tree answers by it.
+    :ivar made_way: why it made way last by the rule; None where it did not, or answers again.
     """
 
     name: str
     newest: int
     is_active: bool
+    made_way: Incident | None = None
 
 
 class Sources:
@@ -69,6 +72,7 @@ class Sources:
     def _begin_anew(self) -> None:
         """Forget what was heard: the first that is heard will be the active one."""
         self.histories.clear()
+        self._made_way: dict[str, Incident] = {}
         self.active = ''
         # How to go over to the active source, while the tree waits for it to reach the edge.
         self._awaited: Limits | None = None
@@ -93,7 +97,8 @@ class Sources:
         history = self.histories.get(name)
         if history is None:
             history = self.histories[name] = DynamicHistory(self.child, self.cache_time, name)
-        history.insert(sample.stamp, sample.parent, sample.pose)
+        if not history.insert(sample.stamp, sample.parent, sample.pose):
+            return [], [too_old(history, sample.parent, sample.stamp, name, self.cache_time)]
         self.active = self.active or name
         incidents = self._judged(tree, sample.stamp)
         if self._awaited is not None:
@@ -109,12 +114,14 @@ class Sources:
         Go over to a source, at once or as soon as it has reached the edge.
 
         :return: None as long as it has not, and the samples that the tree is to have now.
-        :raises InvalidArgumentException: there is no such source, or it began too late.
+        :raises InvalidArgumentException: there is no such source, or it began too late, or the
+            edge has become one that cannot be corrected.
         """
         if name not in self.histories:
             raise InvalidArgumentException(
                 f'{self.parent} -> {self.child} has no source {name!r}. '
                 f'{known_names(name, tuple(self.histories))}')
+        corrected(tree.histories.get(self.child), self.child)  # or it says why that cannot be
         if not self._can_follow(tree, name):
             raise InvalidArgumentException(
                 f'The source {name!r} began after the newest sample of {self.parent} -> '
@@ -122,8 +129,12 @@ class Sources:
         if name == self.active and self._awaited is None:
             raise InvalidArgumentException(
                 f'{self.parent} -> {self.child} has the source {name!r} already')
-        self.active = name
+        self._choose(name)
         return self.begin(tree, limits)
+
+    def _choose(self, name: str) -> None:
+        self.active = name
+        self._made_way.pop(name, None)
 
     def begin(self, tree: Tree, limits: Limits) -> tuple[Transition | None, list[Sample]]:
         """Begin to go over to the active source, if that has reached the edge."""
@@ -149,26 +160,26 @@ class Sources:
     def _can_follow(self, tree: Tree, name: str) -> bool:
         """Return whether a source began early enough to go over to it."""
         edge = tree.histories.get(self.child)
-        oldest = self.histories[name].oldest_stamp
-        return oldest is not None and edge is not None and edge.latest_stamp is not None and (
-            oldest <= edge.latest_stamp)
+        # A static edge, or a spline, may have taken the place of theirs.
+        return (isinstance(edge, DynamicHistory) and edge.latest_stamp is not None
+                and _ends(self.histories[name])[0] <= edge.latest_stamp)
 
     # --- by rule
 
     def _judged(self, tree: Tree, stamp: int) -> list[Incident]:
         """Choose another source if the rule says so; return the incident of that."""
         rule = self.rule
-        if rule is None or self._awaited is not None:
+        if rule is None:
             return []
         alive = [name for name, history in self.histories.items()
-                 if (history.latest_stamp or 0) >= stamp - rule.max_age]
+                 if _ends(history)[1] >= stamp - rule.max_age]
         others = [name for name in alive if name != self.active and self._can_follow(tree, name)]
         if not others:
             return []
         if self.active not in alive:
             return [self._make_way(others[0], Kind.SOURCE_SILENT, stamp,
                                    f'sent nothing for more than {format_span(rule.max_age)}')]
-        if rule.gate is None or stamp < self._judge_after:
+        if self._awaited is not None or rule.gate is None or stamp < self._judge_after:
             return []
         self._judge_after = stamp + rule.window // 10
         return self._diverged(rule, alive, others, stamp)
@@ -176,9 +187,9 @@ class Sources:
     def _diverged(self, rule: Rule, alive: list[str], others: list[str],
                   stamp: int) -> list[Incident]:
         """Let the source make way if more of them, or preferred ones, agree on another motion."""
-        newest = min(self.histories[name].latest_stamp or stamp for name in alive)
+        newest = min(_ends(self.histories[name])[1] for name in alive)
         known = [name for name in alive
-                 if (self.histories[name].oldest_stamp or 0) <= newest - rule.window]
+                 if _ends(self.histories[name])[0] <= newest - rule.window]
         agreeing = {name: [other for other in known if self._agree(rule, name, other, newest)]
                     for name in known}
         # Of several maxima max() takes the first, which is the preferred source.
@@ -201,15 +212,19 @@ class Sources:
 
     def _make_way(self, name: str, kind: Kind, stamp: int, why: str) -> Incident:
         assert self.rule is not None
-        before, self.active, self._awaited = self.active, name, self.rule.limits
-        return Incident(kind, self.parent, self.child, stamp, before,
-                        f'the source {before!r} {why}; the edge goes over to {name!r}')
+        before, self._awaited = self.active, self.rule.limits
+        self._choose(name)
+        incident = self._made_way[before] = Incident(
+            kind, self.parent, self.child, stamp, before,
+            f'the source {before!r} {why}; the edge goes over to {name!r}')
+        return incident
 
     # --- looking
 
     def listed(self) -> list[Source]:
         """Return them, the preferred ones first."""
-        return [Source(name, history.latest_stamp or 0, name == self.active)
+        return [Source(name, _ends(history)[1], name == self.active,
+                       self._made_way.get(name))
                 for name, history in self.histories.items()]
 
     def smoothed(self, edge: CorrectedHistory) -> DynamicHistory:
@@ -218,6 +233,12 @@ class Sources:
         stamps, poses = plain.copy_between(BEGINNING, FOREVER - 1)
         plain.set_poses(edge.correction.smoothed(stamps, poses))
         return plain
+
+
+def _ends(history: DynamicHistory) -> tuple[int, int]:
+    """Return the oldest and the newest stamp of a source, which has been heard."""
+    assert history.oldest_stamp is not None and history.latest_stamp is not None
+    return history.oldest_stamp, history.latest_stamp
 
 
 def _listed(names: Sequence[str]) -> str:

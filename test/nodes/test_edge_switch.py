@@ -1,0 +1,279 @@
+"""Two odometries of one edge go in, one edge that never jumps comes out: over DDS."""
+
+from contextlib import contextmanager
+import json
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+import pytest
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from ros_helpers import SimClock, until
+from std_srvs.srv import Trigger
+from tf2_echoes import Tf2Echo
+from tf2_msgs.msg import TFMessage
+from tf_tree_py.core import Pose, se3
+from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.nodes.bad_input import BadInput
+from tf_tree_py.nodes.edge_switch import EdgeSwitch, NAME
+from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.ros.messages.convert import as_sample, time_message
+from tf_tree_py.ros.messages.geometry import pose_message
+from tf_tree_py.ros.topics.qos import dynamic_qos
+
+MS = 1_000_000
+SECOND = 1_000_000_000
+STEP = 10 * MS
+MAX_SPEED, MAX_TURN_RATE = 0.2, 0.1
+# What the camera calls odom is elsewhere.
+ELSEWHERE = Pose.from_xyz_rpy(x=0.05, y=-0.04, yaw=0.02)
+
+
+class Robot:
+    """A robot that goes 0.1 m/s, two odometries, and what it hears of odom -> base_link."""
+
+    def __init__(self, node):
+        self.node = node
+        self.begin = time.time_ns()
+        self.says = {'wheel': self.went, 'vo': lambda stamp: ELSEWHERE @ self.went(stamp)}
+        self.heard = []
+        self.said = {name: node.create_publisher(Odometry, f'{name}/odom', 10)
+                     for name in self.says}
+        node.create_subscription(TFMessage, 'tf', self._hear, dynamic_qos())
+        self.stamp = self.begin
+
+    def went(self, stamp):
+        return Pose(x=0.1 * (stamp - self.begin) / SECOND)
+
+    def _hear(self, message):
+        self.heard += [sample for sample in map(as_sample, message.transforms)
+                       if sample.child == 'base_link']
+
+    def diagnoses(self):
+        """Return a list to which every status on /diagnostics is added."""
+        statuses = []
+        self.node.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda message: statuses.extend(message.status), 10)
+        return statuses
+
+    def wait_for_switch(self):
+        until(lambda: all(each.get_subscription_count() for each in self.said.values()))
+
+    def say(self, name, stamp, frame='odom', child='base_link'):
+        message = Odometry(child_frame_id=child)
+        message.header.frame_id, message.header.stamp = frame, time_message(stamp)
+        message.pose.pose = pose_message(self.says[name](stamp))
+        self.said[name].publish(message)
+
+    def drive(self, *names, until_it_is):
+        """Drive on, step by step as the steps are heard back, until something is true."""
+        deadline = time.monotonic() + 30.0
+        while not until_it_is():
+            assert time.monotonic() < deadline
+            # No faster than the wall, or the stamps get ahead of the clock.
+            until(lambda: time.time_ns() >= self.stamp + STEP)
+            self.stamp += STEP
+            for name in names:
+                self.say(name, self.stamp)
+
+    def is_where(self, source):
+        """Return whether the edge is what a source says."""
+        return bool(self.heard) and max(se3.distance(
+            self.heard[-1].pose, self.says[source](self.heard[-1].stamp))) < 1e-6
+
+    def is_heard(self, count=1):
+        return lambda: len(self.heard) >= count
+
+    def ask(self, source):
+        """Ask for a source; return what is answered."""
+        client = self.node.create_client(Trigger, f'{NAME}/switch_to/{source}')
+        until(client.service_is_ready)
+        answer = client.call_async(Trigger.Request())
+        until(answer.done)
+        return answer.result()
+
+    def assert_no_faster_than_stated(self):
+        stamps = np.array([sample.stamp for sample in self.heard])
+        poses = np.array([sample.pose for sample in self.heard])
+        assert (np.diff(stamps) > 0).all()
+        gone, turned = se3.distance_many(poses[:-1], poses[1:])
+        seconds = np.diff(stamps) / SECOND
+        assert 0.12 < (gone / seconds).max() <= 0.1 + MAX_SPEED + 1e-5
+        assert (turned / seconds).max() <= MAX_TURN_RATE + 1e-5
+
+
+@pytest.fixture
+def robot(context):
+    node = Node('robot', context=context)
+    with spun_in_background(node):
+        yield Robot(node)
+
+
+@contextmanager
+def switching(context, robot, **parameters):
+    node = EdgeSwitch(context=context, parameter_overrides=[
+        Parameter(name.replace('__', '.'), value=value) for name, value in parameters.items()])
+    with spun_in_background(node):
+        robot.wait_for_switch()
+        yield node
+
+
+def test_edge_is_the_preferred_source_and_goes_over_when_it_is_asked_to(context, robot):
+    with switching(context, robot):
+        robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
+        robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
+        answer = robot.ask('vo')
+        assert answer.success and answer.message.startswith('from ')
+        robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('vo'))
+        again = robot.ask('vo')
+    assert not again.success and 'already' in again.message
+    robot.assert_no_faster_than_stated()
+
+
+def test_one_that_falls_silent_makes_way_and_the_log_and_diagnostics_say_so(
+        context, robot, capfd):
+    statuses = robot.diagnoses()
+    with switching(context, robot, max_age=0.1):
+        robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
+        robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
+        until(lambda: any(f'{NAME}: tf odom -> base_link' == status.name
+                          and "'wheel' made way" in status.message for status in statuses))
+    assert "the source 'wheel' sent nothing for more than 100 ms" in capfd.readouterr().err
+    robot.assert_no_faster_than_stated()
+
+
+def test_the_first_of_the_list_is_gone_over_to_if_another_was_heard_before(context, robot):
+    with switching(context, robot):
+        robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
+        robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
+    robot.assert_no_faster_than_stated()
+
+
+def test_clock_that_goes_back_begins_another_run(context, robot):
+    clock = SimClock(robot.node)
+    with switching(context, robot, use_sim_time=True, over=100.0) as node:
+        for begin in (100, 50):
+            clock.show(float(begin), node._buffer)
+            for stamp in range(begin * SECOND, begin * SECOND + 100 * MS, STEP):
+                robot.say('wheel', stamp)
+                robot.say('vo', stamp)
+            until(lambda begin=begin: robot.heard
+                  and robot.heard[-1].stamp == begin * SECOND + 90 * MS)
+            robot.ask('vo')  # a blend that the jump ends
+    second = [sample for sample in robot.heard if sample.stamp < 100 * SECOND]
+    assert len(second) == 10
+    for sample in second:
+        assert max(se3.distance(sample.pose, robot.went(sample.stamp))) < 1e-6
+
+
+def test_messages_of_other_types_are_taken(context, robot):
+    robot.said = {'a': robot.node.create_publisher(TFMessage, 'a', 10),
+                  'b': robot.node.create_publisher(PoseStamped, 'b/pose', 10)}
+    with switching(context, robot, sources=['a', 'b'], a__topic='a', b__topic='b/pose',
+                   a__type='tf2_msgs/msg/TFMessage', b__type='PoseStamped') as node:
+        robot.said['a'].publish(write([
+            Sample('odom', 'other', robot.stamp, Pose(x=9.0)),
+            Sample('odom', 'base_link', robot.stamp, Pose(x=1.0))]))
+        until(robot.is_heard())
+        message = PoseStamped(pose=pose_message(Pose(x=2.0)))
+        message.header.frame_id, message.header.stamp = 'odom', time_message(robot.stamp)
+        robot.said['b'].publish(message)
+        until(lambda: len(node._buffer.sources_of('base_link')) == 2)
+    assert [(sample.parent, sample.child, sample.pose[0]) for sample in robot.heard] == [
+        ('odom', 'base_link', 1.0)]
+
+
+def test_what_is_of_no_use_is_told_and_no_more(context, robot, capfd):
+    heard = []
+
+    def told(text):
+        heard.append(capfd.readouterr().err)
+        return text in ''.join(heard)
+
+    unfilled = Odometry(child_frame_id='base_link')
+    unfilled.header.stamp = time_message(robot.stamp)
+    unfilled.pose.pose.orientation.w = 0.0
+    with switching(context, robot):
+        robot.say('wheel', robot.stamp, frame='map')
+        until(lambda: told("'map' -> 'base_link', not of 'odom' -> 'base_link'"))
+        robot.say('wheel', robot.stamp + 60 * SECOND)
+        until(lambda: told('too far in the future'))
+        # The first complaint was just now, so what is said next is not logged, and not published.
+        for message in (Odometry(child_frame_id='base_link'), unfilled):
+            message.header.frame_id = 'odom'
+            robot.said['wheel'].publish(message)
+        robot.drive('wheel', until_it_is=robot.is_heard(2))
+    assert robot.heard[0].stamp > robot.begin
+
+
+@pytest.mark.parametrize('parameters, why', [
+    ({'sources': ['wheel']}, 'two or more names'),
+    ({'sources': ['wheel', 'wheel']}, 'two or more names'),
+    ({'sources': ['wheel', '/vo/odom']}, 'two or more names'),
+    ({'child_frame': '/'}, 'child_frame'),
+    ({'vo.type': 'sensor_msgs/msg/Imu'}, 'there are: Odometry'),
+    ({'vo.topic': 'no topic'}, 'vo.topic has to be a topic'),
+    ({'vo.topic': '/tf', 'vo.type': 'TFMessage'}, 'hear itself'),
+    ({'max_speed': 0.0}, 'max_speed')])
+def test_wrong_parameter_is_one_sentence(context, parameters, why):
+    with pytest.raises(BadInput, match=why):
+        EdgeSwitch(context=context, parameter_overrides=[
+            Parameter(name, value=value) for name, value in parameters.items()])
+
+
+def test_program_runs_and_ends_with_ctrl_c(start, robot):
+    program = start(NAME, '--ros-args', '-p', 'max_age:=0.2')
+    robot.wait_for_switch()
+    robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
+    program.interrupt()
+    assert program.end() == 0
+    assert 'Traceback' not in program.output
+
+
+def test_doctor_tells_of_a_source_that_made_way_before_it_came(context, robot, start_program):
+    told = robot.diagnoses()
+    with switching(context, robot, max_age=0.1):
+        robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
+        robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
+        doctor = start_program(sys.executable, '-m', 'tf_tree_py.tools.tf_doctor', '--json')
+        robot.drive('vo', until_it_is=lambda: robot.node.count_subscribers('/diagnostics') == 2)
+        until_told = len(told) + 6  # three times, of the buffer and of the edge
+        robot.drive('vo', until_it_is=lambda: len(told) >= until_told)
+        doctor.interrupt()
+        doctor.end()
+    report = json.loads(doctor.output[doctor.output.index('{'):])
+    found = {finding['code']: finding for finding in report['findings']}['source_silent']
+    assert (found['severity'], found['publishers']) == ('warning', ['wheel'])
+    assert found['frames'] == ['odom', 'base_link'] and found['evidence'] == {'count': 1}
+    assert "'wheel' sent nothing for more than 100 ms" in found['summary']
+
+
+# --- nodes that never heard of this package
+
+@pytest.fixture
+def tf2_echo():
+    """Return tf2's own program, the C++ one, listening to odom -> base_link."""
+    program = Tf2Echo('odom', 'base_link')
+    yield program
+    program.kill()
+
+
+def test_tf2_echo_sees_the_switch_and_nothing_faster_than_stated(context, robot, tf2_echo):
+    def has_heard(more):
+        return len(tf2_echo.samples[0]) >= more
+
+    with switching(context, robot):
+        robot.drive('wheel', 'vo', until_it_is=lambda: has_heard(5))
+        assert robot.ask('vo').success
+        robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('vo'))
+        more = len(tf2_echo.samples[0]) + 3
+        robot.drive('wheel', 'vo', until_it_is=lambda: has_heard(more))
+    _, places = tf2_echo.samples
+    # It is neither here nor there in between, and does not stay.
+    assert len({*places[:, 1]}) > 5 and places[0, 1] == 0.0 and places[-1, 1] < -0.02
+    tf2_echo.assert_no_faster(0.1 + MAX_SPEED)

@@ -1,0 +1,70 @@
+"""Messages that tell of one edge, of whatever type, as its samples."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.sample import checked, Sample
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
+
+from .bad_input import BadInput
+
+TYPES = {kind.__name__: kind for kind in (
+    Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, TFMessage)}
+
+
+def message_type(name: str) -> Any:
+    """
+    Return the type of a name such as ``nav_msgs/msg/Odometry``, or ``Odometry``.
+
+    :raises BadInput: it is none of ``TYPES``.
+    """
+    kind = TYPES.get(name.rpartition('/')[2])
+    if kind is None:
+        raise BadInput(f'{name!r} is no type of message that tells of an edge; there are: '
+                       f'{", ".join(TYPES)}')
+    return kind
+
+
+def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
+    """
+    Yield what a message says of an edge.
+
+    Other edges of a TFMessage are left out; a message without a child is of this one.
+
+    :raises InvalidArgumentException: it is of another edge, has no stamp, or no sound pose.
+    """
+    if isinstance(message, TFMessage):
+        for transform in message.transforms:
+            sample = as_sample(transform)
+            if (sample.parent, sample.child) == (parent, child):
+                yield _sound(sample)
+        return
+    sample = as_sample(message) if isinstance(message, TransformStamped) else _of_pose(message)
+    if (sample.parent, sample.child or child) != (parent, child):
+        raise InvalidArgumentException(
+            f'it tells of {sample.parent!r} -> {sample.child or child!r}, not of {parent!r} -> '
+            f'{child!r}')
+    yield _sound(sample._replace(child=child))
+
+
+def _of_pose(message: Any) -> Sample:
+    pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
+    p, q = pose.position, pose.orientation
+    return Sample(message.header.frame_id.removeprefix('/'),
+                  getattr(message, 'child_frame_id', '').removeprefix('/'),
+                  as_nanoseconds(message.header.stamp), (p.x, p.y, p.z, q.x, q.y, q.z, q.w))
+
+
+def _sound(sample: Sample) -> Sample:
+    if sample.stamp == LATEST:
+        raise InvalidArgumentException('it has no stamp, so nothing tells when that was true')
+    found = checked(sample, '')
+    if isinstance(found, Incident):
+        raise InvalidArgumentException(f'{found.kind.value}: {found.detail}')
+    return found
