@@ -18,7 +18,7 @@ from tf_tree_py.urdf import Robot
 from .assembling.assembly import Assembly
 from .assembling.covariances import CovarianceTopics
 from .assembling.decoding import Decoder, prefixed, renames
-from .assembling.oddities import BagWarning, Oddity, told
+from .assembling.oddities import as_text, BagWarning, Oddity
 from .errors import BagError
 from .files.reading import Bag, PathLike
 from .joints import robot_of, take_joints, topic_of_joints
@@ -103,7 +103,7 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         recording = Recording(assembly.tree, bag.path, assembly.oddities.summed(),
                               assembly.intake.statistics())
     if recording.oddities:
-        warnings.warn(told(path, recording.oddities), BagWarning, stacklevel=2)
+        warnings.warn(as_text(path, recording.oddities), BagWarning, stacklevel=2)
     return recording
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import sys
 
 from tf_tree_py.bag import BagError, Recording
-from tf_tree_py.bag.assembling.oddities import told
+from tf_tree_py.bag.assembling.oddities import as_text
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.trajectory import Trajectory
 
@@ -77,7 +77,8 @@ def _write(data: bytes, path: Path | None) -> None:
 
 def _remark(taken: Trajectory, recording: Recording, arguments: Namespace) -> None:
     """Tell on standard error what is not as one may think."""
-    lines = told(recording.path, recording.oddities).splitlines() if recording.oddities else []
+    lines = (as_text(recording.path, recording.oddities).splitlines()
+             if recording.oddities else [])
     if taken.outside:
         became = 'are left out' if arguments.outside == 'skip' else 'have NaN'
         lines.append(f'{taken.outside} stamps have no transform, and {became}')

@@ -79,7 +79,7 @@ class Oddities:
         return tuple(sorted(found, key=lambda oddity: -oddity.times))
 
 
-def told(path: object, oddities: Sequence[Oddity]) -> str:
+def as_text(path: object, oddities: Sequence[Oddity]) -> str:
     """Return what is odd in a bag as text: a line each."""
     lines = [f'  {oddity}' for oddity in oddities[:_MAX_LINES]]
     more = len(oddities) - len(lines)

@@ -28,7 +28,7 @@ def pose_jump(case: Case) -> Iterator[Remark]:
         seconds = jump.time / 1e9
         evidence = _evidence(jump) | {
             'speed_m_s': jump.gone / seconds, 'turn_rate_deg_s': degrees(jump.turned) / seconds}
-        yield of_edge(edge, _told(jump), evidence, **_of_localiser(case, edge))
+        yield of_edge(edge, _in_words(jump), evidence, **_of_localiser(case, edge))
 
 
 @check(Severity.WARNING, textbook=True,
@@ -41,11 +41,11 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
     for edge, moving in case.moving():
         jump = moving.motion.slow
         if jump.count:
-            yield of_edge(edge, f'{_told(jump)}: lookups in between get poses that never were',
+            yield of_edge(edge, f'{_in_words(jump)}: lookups in between get poses that never were',
                           _evidence(jump))
 
 
-def _told(jump: Jump) -> str:
+def _in_words(jump: Jump) -> str:
     return (f'jumped {times(jump.count)}, at most by {jump.gone:.3g} m and '
             f'{degrees(jump.turned):.3g} deg in {format_span(jump.time)} after '
             f'{format_stamp(jump.stamp)} s')

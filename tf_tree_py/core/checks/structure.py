@@ -80,12 +80,12 @@ def unconnected(case: Case) -> Iterator[Remark]:
         roots = tuple(frame for one in (trees[0], tree) for frame in one if frame in case.roots)
         edges = [edge for frame in tree for edge in case.above.get(frame, ())]
         yield Remark(
-            f'{_told(tree)} are not connected with {_told(trees[0])}', roots,
+            f'{_in_words(tree)} are not connected with {_in_words(trees[0])}', roots,
             publishers_of(*edges), {'trees': len(trees), 'frames': len(tree)},
             Severity.NOTE if of_robots else None)
 
 
-def _told(tree: list[str]) -> str:
+def _in_words(tree: list[str]) -> str:
     return f'{shorten(tree[0], 80)} and {len(tree) - 1} more frames'
 
 

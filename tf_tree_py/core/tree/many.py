@@ -96,7 +96,9 @@ class PathTrack:
         for begin in range(0, len(stamps), _BLOCK):
             block = stamps[begin:begin + _BLOCK]
             pieces = knots[1:].searchsorted(block, side='right')
-            since = ((block - knots.take(pieces)) / lengths.take(pieces))[:, None]
+            passed = (block - knots.take(pieces)) / lengths.take(pieces)
+            # Repeated for each coordinate: to broadcast one number over seven takes numpy longer.
+            since = np.repeat(passed, 7).reshape(-1, 7)
             block_poses = poses[begin:begin + _BLOCK]
             coefficients[0].take(pieces, axis=0, out=block_poses, mode='clip')
             for coefficient in coefficients[1:]:
@@ -159,7 +161,8 @@ def _compose(a_T_b: Array, b_T_c: Array) -> Array:
     q: Any = a_T_b[3:]
     b_t_c: Any = b_T_c[:3]
     b_q_c: Any = b_T_c[3:]
-    poses = np.stack((*so3.rotate(q, b_t_c), *so3.multiply(q, b_q_c)))
+    # Of a few short rows np.array makes one array sooner than np.stack.
+    poses = np.array((*so3.rotate(q, b_t_c), *so3.multiply(q, b_q_c)))
     poses[:3] += a_T_b[:3]
     return poses
 
@@ -168,4 +171,4 @@ def _inverse(a_T_b: Array) -> Array:
     """Return b_T_a of poses (7, ...); see ``se3.inverse``."""
     rows: Any = a_T_b
     inverse: Any = se3.inverse(rows)
-    return np.stack(inverse)
+    return np.array(inverse)
