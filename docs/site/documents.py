@@ -8,6 +8,7 @@ a folder that a page links to becomes a page.
 from pathlib import Path
 import posixpath
 import re
+from xml.etree import ElementTree
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files, InclusionLevel
@@ -17,6 +18,19 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 OUTSIDE_DOCS = sorted(path.name for path in REPOSITORY.glob('*.md'))
 
 _LINK = re.compile(r'(?<=\]\()(\s*)([^)#:\s]+)(?=[)#])')
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """
+    Let every page lead to the repository, once package.xml has its address.
+
+    From its foot: in its head, pages would ask GitHub how many stars there are.
+    """
+    address = ElementTree.parse(REPOSITORY / 'package.xml').findtext('url[@type="repository"]')
+    if address:
+        config.extra['social'] = [
+            {'icon': 'fontawesome/brands/git-alt', 'link': address, 'name': 'Repository'}]
+    return config
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
