@@ -6,6 +6,7 @@ are on no page before it. The last page has the classes that all these return.
 """
 
 from collections.abc import Iterator
+import json
 from pathlib import Path
 
 import griffe
@@ -16,6 +17,9 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGE = 'tf_tree_py'
 FOLDER = 'api/'
 RETURNED = f'{FOLDER}returned.md'
+
+# Their fields speak for themselves, or are told in the docstring of the class.
+_RECORDS = {'Enum', 'NamedTuple'}
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -55,16 +59,24 @@ def _add(files: Files, config: MkDocsConfig, path: str, content: str) -> None:
 
 def _page(name: str, subject: griffe.Object, described: dict[str, griffe.Object]) -> str:
     """Return a page, and add what it describes to what is described."""
-    top = f'---\ntitle: {name}\n---\n\n::: {name}\n    options:\n      heading_level: 1\n'
+    title = f'---\ntitle: {name}\n---\n\n'
     if not subject.is_module:
-        return top
+        return title + _directive(name, subject, heading_level=1)
     public = {f'{name}.{member}': _target(subject[member]) for member in _public(subject)}
     here = {full: found for full, found in public.items() if found.path not in described}
     described |= {found.path: found for found in here.values()}
     rows = [f'| [`{full.rpartition(".")[2]}`][{full}] | {_summary(found)} |'
             for full, found in public.items()]
-    return '\n'.join([f'{top}      show_root_full_path: true\n      members: []\n',
-                      '| name | |', '| --- | --- |', *rows, '', *map('::: {}\n'.format, here)])
+    top = _directive(name, subject, heading_level=1, show_root_full_path=True, members=[])
+    return '\n'.join([title + top, '| name | |', '| --- | --- |', *rows, '',
+                      *(_directive(full, found) for full, found in here.items())])
+
+
+def _directive(name: str, found: griffe.Object, **options: object) -> str:
+    """Return what mkdocstrings replaces by a description; that of a record has all fields."""
+    if found.is_class and {str(base) for base in found.bases} & _RECORDS:
+        options['show_if_no_docstring'] = True
+    return f'::: {name}\n    options: {json.dumps(options)}\n'
 
 
 def _public(module: griffe.Object) -> list[str]:
@@ -82,8 +94,9 @@ def _page_of_returned(package: griffe.Object, described: dict[str, griffe.Object
     named = {path for found in described.values() for path in _returned(found)}
     returned = {found.path for found in (_found(package, path) for path in named)
                 if found.is_class}
-    missing = sorted(returned - described.keys())
-    return '\n'.join(['# What they return', '', *map('::: {}\n'.format, missing)])
+    missing = (_found(package, path) for path in sorted(returned - described.keys()))
+    return '\n'.join(['# What they return', '',
+                      *(_directive(found.path, found) for found in missing)])
 
 
 def _returned(found: griffe.Object) -> Iterator[str]:

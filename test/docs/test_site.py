@@ -103,6 +103,11 @@ def test_reference_describes_what_documents_name(described):
     assert len(named) > 5 and not named - described
 
 
+def test_reference_has_the_fields_of_records(described):
+    fields = {'tf_tree_py.Pose.qw', 'tf_tree_py.core.Kind.LOOP', 'tf_tree_py.urdf.Box.size'}
+    assert fields <= described
+
+
 def test_fields_of_docstrings_are_laid_out(site):
     left = re.compile(r':(param \w+|ivar \w+|return|raises \w+):')
     assert not [page for page in (site / 'api').glob('*.html') if left.search(page.read_text())]
