@@ -77,7 +77,8 @@ def _inside(path: Path) -> list[Path]:
 def _source_page(path: str) -> str:
     """Return the page of a file, or of a folder with links to what is inside."""
     source = REPOSITORY / path
+    top = f'---\nsearch:\n  boost: 0.5\n---\n\n# {path}\n\n'  # found behind what explains it
     if source.is_dir():
-        return f'# {path}\n\n' + ''.join(f'- [{inside.name}]({source.name}/{inside.name})\n'
-                                         for inside in _inside(source))
-    return f'# {path}\n\n````{source.suffix[1:]}\n{source.read_text()}````\n'
+        return top + ''.join(f'- [{inside.name}]({source.name}/{inside.name})\n'
+                             for inside in _inside(source))
+    return f'{top}````{source.suffix[1:]}\n{source.read_text()}````\n'
