@@ -172,10 +172,11 @@ def test_links_between_pages_lead_somewhere():
                 assert (page.parent / target).exists(), f'{page}: {target}'
 
 
-def test_index_leads_to_every_page():
-    index = (REPOSITORY / 'docs' / 'index.md').read_text()
+def test_readme_and_index_lead_to_every_page():
     pages = {page.name for page in PAGES if page.parent.name == 'docs'} - {'index.md'}
-    assert not [page for page in pages if f'({page})' not in index]
+    for index, folder in (('README.md', 'docs/'), ('docs/index.md', '')):
+        text = (REPOSITORY / index).read_text()
+        assert not [page for page in pages if f']({folder}{page})' not in text], index
 
 
 def test_tests_and_files_that_pages_name_are_there():
