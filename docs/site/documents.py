@@ -37,7 +37,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Return what the site consists of: the theme, the documents, and the pages made for it."""
     theme = [file for file in files if file.src_dir != config.docs_dir]
     texts = [*OUTSIDE_DOCS, *(f'docs/{file.src_uri}' for file in files if file not in theme
-                              and file.src_uri.endswith(('.md', '.svg', '.png', '.gif')))]
+                              and not file.src_uri.endswith(('.py', '.pyc')))]
     return Files([
         *theme,
         *(File.generated(config, path, abs_src_path=str(REPOSITORY / path)) for path in texts),
