@@ -170,3 +170,25 @@ def test_links_between_pages_lead_somewhere():
         for target in re.findall(r'\]\(\s*([^)#]+?)(?:#[^)]*)?\)', page.read_text()):
             if not target.startswith('http'):
                 assert (page.parent / target).exists(), f'{page}: {target}'
+
+
+def test_readme_and_index_lead_to_every_page():
+    pages = {page.name for page in PAGES if page.parent.name == 'docs'} - {'index.md'}
+    for index, folder in (('README.md', 'docs/'), ('docs/index.md', '')):
+        text = (REPOSITORY / index).read_text()
+        assert not [page for page in pages if f']({folder}{page})' not in text], index
+
+
+def test_tests_and_files_that_pages_name_are_there():
+    tests = {name for file in (REPOSITORY / 'test').rglob('*.py')
+             for name in re.findall(r'def (test_\w+)', file.read_text())}
+    for page in PAGES:
+        text = page.read_text()
+        assert not set(re.findall(r'`(test_\w+)`', text)) - tests, page
+        for file in re.findall(r'`((?:benchmark|config|docs|examples|test)/[\w/.]+)`', text):
+            assert (REPOSITORY / file).exists(), f'{page}: {file}'
+
+
+def test_index_names_every_program():
+    index = (REPOSITORY / 'docs' / 'index.md').read_text()
+    assert not [name for name in _executables() if f'`{name}`' not in index]

@@ -23,6 +23,7 @@ def test_page_has_its_parts_and_its_pictures(name):
         assert (DOCS / 'labs' / picture).with_suffix('.png').exists()
 
 
-def test_index_ties_all_labs_together():
+def test_index_and_site_have_all_labs_in_the_order_of_the_course():
     linked = re.findall(r'\(labs/(.+)\.md\)', (DOCS / 'index.md').read_text())
-    assert linked == list(LABS)
+    shown = re.findall(r'docs/labs/(.+)\.md', (DOCS.parent / 'mkdocs.yml').read_text())
+    assert linked == shown == list(LABS)

@@ -2,12 +2,12 @@
 Lets code that imports tf2_ros run on this package, unchanged.
 
 The folder ``packages`` holds packages with tf2's names, which only import from here. Only
-Python's path is changed: the folder is added to it::
+Python's path is changed: the folder is added to it:
 
     python -m tf_tree_py.dropin your_node.py arguments
     python -m tf_tree_py.dropin -m pytest
 
-In a program, before the first import of tf2::
+In a program, before the first import of tf2:
 
     import tf_tree_py.dropin
     tf_tree_py.dropin.install()
