@@ -27,6 +27,7 @@ IMAGES = Path(__file__).parents[1] / 'images'
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
         'doctor, monitor': (8.9, 7.35, 'watch, and tell what is wrong'),
+        'departures': (2.0, 7.35, 'what goes on to others, and when'),
         'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
         'deskew, twist': (5.45, 6.25, 'and trajectory, anchor'),
         'telling': (8.9, 6.25, 'reports, diagnosis, audit'),

@@ -43,6 +43,7 @@ ORDER = {
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
         'frozen outline many_stamps lookups corrections sources queries',
         'buffer: waiters deadline waiting intake correcting switching buffer_core',
+        'departures: pacing dead_band thinning sending',
         ': deskew twist trajectory anchor',
         'telling: table audit audit_file report diagnosis poses missing certainty explanation '
         'words frame_graph drawings',

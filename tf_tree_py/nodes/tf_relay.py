@@ -1,6 +1,6 @@
 """Passes one robot's transforms on to the topics that all robots share."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import sys
 from typing import Any
 
@@ -12,14 +12,22 @@ from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.sample import bad_name, checked, Sample
 from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
+from tf_tree_py.core.departures.sending import Moving, Static
+from tf_tree_py.core.departures.thinning import Thinning
 from tf_tree_py.ros.buffer.incident_log import IncidentLog
 from tf_tree_py.ros.threads.companion import companion
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.topics.authority import Authority
-from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.ros.topics.qos import (
+    dynamic_qos,
+    static_broadcaster_qos,
+    static_listener_qos,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+)
 
 from .bad_input import BadInput
-from .outlets import Moving, Static
+from .outlets import Outlet
 from .parameters import declare, describe, FRAME_PREFIX, Setting
 from .running import Parser, run, spin
 
@@ -32,9 +40,10 @@ prefix: run one in each robot's namespace.
   tf_relay --ros-args -r __ns:=/robot1 -p frame_prefix:=robot1/ -p shared_frames:=[map]
 
 hears /robot1/tf and /robot1/tf_static; its odom is robot1/odom on /tf, and map is map.
-What moves may go out less often than it comes: the first after a pause at once, and then
-the newest when it is due, so that the last pose always arrives. What does not move goes
-out at once, all of it, also to whoever comes later. What no buffer would take stays here,
+What moves may go out less often than it comes (rate_hz, rates): the first after a pause at
+once, and then the newest when it is due, so that the last pose always arrives; and only
+when it has moved (min_move, min_turn), or after max_silence. What is static goes out at once,
+all of it, also to whoever comes later. What no buffer would take stays here,
 and the log says why. Ctrl-C ends."""
 
 TOPICS = (
@@ -50,6 +59,13 @@ SETTINGS = (
     Setting('frame_filter', [], 'the only frames to pass on, as the robot calls them; none: all'),
     Setting('rate_hz', 0.0, 'how often each frame goes out at most, by the wall; 0: as often as '
                             'it comes', (0.0, 1000.0)),
+    Setting('rates', {}, 'the same for single frames, as the robot calls them', (0.0, 1000.0)),
+    Setting('min_move', 0.0, 'metres within which a frame is at rest, and goes out once in '
+                             'max_silence; 0 here and for min_turn: it goes out as others do',
+            (0.0, 1000.0)),
+    Setting('min_turn', 0.0, 'radians, likewise', (0.0, 3.2)),
+    Setting('max_silence', 1.0, 'seconds after which a frame at rest goes out all the same',
+            (0.001, 3600.0)),
 )
 
 
@@ -72,8 +88,8 @@ class TfRelay(Node):
             frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
             frame_filter=values['frame_filter'] or None)
         self._log = IncidentLog(self.get_logger())
-        moving = Moving(self, topics['tf_topic'], values['rate_hz'])
-        static = Static(self, topics['tf_static_topic'])
+        moving = Moving(Outlet(self, topics['tf_topic'], dynamic_qos()).send, _thinning(values))
+        static = Static(Outlet(self, topics['tf_static_topic'], static_broadcaster_qos()).send)
         self._home = companion(self, f'{NAME}_impl')
         self._listen(topics['source_tf_topic'], dynamic_qos(), moving.take)
         self._listen(topics['source_tf_static_topic'], static_listener_qos(), static.take)
@@ -104,6 +120,15 @@ class TfRelay(Node):
         """Stop listening, and destroy the node."""
         self._receiver.close()
         super().destroy_node()
+
+
+def _thinning(values: Mapping[str, Any]) -> Thinning:
+    names = rename(frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'])
+    renamed = {frame: names(frame, frame) or (frame, frame) for frame in values['rates']}
+    return Thinning(
+        rate_hz=values['rate_hz'], min_move=values['min_move'], min_turn=values['min_turn'],
+        rates={renamed[frame][1]: rate for frame, rate in values['rates'].items()},
+        max_silence=values['max_silence'])
 
 
 def _fit(sample: Sample, publisher: str) -> Sample | Incident:
