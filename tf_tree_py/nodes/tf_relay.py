@@ -8,13 +8,13 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.arrivals.frame_names import rename
+from tf_tree_py.core.arrivals.incident_log import IncidentLog
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.arrivals.sample import bad_name, checked, Sample
 from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.departures.sending import Moving, Static
 from tf_tree_py.core.departures.thinning import Thinning
-from tf_tree_py.ros.buffer.incident_log import IncidentLog
 from tf_tree_py.ros.threads.companion import companion
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.topics.authority import Authority

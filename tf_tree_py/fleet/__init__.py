@@ -1,0 +1,17 @@
+"""
+The transforms of many robots, over Zenoh and without ROS.
+
+Not here: the bytes of messages and the tree, which are ``core``'s, and the network, which
+Zenoh is (``pip install 'tf_tree_py[fleet]'``).
+"""
+
+from .errors import FleetError
+from .publishing import RobotPublisher
+from .session import configuration, open_session
+
+__all__ = [
+    'configuration',
+    'FleetError',
+    'open_session',
+    'RobotPublisher',
+]
