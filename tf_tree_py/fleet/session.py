@@ -73,6 +73,12 @@ def configuration(connect: Connect | None = None, config: PathLike | None = None
     return made
 
 
+def endpoints_of(config: 'zenoh.Config') -> list[str]:
+    """Return the routers that a session connects to."""
+    endpoints = json.loads(config.get_json('connect/endpoints'))
+    return endpoints if isinstance(endpoints, list) else [str(endpoints)]
+
+
 def open_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zenoh.Session':
     """
     Return a session, connected; once it is, it reconnects by itself.

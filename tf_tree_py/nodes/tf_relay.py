@@ -1,37 +1,25 @@
-"""Passes one robot's transforms on to the topics that all robots share."""
+"""Passes one robot's transforms on: to the topics that all robots share, or over Zenoh."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 import sys
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from tf2_msgs.msg import TFMessage
+from rclpy.parameter import Parameter
 from tf_tree_py.core.arrivals.frame_names import rename
-from tf_tree_py.core.arrivals.incident_log import IncidentLog
-from tf_tree_py.core.arrivals.incidents import Incident
-from tf_tree_py.core.arrivals.sample import bad_name, checked, Sample
-from tf_tree_py.core.arrivals.wire import WireReader
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.departures.sending import Moving, Static
+from tf_tree_py.core.departures.sending import Moving, Send, Static
 from tf_tree_py.core.departures.thinning import Thinning
-from tf_tree_py.ros.threads.companion import companion
-from tf_tree_py.ros.threads.receiver import Receiver
-from tf_tree_py.ros.topics.authority import Authority
-from tf_tree_py.ros.topics.qos import (
-    dynamic_qos,
-    static_broadcaster_qos,
-    static_listener_qos,
-    TF_STATIC_TOPIC,
-    TF_TOPIC,
-)
+from tf_tree_py.fleet import configuration, FleetError
+from tf_tree_py.fleet.uplink import Uplink
+from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
 
 from .bad_input import BadInput
 from .outlets import Outlet
-from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .parameters import declare, describe
+from .relay_settings import NAME, OPTIONS, SETTINGS, TOPICS
+from .robot_topics import RobotTopics
 from .running import Parser, run, spin
-
-NAME = 'tf_relay'
 
 _DESCRIPTION = """\
 Passes one robot's transforms on to the topics that all robots share, its frames under a
@@ -40,33 +28,15 @@ prefix: run one in each robot's namespace.
   tf_relay --ros-args -r __ns:=/robot1 -p frame_prefix:=robot1/ -p shared_frames:=[map]
 
 hears /robot1/tf and /robot1/tf_static; its odom is robot1/odom on /tf, and map is map.
+Or to a fleet, over Zenoh, where FleetListener and tf_view --fleet hear it:
+
+  tf_relay --zenoh tcp/hall:7447 --robot robot7
+
 What moves may go out less often than it comes (rate_hz, rates): the first after a pause at
 once, and then the newest when it is due, so that the last pose always arrives; and only
 when it has moved (min_move, min_turn), or after max_silence. What is static goes out at once,
-all of it, also to whoever comes later. What no buffer would take stays here,
-and the log says why. Ctrl-C ends."""
-
-TOPICS = (
-    Setting('source_tf_topic', 'tf', 'where the robot publishes what moves'),
-    Setting('tf_topic', TF_TOPIC, 'where that goes'),
-    Setting('source_tf_static_topic', 'tf_static', 'where it publishes what does not move'),
-    Setting('tf_static_topic', TF_STATIC_TOPIC, 'where that goes'),
-)
-SETTINGS = (
-    *TOPICS,
-    FRAME_PREFIX,
-    Setting('shared_frames', [], 'frames that keep their name, such as [map]'),
-    Setting('frame_filter', [], 'the only frames to pass on, as the robot calls them; none: all'),
-    Setting('rate_hz', 0.0, 'how often each frame goes out at most, by the wall; 0: as often as '
-                            'it comes', (0.0, 1000.0)),
-    Setting('rates', {}, 'the same for single frames, as the robot calls them', (0.0, 1000.0)),
-    Setting('min_move', 0.0, 'metres within which a frame is at rest, and goes out once in '
-                             'max_silence; 0 here and for min_turn: it goes out as others do',
-            (0.0, 1000.0)),
-    Setting('min_turn', 0.0, 'radians, likewise', (0.0, 3.2)),
-    Setting('max_silence', 1.0, 'seconds after which a frame at rest goes out all the same',
-            (0.001, 3600.0)),
-)
+all of it, also to whoever comes later. What no buffer would take stays here, and the log
+says why. Ctrl-C ends."""
 
 
 class TfRelay(Node):
@@ -83,18 +53,18 @@ class TfRelay(Node):
         values = declare(self, SETTINGS)
         topics = {setting.name: self._resolve(setting.name, values[setting.name])
                   for setting in TOPICS}
-        _check_that_it_does_not_hear_itself(*topics.values())
-        self._names = rename(
-            frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
-            frame_filter=values['frame_filter'] or None)
-        self._log = IncidentLog(self.get_logger())
-        moving = Moving(Outlet(self, topics['tf_topic'], dynamic_qos()).send, _thinning(values))
-        static = Static(Outlet(self, topics['tf_static_topic'], static_broadcaster_qos()).send)
-        self._home = companion(self, f'{NAME}_impl')
-        self._listen(topics['source_tf_topic'], dynamic_qos(), moving.take)
-        self._listen(topics['source_tf_static_topic'], static_listener_qos(), static.take)
-        self._receiver = Receiver(self._home, moving.close)
-        self.get_logger().info('{} -> {}, {} -> {}'.format(*topics.values()))
+        with ExitStack() as closing:
+            over_zenoh = values['zenoh'] or values['zenoh_config']
+            moving, static = (self._to_zenoh(values, closing) if over_zenoh else
+                              self._to_topics(topics))
+            source = RobotTopics(self, rename(
+                frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
+                frame_filter=values['frame_filter'] or None))
+            receiver = source.listen(
+                topics['source_tf_topic'], topics['source_tf_static_topic'],
+                Moving(moving, _thinning(values)), Static(static))
+            closing.callback(receiver.close)
+            self._closing = closing.pop_all()
 
     def _resolve(self, parameter: str, topic: str) -> str:
         try:
@@ -103,22 +73,31 @@ class TfRelay(Node):
             raise BadInput(
                 f'parameter {parameter} has to be a topic, and {topic!r} is none') from error
 
-    def _listen(self, topic: str, qos: QoSProfile, take: Callable[[list[Sample]], None]) -> None:
-        reader, authority = WireReader(self._names), Authority(self._home, topic)
+    def _to_topics(self, topics: Mapping[str, str]) -> tuple[Send, Send]:
+        """Return what publishes moving and static transforms on topics."""
+        _check_that_it_does_not_hear_itself(*topics.values())
+        self.get_logger().info('{} -> {}, {} -> {}'.format(*topics.values()))
+        return (Outlet(self, topics['tf_topic'], dynamic_qos()).send,
+                Outlet(self, topics['tf_static_topic'], static_broadcaster_qos()).send)
 
-        def receive(data: bytes) -> None:
-            publisher = authority.name()
-            batch = reader.read_or_refuse(data, publisher)
-            arrived = [batch] if isinstance(batch, Incident) else [
-                _fit(sample, publisher) for sample in batch.samples()]
-            self._log.report(each for each in arrived if isinstance(each, Incident))
-            take([each for each in arrived if isinstance(each, Sample)])
-
-        self._home.create_subscription(TFMessage, topic, receive, qos, raw=True)
+    def _to_zenoh(self, values: Mapping[str, Any], closing: ExitStack) -> tuple[Send, Send]:
+        """Return what sends moving and static transforms over Zenoh."""
+        robot = values['robot'] or self.get_namespace().strip('/')
+        if not robot:
+            raise BadInput('which robot is this? Name it (--robot NAME), or run it in its '
+                           'namespace (--ros-args -r __ns:=/robot1)')
+        try:
+            uplink = Uplink(
+                configuration(values['zenoh'] or None, values['zenoh_config'] or None), robot,
+                self.get_logger(), key_prefix=values['key_prefix'])
+        except FleetError as error:
+            raise BadInput(str(error)) from error
+        closing.callback(uplink.close)
+        return uplink.send, uplink.send_static
 
     def destroy_node(self) -> None:
         """Stop listening, and destroy the node."""
-        self._receiver.close()
+        self._closing.close()
         super().destroy_node()
 
 
@@ -129,12 +108,6 @@ def _thinning(values: Mapping[str, Any]) -> Thinning:
         rate_hz=values['rate_hz'], min_move=values['min_move'], min_turn=values['min_turn'],
         rates={renamed[frame][1]: rate for frame, rate in values['rates'].items()},
         max_silence=values['max_silence'])
-
-
-def _fit(sample: Sample, publisher: str) -> Sample | Incident:
-    """Return a sample as a buffer would take it, or why it would refuse it."""
-    bad = bad_name(sample.parent, sample.child, sample.stamp, publisher, DEFAULT_MAX_NAME_BYTES)
-    return bad or checked(sample, publisher)
 
 
 def _check_that_it_does_not_hear_itself(source: str, target: str, static_source: str,
@@ -149,8 +122,12 @@ def _check_that_it_does_not_hear_itself(source: str, target: str, static_source:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
     parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
-    parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(TfRelay(), ended))
+    for setting in OPTIONS:
+        parser.add_argument(f'--{setting.name.replace("_", "-")}', help=setting.meaning)
+    given = vars(parser.parse_args(parser.own_arguments(argv)))
+    overrides = [Parameter(name, value=value) for name, value in given.items()
+                 if value is not None]
+    return run(NAME, argv, lambda ended: spin(TfRelay(parameter_overrides=overrides), ended))
 
 
 if __name__ == '__main__':

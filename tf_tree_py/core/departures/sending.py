@@ -67,18 +67,21 @@ class Moving:
 
 
 class Static:
-    """Sends static transforms, each time all of them, for late joiners; in one thread."""
+    """Sends static transforms, each time all of them, for late joiners; from any thread."""
 
     def __init__(self, send: Send) -> None:
         """Begin without transforms."""
         self._send_message = send
+        self._lock = threading.Lock()
         self._latest: dict[str, Sample] = {}
 
     def take(self, samples: Collection[Sample]) -> None:
         """Send samples at once; for each child the newest counts."""
-        for sample in samples:
-            # Every message holds all of them: a faulty publisher must not make it grow for ever.
-            if sample.child in self._latest or len(self._latest) < DEFAULT_MAX_FRAMES:
-                self._latest[sample.child] = sample
-        if samples:
-            self._send_message(self._latest.values())
+        with self._lock:
+            for sample in samples:
+                # Every message holds all of them: a faulty publisher must not make it grow for
+                # ever.
+                if sample.child in self._latest or len(self._latest) < DEFAULT_MAX_FRAMES:
+                    self._latest[sample.child] = sample
+            if samples:
+                self._send_message(self._latest.values())

@@ -1,0 +1,87 @@
+"""A robot's transforms from DDS into Zenoh, read by who knows nothing of this package."""
+
+from importlib.util import find_spec
+
+import pytest
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from ros_helpers import transform, until
+from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
+from tf_tree_py.core import Sample
+from tf_tree_py.core.geometry.se3 import IDENTITY
+from tf_tree_py.nodes.bad_input import BadInput
+from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.nodes.tf_relay import TfRelay
+
+pytestmark = pytest.mark.skipif(not find_spec('zenoh'), reason='eclipse-zenoh is not installed')
+if find_spec('zenoh'):
+    from routers import Ears, Router
+
+SECOND = 1_000_000_000
+CAMERA = Sample('base', 'camera', SECOND, (0.25, *IDENTITY[1:]))
+
+
+@pytest.fixture(scope='module')
+def router():
+    with Router() as router:
+        yield router
+
+
+@pytest.fixture
+def robot(context):
+    """Return what publishes on a robot: a broadcaster of what moves, and one of what does not."""
+    node = Node('driver', context=context)
+    yield TransformBroadcaster(node), StaticTransformBroadcaster(node)
+    node.destroy_node()
+
+
+def test_what_moved_goes_out_thinned_and_statics_at_once(context, robot, router):
+    moving, static = robot
+    relay = TfRelay(context=context, parameter_overrides=[
+        Parameter(name, value=value) for name, value in {
+            'zenoh': router.address, 'robot': 'robot7', 'min_move': 0.5, 'max_silence': 3600.0,
+            'frame_filter': ['odom', 'base', 'camera', 'arm']}.items()])
+    with spun_in_background(relay), Ears(router.address, 'robot7/*') as ears:
+        static.sendTransform(transform('base', 'camera', x=0.25))
+        assert ears.wait_for('robot7/tf_static', len) == [[CAMERA]]
+        until(moving.pub_tf.get_subscription_count)
+        for stamp in range(1, 51):
+            moving.sendTransform([transform('odom', 'base', stamp, x=0.001 * stamp),
+                                  transform('base', 'arm', stamp, x=float(stamp)),
+                                  transform('base', 'secret', stamp)])
+        messages = ears.wait_for('robot7/tf', lambda messages: messages and messages[-1][
+            -1].stamp == 50 * SECOND)
+    went = [(sample.child, sample.stamp // SECOND) for message in messages for sample in message]
+    assert went == [('base', 1), *(('arm', stamp) for stamp in range(1, 51))]
+
+
+def test_process_sends_by_its_options_and_ends_with_ctrl_c(start, robot, router):
+    program = start('tf_relay', '--zenoh', router.address, '--key-prefix', 'hall3',
+                    '--ros-args', '-r', '__ns:=/robot8', '-r', 'tf_static:=/tf_static')
+    program.wait_for(f'connected to {router.address}')
+    robot[1].sendTransform(transform('base', 'camera', x=0.25))
+    with Ears(router.address, '**') as ears:
+        assert ears.wait_for('hall3/robot8/tf_static', len) == [[CAMERA]]
+    program.interrupt()
+    assert program.end() == 0
+    assert 'Traceback' not in program.output
+
+
+def test_process_that_never_found_its_router_ends_with_ctrl_c(start):
+    program = start('tf_relay', '--zenoh', 'tcp/127.0.0.1:9', '--robot', 'robot7')
+    program.wait_for('no connection to tcp/127.0.0.1:9 yet, and trying on: ')
+    program.interrupt()
+    assert program.end() == 0
+    assert 'Traceback' not in program.output
+
+
+@pytest.mark.parametrize(('parameters', 'sentence'), [
+    ({'zenoh': 'tcp/127.0.0.1:9'}, 'which robot is this'),
+    ({'zenoh': 'hall', 'robot': 'r'}, 'are no addresses of routers, such as tcp/hall'),
+    ({'zenoh': 'tcp/127.0.0.1:9', 'robot': 'r*'}, 'cannot be the name of a robot in keys'),
+    ({'zenoh_config': '/none', 'robot': 'r'}, '/none: there is no such configuration file'),
+])
+def test_relay_that_cannot_be_is_refused(context, parameters, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        TfRelay(context=context, parameter_overrides=[
+            Parameter(name, value=value) for name, value in parameters.items()])

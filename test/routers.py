@@ -1,0 +1,88 @@
+"""A router of Zenoh on a port of this machine, which may go and come back; and who listens."""
+
+import json
+import socket
+import threading
+
+from programs import PATIENCE_S
+from tf_tree_py.core.arrivals import wire
+from tf_tree_py.fleet import configuration, open_session
+import zenoh
+import zenoh.ext
+
+
+def free_port():
+    """Return a port that nobody listens on."""
+    with socket.socket() as taken:
+        taken.bind(('127.0.0.1', 0))
+        return taken.getsockname()[1]
+
+
+class Router:
+    """
+    A router in this process.
+
+    :ivar address: what to connect to.
+    """
+
+    def __init__(self):
+        self.address = f'tcp/127.0.0.1:{free_port()}'
+        self._session = None
+
+    def start(self):
+        settings = {
+            'mode': 'router', 'listen/endpoints': [self.address], 'timestamping/enabled': True,
+            'scouting/multicast/enabled': False, 'scouting/gossip/enabled': False}
+        config = zenoh.Config()
+        for key, value in settings.items():
+            config.insert_json5(key, json.dumps(value))
+        self._session = zenoh.open(config)
+        return self
+
+    def stop(self):
+        self._session.close()
+
+    def __enter__(self):
+        return self.start()
+
+    def __exit__(self, *_):
+        self.stop()
+
+
+class Ears:
+    """
+    Somebody who hears keys, as a program without this package would.
+
+    Keys and samples of all messages are kept, in the order in which they came.
+    """
+
+    def __init__(self, address, keys):
+        self._heard, self._came = [], threading.Condition(threading.RLock())
+        self._session = open_session(configuration(address), PATIENCE_S)
+        self._subscriber = zenoh.ext.declare_advanced_subscriber(
+            self._session, keys, self._hear,
+            history=zenoh.ext.HistoryConfig(detect_late_publishers=True),
+            recovery=zenoh.ext.RecoveryConfig(heartbeat=True))
+
+    def _hear(self, sample):
+        with self._came:
+            self._heard.append((str(sample.key_expr),
+                                wire.read(sample.payload.to_bytes()).samples()))
+            self._came.notify_all()
+
+    def messages(self, key):
+        with self._came:
+            return [samples for heard, samples in self._heard if heard == key]
+
+    def wait_for(self, key, arrived):
+        """Return the messages under a key as soon as they are as they should be."""
+        with self._came:
+            assert self._came.wait_for(lambda: arrived(self.messages(key)), PATIENCE_S), (
+                self.messages(key))
+            return self.messages(key)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._session.close()
