@@ -61,7 +61,7 @@ ORDER = {
         ': joints opening stamps recorder',
     ),
     'fleet': rooms(
-        ': errors keys session publishing',
+        ': errors keys session publishing trust roster presence feed hearing link listener',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '
