@@ -62,7 +62,7 @@ ORDER = {
         ': joints opening stamps recorder',
     ),
     'fleet': rooms(
-        ': errors keys session publishing link uplink',
+        ': errors keys session publishing trust roster presence feed hearing link listener uplink',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '

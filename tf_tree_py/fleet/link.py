@@ -1,83 +1,97 @@
-"""A session that waits for its router, and says once each time that it came or went."""
+"""The connection to a router: made when it can be, watched, and told of when it is lost."""
 
 from collections.abc import Callable
+import logging
 import threading
-from typing import Any, Protocol, TYPE_CHECKING
+import time
+from typing import Any, TYPE_CHECKING
 
 from .errors import FleetError
-from .session import endpoints_of, needs_zenoh, open_session
+from .session import needs_zenoh, open_session
 
 if TYPE_CHECKING:
     import zenoh
 
-# How long one try to connect takes, and so at most the end of a link that never came up.
-_TRY_S = 1.0
+# How long an attempt may take: the first is for the machine next door, the last for the Internet.
+_ATTEMPTS_S = (1.0, 2.0, 4.0)
+_PAUSE_S = 0.5
 
-
-class Logger(Protocol):
-    """Where lines go: a logger of rclpy's, or of Python's ``logging``."""
-
-    def info(self, message: str, /) -> object:
-        """Write that all is well."""
-
-    def warning(self, message: str, /) -> object:
-        """Write that something is not."""
+log = logging.getLogger('tf_tree_py.fleet')
 
 
 class Link:
     """
-    Opens a session in a thread of its own, as soon as there is a router to connect to.
+    A session that is opened as soon as there is a router, and reconnects by itself.
 
-    From then on Zenoh connects again by itself whenever the router went.
+    Each loss and each return is one line in the log ``tf_tree_py.fleet``.
     """
 
-    def __init__(self, config: 'zenoh.Config', opened: Callable[['zenoh.Session'], object],
-                 logger: Logger) -> None:
+    def __init__(self, config: 'zenoh.Config', name: str,
+                 on_change: Callable[[bool], object]) -> None:
         """
-        Begin to connect.
+        Take what to connect to.
 
-        :param config: see ``configuration``.
-        :param opened: gets the session once, when it is connected, in the link's thread.
-        :param logger: gets a line when the router came, went, or is not there at first.
-        :raises FleetError: Zenoh is not installed.
+        :param config: see ``session.configuration``.
+        :param name: of the router, for people.
+        :param on_change: called with whether there is a connection, when that changes; in
+            a thread of Zenoh's.
         """
-        self._zenoh = needs_zenoh()
         self._config = config
-        self._opened = opened
-        self._logger = logger
-        self._routers = ', '.join(endpoints_of(config))
-        self._closed = threading.Event()
+        self._name = name
+        self._on_change = on_change
         self._session: Any = None
-        self._thread = threading.Thread(target=self._open, name='fleet link', daemon=True)
-        self._thread.start()
+        self._listener: Any = None
+        self._transports: set[str] = set()
+        self._lost_at: float | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether there is a session."""
+        return self._session is not None
+
+    def open(self, closed: threading.Event) -> 'zenoh.Session | None':
+        """Return a session as soon as there is a router; None: it was closed before."""
+        attempts = iter(_ATTEMPTS_S)
+        timeout_s = next(attempts)
+        while not closed.is_set():
+            try:
+                session = open_session(self._config, timeout_s)
+            except FleetError as error:
+                if self._lost_at is None:
+                    self._lost_at = time.monotonic()
+                    log.warning('no connection to %s yet, and tries go on: %s', self._name, error)
+                timeout_s = next(attempts, timeout_s)
+                closed.wait(_PAUSE_S)
+                continue
+            self._session = session
+            self._listener = session.info.declare_transport_events_listener(
+                self._hear, history=True)
+            return session
+        return None
 
     def close(self) -> None:
-        """End the session; within a second or so where it never began."""
-        self._closed.set()
-        self._thread.join()
-        if self._session is not None:
-            self._session.close()
+        """Close the session, if there is one."""
+        session, self._session = self._session, None
+        if session is not None:
+            self._listener.undeclare()
+            session.close()
 
-    def _open(self) -> None:
-        complained = False
-        while not self._closed.is_set():
-            try:
-                self._session = open_session(self._config, _TRY_S)
-            except FleetError as error:
-                if not complained:
-                    self._logger.warning(f'no connection to {self._routers} yet, and trying on: '
-                                         f'{error} (RUST_LOG=zenoh=info tells why)')
-                complained = True
-            else:
-                self._opened(self._session)
-                self._listener = self._session.info.declare_transport_events_listener(
-                    self._changed, history=True)
-                return
-
-    def _changed(self, event: 'zenoh.TransportEvent') -> None:
-        if self._closed.is_set():
-            return
-        if event.kind == self._zenoh.SampleKind.PUT:
-            self._logger.info(f'connected to {self._routers}')
+    def _hear(self, event: 'zenoh.TransportEvent') -> None:
+        zid = str(event.transport.zid)
+        if event.kind == needs_zenoh().SampleKind.PUT:
+            self._transports.add(zid)
         else:
-            self._logger.warning(f'lost the connection to {self._routers}, and trying on')
+            self._transports.discard(zid)
+        if self._session is not None:
+            self._tell(bool(self._transports))
+
+    def _tell(self, connected: bool) -> None:
+        now = time.monotonic()
+        if not connected:
+            self._lost_at = now
+            log.warning('the connection to %s is lost: what robots send until it is back may be '
+                        'lost too', self._name)
+        elif self._lost_at is not None:
+            log.warning('connected to %s, after %.1f s without', self._name, now - self._lost_at)
+            self._lost_at = None
+        self._on_change(connected)

@@ -42,7 +42,8 @@ class RobotPublisher:
         self._static = _publisher(session, key_of(Topic(self.robot, True), prefix), 1,
                                   zenoh.CongestionControl.BLOCK)
         # Last, so that whoever sees it can hear the robot.
-        self._token: Any = session.liveliness().declare_token(token_of(self.robot, prefix))
+        token = session.liveliness().declare_token(token_of(self.robot, prefix))
+        self._declared: list[Any] = [token, self._moving, self._static]
 
     def send(self, data: bytes) -> None:
         """Send what moves: a TFMessage as ``core.arrivals.wire`` writes it."""
@@ -54,9 +55,9 @@ class RobotPublisher:
 
     def close(self) -> None:
         """Say that the robot has gone; nothing is kept any longer."""
-        self._token.undeclare()
-        self._moving.undeclare()
-        self._static.undeclare()
+        declared, self._declared = self._declared, []
+        for one in declared:
+            one.undeclare()
 
     def __enter__(self) -> 'RobotPublisher':
         return self

@@ -74,9 +74,11 @@ def configuration(connect: Connect | None = None, config: PathLike | None = None
 
 
 def endpoints_of(config: 'zenoh.Config') -> list[str]:
-    """Return the routers that a session connects to."""
+    """Return what a configuration connects to."""
     endpoints = json.loads(config.get_json('connect/endpoints'))
-    return endpoints if isinstance(endpoints, list) else [str(endpoints)]
+    if isinstance(endpoints, dict):  # by mode
+        endpoints = [one for some in endpoints.values() for one in some]
+    return [str(endpoint) for endpoint in endpoints]
 
 
 def open_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zenoh.Session':
@@ -112,9 +114,9 @@ def _from_file(path: Path) -> 'zenoh.Config':
 
 def _connect(config: 'zenoh.Config', endpoints: Sequence[str]) -> None:
     for endpoint in endpoints:
-        protocol, _, address = str(endpoint).partition('/')
+        protocol, slash, address = str(endpoint).partition('/')
         host, _, port = address.partition('?')[0].partition('#')[0].rpartition(':')
-        if protocol in _WITH_PORT and not (host and port.isdecimal()):
+        if not slash or protocol in _WITH_PORT and not (host and port.isdecimal()):
             raise FleetError(f'{endpoint!r} is no address of a router: it is like tcp/hall:7447')
     try:
         config.insert_json5('connect/endpoints', json.dumps(endpoints))

@@ -86,13 +86,15 @@ class TfRelay(Node):
         if not robot:
             raise BadInput('which robot is this? Name it (--robot NAME), or run it in its '
                            'namespace (--ros-args -r __ns:=/robot1)')
+        closing.enter_context(logged_by(self))
         try:
-            uplink = Uplink(
-                configuration(values['zenoh'] or None, values['zenoh_config'] or None), robot,
-                self.get_logger(), key_prefix=values['key_prefix'])
+            uplink = Uplink(values['zenoh'] or None, robot, config=values['zenoh_config'] or None,
+                            key_prefix=values['key_prefix'])
         except FleetError as error:
             raise BadInput(str(error)) from error
         closing.callback(uplink.close)
+        self.get_logger().info(
+            f'{sources} -> {uplink.keys} by way of {uplink.name}')
         return uplink.send, uplink.send_static
 
     def destroy_node(self) -> None:

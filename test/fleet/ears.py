@@ -1,60 +1,15 @@
-"""A router of Zenoh on a port of this machine, which may go and come back; and who listens."""
+"""Somebody who hears a robot over Zenoh, as a program without this package would."""
 
-import json
-import socket
 import threading
 
 from programs import PATIENCE_S
 from tf_tree_py.core.arrivals import wire
 from tf_tree_py.fleet import configuration, open_session
-import zenoh
 import zenoh.ext
 
 
-def free_port():
-    """Return a port that nobody listens on."""
-    with socket.socket() as taken:
-        taken.bind(('127.0.0.1', 0))
-        return taken.getsockname()[1]
-
-
-class Router:
-    """
-    A router in this process.
-
-    :ivar address: what to connect to.
-    """
-
-    def __init__(self):
-        self.address = f'tcp/127.0.0.1:{free_port()}'
-        self._session = None
-
-    def start(self):
-        settings = {
-            'mode': 'router', 'listen/endpoints': [self.address], 'timestamping/enabled': True,
-            'scouting/multicast/enabled': False, 'scouting/gossip/enabled': False}
-        config = zenoh.Config()
-        for key, value in settings.items():
-            config.insert_json5(key, json.dumps(value))
-        self._session = zenoh.open(config)
-        return self
-
-    def stop(self):
-        self._session.close()
-
-    def __enter__(self):
-        return self.start()
-
-    def __exit__(self, *_):
-        self.stop()
-
-
 class Ears:
-    """
-    Somebody who hears keys, as a program without this package would.
-
-    Keys and samples of all messages are kept, in the order in which they came.
-    """
+    """Keeps the samples of all messages under some keys, in the order in which they came."""
 
     def __init__(self, address, keys):
         self._heard, self._came = [], threading.Condition(threading.RLock())
