@@ -22,8 +22,8 @@ def uplink(endpoint):
     return closing(Uplink(endpoint, 'robot7'))
 
 
-def test_who_comes_late_hears_the_last_statics_and_what_moved_lately(router, caplog):
-    with uplink(router) as robot, Ears(router, 'robot7/*') as early:
+def test_who_comes_late_hears_the_last_statics_and_what_moved_lately(caplog):
+    with router_here() as router, uplink(router) as robot, Ears(router, 'robot7/*') as early:
         robot.send_static([CAMERA])
         early.wait_for(STATIC, lambda messages: messages == [[CAMERA]])
         robot.send_static([CAMERA, at(0)])

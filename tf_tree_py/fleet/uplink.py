@@ -6,7 +6,7 @@ import threading
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.core.arrivals.wire import write
 
-from .keys import check_prefix, check_robot
+from .keys import check_prefix, check_robot, key_of, Topic
 from .link import Link
 from .publishing import DEFAULT_HISTORY, RobotPublisher
 from .session import configuration, Connect, endpoints_of, PathLike
@@ -48,6 +48,10 @@ class Uplink:
         self._link = Link(made, self.name, lambda connected: None)
         self._thread = threading.Thread(target=self._open, name='uplink', daemon=True)
         self._thread.start()
+
+    def key(self, static: bool) -> str:
+        """Return the key under which what is static, or what moves, goes."""
+        return key_of(Topic(self.robot, static), self._prefix)
 
     def send(self, samples: Collection[Sample]) -> None:
         """Send what moves, as one message."""

@@ -1,5 +1,10 @@
 """The parameters of the relay."""
 
+from collections.abc import Mapping
+from typing import Any
+
+from tf_tree_py.core.arrivals.frame_names import rename
+from tf_tree_py.core.departures.thinning import Thinning
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
 
 from .parameters import FRAME_PREFIX, Setting
@@ -28,6 +33,9 @@ THINNING = (
 OPTIONS = (
     Setting('zenoh', '', 'the router that gets the transforms in place of topics, such as '
                          'tcp/hall:7447'),
+    Setting('from_zenoh', '', 'the router of a fleet that is to come out on the topics, each '
+                              "robot's frames below its name"),
+    Setting('robots', '*', "which of its robots: a name, or a pattern such as 'hall*'"),
     Setting('robot', '', 'what this robot is called there; none: its namespace'),
     Setting('key_prefix', '', 'what stands in front of the robots in keys of Zenoh'),
     Setting('zenoh_config', '', 'a configuration file of Zenoh (JSON5): TLS, user and password'),
@@ -35,8 +43,19 @@ OPTIONS = (
 SETTINGS = (
     *TOPICS,
     FRAME_PREFIX,
-    Setting('shared_frames', [], 'frames that keep their name, such as [map]'),
+    Setting('shared_frames', [], 'frames that keep their name, such as [map]; of a fleet '
+                                 'that comes out on the topics, none: [map]'),
     Setting('frame_filter', [], 'the only frames to pass on, as the robot calls them; none: all'),
     *THINNING,
     *OPTIONS,
 )
+
+
+def thinning_of(values: Mapping[str, Any]) -> Thinning:
+    """Return what the parameters say goes out; rates are of frames as they come in."""
+    names = rename(frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'])
+    renamed = {frame: names(frame, frame) or (frame, frame) for frame in values['rates']}
+    return Thinning(
+        rate_hz=values['rate_hz'], min_move=values['min_move'], min_turn=values['min_turn'],
+        rates={renamed[frame][1]: rate for frame, rate in values['rates'].items()},
+        max_silence=values['max_silence'])

@@ -51,15 +51,17 @@ class RobotTopics:
             if isinstance(batch, Incident):
                 self._log.report([batch])
             else:
-                take(fit_samples(batch, publisher, self._log))
+                take(fit_samples(batch, publisher, self._log.report))
 
         self._home.create_subscription(TFMessage, topic, receive, qos, raw=True)
 
 
-def fit_samples(batch: Batch, publisher: str, log: IncidentLog) -> list[Sample]:
-    """Return the samples that a buffer would take; the log tells why it would refuse others."""
+def fit_samples(batch: Batch, publisher: str,
+                report: Callable[[list[Incident]], object] = lambda refused: None
+                ) -> list[Sample]:
+    """Return the samples that a buffer would take, and report why it would refuse the others."""
     judged = [_fit(sample, publisher) for sample in batch.samples()]
-    log.report(each for each in judged if isinstance(each, Incident))
+    report([each for each in judged if isinstance(each, Incident)])
     return [each for each in judged if isinstance(each, Sample)]
 
 

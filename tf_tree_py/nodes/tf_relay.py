@@ -1,4 +1,4 @@
-"""Passes one robot's transforms on: to the topics that all robots share, or over Zenoh."""
+"""Passes transforms on: of a robot to the topics that all share, or to a fleet, or of a fleet."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
@@ -9,15 +9,13 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tf_tree_py.core.arrivals.frame_names import rename
 from tf_tree_py.core.departures.sending import Moving, Send, Static
-from tf_tree_py.core.departures.thinning import Thinning
-from tf_tree_py.fleet import configuration, FleetError
-from tf_tree_py.fleet.uplink import Uplink
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
 
 from .bad_input import BadInput
+from .fleet_ends import Fleet, logged_by, uplink
 from .outlets import Outlet
 from .parameters import declare, describe
-from .relay_settings import NAME, OPTIONS, SETTINGS, TOPICS
+from .relay_settings import NAME, OPTIONS, SETTINGS, thinning_of, TOPICS
 from .robot_topics import RobotTopics
 from .running import Parser, run, spin
 
@@ -32,11 +30,19 @@ Or to a fleet, over Zenoh, where FleetListener and tf_view --fleet hear it:
 
   tf_relay --zenoh tcp/hall:7447 --robot robot7
 
+And back: all robots of a fleet on the topics of another network, for RViz, say:
+
+  tf_relay --from-zenoh tcp/hall:7447
+
 What moves may go out less often than it comes (rate_hz, rates): the first after a pause at
 once, and then the newest when it is due, so that the last pose always arrives; and only
 when it has moved (min_move, min_turn), or after max_silence. What is static goes out at once,
 all of it, also to whoever comes later. What no buffer would take stays here, and the log
 says why. Ctrl-C ends."""
+
+
+Values = Mapping[str, Any]
+Topics = Mapping[str, str]
 
 
 class TfRelay(Node):
@@ -54,16 +60,13 @@ class TfRelay(Node):
         topics = {setting.name: self._resolve(setting.name, values[setting.name])
                   for setting in TOPICS}
         with ExitStack() as closing:
-            over_zenoh = values['zenoh'] or values['zenoh_config']
-            moving, static = (self._to_zenoh(values, closing) if over_zenoh else
-                              self._to_topics(topics))
-            source = RobotTopics(self, rename(
-                frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
-                frame_filter=values['frame_filter'] or None))
-            receiver = source.listen(
-                topics['source_tf_topic'], topics['source_tf_static_topic'],
-                Moving(moving, _thinning(values)), Static(static))
-            closing.callback(receiver.close)
+            closing.enter_context(logged_by(self))
+            if values['from_zenoh']:
+                self._from_fleet(values, topics, closing)
+            elif values['zenoh'] or values['zenoh_config']:
+                self._to_fleet(values, topics, closing)
+            else:
+                self._to_topics(values, topics, closing)
             self._closing = closing.pop_all()
 
     def _resolve(self, parameter: str, topic: str) -> str:
@@ -73,43 +76,53 @@ class TfRelay(Node):
             raise BadInput(
                 f'parameter {parameter} has to be a topic, and {topic!r} is none') from error
 
-    def _to_topics(self, topics: Mapping[str, str]) -> tuple[Send, Send]:
-        """Return what publishes moving and static transforms on topics."""
+    def _to_topics(self, values: Values, topics: Topics, closing: ExitStack) -> None:
         _check_that_it_does_not_hear_itself(*topics.values())
+        self._listen(values, topics, *self._outlets(topics), closing)
         self.get_logger().info('{} -> {}, {} -> {}'.format(*topics.values()))
+
+    def _to_fleet(self, values: Values, topics: Topics, closing: ExitStack) -> None:
+        link = uplink(self, values)
+        closing.callback(link.close)
+        self._listen(values, topics, link.send, link.send_static, closing)
+        self.get_logger().info(
+            f'{topics["source_tf_topic"]} -> {link.key(static=False)}, '
+            f'{topics["source_tf_static_topic"]} -> {link.key(static=True)}, '
+            f'by way of {link.name}')
+
+    def _from_fleet(self, values: Values, topics: Topics, closing: ExitStack) -> None:
+        wrong = [name for name in ('zenoh', 'robot', 'frame_prefix', 'frame_filter')
+                 if values[name]]
+        if wrong:
+            raise BadInput(f'{wrong[0]} and from_zenoh do not go together')
+        send, send_static = self._outlets(topics)
+        moving = Moving(send, thinning_of(values))
+        closing.callback(moving.close)
+        fleet = Fleet(values, moving, Static(send_static))
+        closing.callback(fleet.close)
+        self.get_logger().info(f'{values["robots"]} of {fleet.name} -> {topics["tf_topic"]}, '
+                               f'{topics["tf_static_topic"]}')
+
+    def _outlets(self, topics: Topics) -> tuple[Send, Send]:
+        """Return what publishes moving and static transforms."""
         return (Outlet(self, topics['tf_topic'], dynamic_qos()).send,
                 Outlet(self, topics['tf_static_topic'], static_broadcaster_qos()).send)
 
-    def _to_zenoh(self, values: Mapping[str, Any], closing: ExitStack) -> tuple[Send, Send]:
-        """Return what sends moving and static transforms over Zenoh."""
-        robot = values['robot'] or self.get_namespace().strip('/')
-        if not robot:
-            raise BadInput('which robot is this? Name it (--robot NAME), or run it in its '
-                           'namespace (--ros-args -r __ns:=/robot1)')
-        closing.enter_context(logged_by(self))
-        try:
-            uplink = Uplink(values['zenoh'] or None, robot, config=values['zenoh_config'] or None,
-                            key_prefix=values['key_prefix'])
-        except FleetError as error:
-            raise BadInput(str(error)) from error
-        closing.callback(uplink.close)
-        self.get_logger().info(
-            f'{sources} -> {uplink.keys} by way of {uplink.name}')
-        return uplink.send, uplink.send_static
+    def _listen(self, values: Values, topics: Topics, send: Send, send_static: Send,
+                closing: ExitStack) -> None:
+        """Pass on what the robot publishes."""
+        source = RobotTopics(self, rename(
+            frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
+            frame_filter=values['frame_filter'] or None))
+        receiver = source.listen(
+            topics['source_tf_topic'], topics['source_tf_static_topic'],
+            Moving(send, thinning_of(values)), Static(send_static))
+        closing.callback(receiver.close)
 
     def destroy_node(self) -> None:
         """Stop listening, and destroy the node."""
         self._closing.close()
         super().destroy_node()
-
-
-def _thinning(values: Mapping[str, Any]) -> Thinning:
-    names = rename(frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'])
-    renamed = {frame: names(frame, frame) or (frame, frame) for frame in values['rates']}
-    return Thinning(
-        rate_hz=values['rate_hz'], min_move=values['min_move'], min_turn=values['min_turn'],
-        rates={renamed[frame][1]: rate for frame, rate in values['rates'].items()},
-        max_silence=values['max_silence'])
 
 
 def _check_that_it_does_not_hear_itself(source: str, target: str, static_source: str,
