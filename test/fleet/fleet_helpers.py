@@ -86,10 +86,10 @@ class Visits:
     def __call__(self, robot, here):
         self._told.put((robot, here))
 
-    def next(self):
+    def wait(self):
         return self._told.get(timeout=PATIENCE_S)
 
-    def all(self):
+    def so_far(self):
         told = []
         while not self._told.empty():
             told.append(self._told.get())
@@ -104,6 +104,10 @@ def message(*edges, stamp=None):
     """Return a TFMessage of (parent, child, x), all of now unless said otherwise."""
     stamp = time.time_ns() if stamp is None else stamp
     return write([Sample(parent, child, stamp, place(x)) for parent, child, x in edges])
+
+
+def x_of(buffer, target, source):
+    return buffer.lookup_within(PATIENCE_S, target, source).x
 
 
 def until(true, what='it'):

@@ -70,5 +70,5 @@ except FleetError as error:
 """
     result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
                             timeout=60, check=True)
-    assert result.stdout == ("a fleet needs eclipse-zenoh, which is not installed: "
+    assert result.stdout == ('a fleet needs eclipse-zenoh, which is not installed: '
                              "pip install 'tf_tree_py[fleet]'\n")
