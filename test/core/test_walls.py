@@ -88,8 +88,8 @@ ORDER = {
         'tracks',
     ),
     'tools': rooms(
-        ': endings arguments output live recording source drawing dump_requests doctor_report '
-        'tf_audit tf_doctor tf_echo tf_frames tf_monitor tf_record',
+        ': endings arguments output live recording fleet source drawing dump_requests '
+        'doctor_report tf_audit tf_doctor tf_echo tf_frames tf_monitor tf_record',
         'export: stamp_file plan formats',
         ': tf_export',
         'archive: bags page jobs ledger table shielding cluster running',

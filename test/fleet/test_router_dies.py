@@ -70,5 +70,6 @@ def test_a_robot_that_comes_back_sends_its_statics_anew(router):
                 robot = RobotPublisher(session, 'robot7')
                 robot.send_static(message(('base', 'fork', fork)))
                 assert visits.wait() == ('robot7', True)
-                until(lambda: x_of(listener.buffer, 'robot7/base', 'robot7/fork') == fork)  # noqa: B023
+                until(lambda fork=fork: fork == x_of(
+                    listener.buffer, 'robot7/base', 'robot7/fork'))
             assert visits.wait() == ('robot7', False)

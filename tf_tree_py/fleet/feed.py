@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 # Whoever may write any key may invent some; more are not heard.
 _MAX_KEYS = 50_000
+_NOTHING = Batch((), (), ())
 
 
 class Place(NamedTuple):
@@ -72,12 +73,20 @@ class Feed:
         sender = self._senders[key] if key in self._senders else self._begin(key)
         if sender is None:
             return
+        sent = _sent(sample)
+        late = sent is not None and self._roster.is_late(sender.robot, sent)
         batch = sender.reader.read_or_refuse(sample.payload.to_bytes(), sender.robot)
         if isinstance(batch, Incident):
             sender.place.buffer.intake.refuse(batch)
-            self._note(sender, sample, None, [batch])
+            incidents, batch = [batch], _NOTHING
         else:
-            self._note(sender, sample, batch, self._insert(sender, key, batch))
+            incidents = self._insert(sender, key, batch, sent if late else None)
+        if incidents:
+            self._log.report(incidents)
+        refused, stamps = sum(incident.refused for incident in incidents), batch.stamps
+        self._roster.take(
+            sender.robot, max(0, len(stamps) - refused), refused,
+            None if sender.static else max(stamps, default=None), late, _source_of(sample))
 
     def _begin(self, key: str) -> _Sender | None:
         if len(self._senders) >= _MAX_KEYS:
@@ -89,25 +98,21 @@ class Feed:
         self._senders[key] = sender
         return sender
 
-    def _insert(self, sender: _Sender, key: str, batch: Batch) -> list[Incident]:
-        """Insert a message; return what was refused or odd."""
+    def _insert(self, sender: _Sender, key: str, batch: Batch, sent: int | None
+                ) -> list[Incident]:
+        """
+        Insert a message; return what was refused or odd.
+
+        :param sent: when, if it comes late: as if it had come then, whoever watches is told.
+        """
         buffer, robot, static = sender.place.buffer, sender.robot, sender.static
         if buffer.observers.of_messages:
-            buffer.observers.tell_received(Received(batch, time.time_ns(), key, static, robot))
+            buffer.observers.tell_received(
+                Received(batch, sent or time.time_ns(), key, static, robot))
         own, incidents = without_others(batch, sender.place.shared, robot)
         for incident in incidents:
             buffer.intake.refuse(incident)
         return incidents + (buffer.insert_batch(own, robot, static) if own.edges else [])
-
-    def _note(self, sender: _Sender, sample: 'zenoh.Sample', batch: Batch | None,
-              incidents: list[Incident]) -> None:
-        if incidents:
-            self._log.report(incidents)
-        refused = sum(incident.refused for incident in incidents)
-        stamps = batch.stamps if batch is not None else ()
-        newest = None if sender.static else max(stamps, default=None)
-        self._roster.take(sender.robot, len(stamps) - min(refused, len(stamps)), refused, newest,
-                          _sent(sample), _source(sample))
 
 
 def _sent(sample: 'zenoh.Sample') -> int | None:
@@ -116,7 +121,8 @@ def _sent(sample: 'zenoh.Sample') -> int | None:
     return None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
 
 
-def _source(sample: 'zenoh.Sample') -> Source | None:
+def _source_of(sample: 'zenoh.Sample') -> Source | None:
+    """Return who has sent a sample, where that is told."""
     info = sample.source_info
     return None if info is None else source_of(info.source_id)
 

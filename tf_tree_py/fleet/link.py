@@ -12,8 +12,9 @@ from .session import needs_zenoh, open_session
 if TYPE_CHECKING:
     import zenoh
 
-# How long an attempt may take: the first is for the machine next door, the last for the Internet.
-_ATTEMPTS_S = (1.0, 2.0, 4.0)
+# How long an attempt may take: whoever closes waits for it; five times there and back have to
+# fit, over the Internet too.
+_ATTEMPT_S = 2.0
 _PAUSE_S = 0.5
 
 log = logging.getLogger('tf_tree_py.fleet')
@@ -44,23 +45,15 @@ class Link:
         self._transports: set[str] = set()
         self._lost_at: float | None = None
 
-    @property
-    def is_open(self) -> bool:
-        """Return whether there is a session."""
-        return self._session is not None
-
-    def open(self, closed: threading.Event) -> 'zenoh.Session | None':
+    def await_session(self, closed: threading.Event) -> 'zenoh.Session | None':
         """Return a session as soon as there is a router; None: it was closed before."""
-        attempts = iter(_ATTEMPTS_S)
-        timeout_s = next(attempts)
         while not closed.is_set():
             try:
-                session = open_session(self._config, timeout_s)
+                session = open_session(self._config, _ATTEMPT_S)
             except FleetError as error:
                 if self._lost_at is None:
                     self._lost_at = time.monotonic()
                     log.warning('no connection to %s yet, and tries go on: %s', self._name, error)
-                timeout_s = next(attempts, timeout_s)
                 closed.wait(_PAUSE_S)
                 continue
             self._session = session

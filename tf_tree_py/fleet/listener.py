@@ -1,5 +1,6 @@
 """Hears a fleet, and fills a buffer."""
 
+import atexit
 from collections.abc import Callable, Collection, Sequence
 import threading
 import time
@@ -7,6 +8,7 @@ from typing import Final
 
 from tf_tree_py.core.arrivals.frame_names import as_published
 from tf_tree_py.core.arrivals.incident_log import IncidentLog
+from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.buffer.buffer_core import BufferCore, DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time
@@ -45,7 +47,8 @@ class FleetListener:
     def __init__(self, connect: Connect | None = None, robots: str | Sequence[str] = '*', *,
                  shared_frames: Collection[str] = ('map',), separate: bool = False,
                  cache_time: int | None = None, config: PathLike | None = None,
-                 key_prefix: str = '', on_robot: OnRobot | None = None) -> None:
+                 key_prefix: str = '', on_robot: OnRobot | None = None,
+                 observers: Sequence[Observer] = ()) -> None:
         """
         Begin to listen.
 
@@ -62,6 +65,7 @@ class FleetListener:
         :param key_prefix: what stands in front of the robots' names in keys.
         :param on_robot: called with a robot's name and whether it is there, when it comes and
             when it goes; in a thread of the listener's own.
+        :param observers: watch every buffer, from the first message on.
         :raises FleetError: Zenoh is not installed, or an argument cannot be.
         """
         names = [robots] if isinstance(robots, str) else list(robots)
@@ -77,14 +81,17 @@ class FleetListener:
         self.name = ', '.join(endpoints_of(made))
         self._wanted = [needs_zenoh().KeyExpr(pattern) for pattern in self._robots]
         self._on_robot = on_robot
+        self._observers = observers
         self._buffers_lock = threading.Lock()
         self._buffers: dict[str, BufferCore] = {}
         self._roster = Roster(apart=not separate)
         self._presence = Presence(time.monotonic)
-        self._incidents = IncidentLog(log)
+        self._incidents = IncidentLog(log.getChild('incidents'))
         self._closed = threading.Event()
         self._link = Link(made, self.name, self._presence.connect)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
+        # Zenoh aborts the process where the interpreter ends under one of its calls.
+        atexit.register(self.close)
         self._thread.start()
 
     # --- what there is
@@ -120,11 +127,14 @@ class FleetListener:
         return self._presence.connected
 
     def close(self) -> None:
-        """Stop listening; what is in the buffers stays there."""
+        """
+        Stop listening; what is in the buffers stays there.
+
+        Where there is no router, this waits for the present attempt: two seconds at most.
+        """
         self._closed.set()
         self._presence.wake()
-        # While there is no router it is not waited for: the thread ends after its attempt.
-        if self._link.is_open and threading.current_thread() is not self._thread:
+        if threading.current_thread() is not self._thread:
             self._thread.join()
 
     def __enter__(self) -> 'FleetListener':
@@ -136,16 +146,20 @@ class FleetListener:
     # --- in the listener's own thread
 
     def _run(self) -> None:
-        session = self._link.open(self._closed)
-        if session is None:
-            return
-        hearing = Hearing(session, self._robots, self._key_prefix)
-        self._declare(hearing)
-        while not self._closed.is_set():
-            for robot, here in self._presence.await_news(self._closed):
-                self._tell(robot, here)
-        hearing.close()
-        self._link.close()
+        session = self._link.await_session(self._closed)
+        if session is not None:
+            hearing = Hearing(session, self._robots, self._key_prefix)
+            try:
+                self._declare(hearing)
+            except RuntimeError as error:  # no thread can be started: the program ends, say
+                log.warning('%s is not listened to: %s', self.name, error)
+                self._closed.set()
+            while not self._closed.is_set():
+                for robot, here in self._presence.await_news(self._closed):
+                    self._tell(robot, here)
+            hearing.close()
+            self._link.close()
+        atexit.unregister(self.close)
 
     def _declare(self, hearing: Hearing) -> None:
         def new_feed() -> Feed:
@@ -202,7 +216,9 @@ class FleetListener:
     def _buffer_of(self, robot: str) -> BufferCore:
         with self._buffers_lock:
             if robot not in self._buffers:
-                self._buffers[robot] = BufferCore(
+                buffer = self._buffers[robot] = BufferCore(
                     self._cache_time, now=time.time_ns,
                     max_frames=DEFAULT_MAX_FRAMES if self._separate else _MAX_FRAMES)
+                for observer in self._observers:
+                    buffer.observers.add(observer)
             return self._buffers[robot]

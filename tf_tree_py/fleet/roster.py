@@ -129,21 +129,24 @@ class Roster:
         with self._lock:
             self._accounts[robot].here = False
 
-    def take(self, robot: str, taken: int, refused: int, newest: int | None, sent: int | None,
+    def is_late(self, robot: str, sent: int) -> bool:
+        """Return whether a message was sent before its robot could be heard; nanoseconds."""
+        return sent < self._accounts[robot].back
+
+    def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool,
              source: Source | None) -> None:
         """
         Note a message.
 
         :param taken: how many of its transforms were; how many were refused.
         :param newest: its newest stamp, if it moves.
-        :param sent: when, nanoseconds, by the sender's clock; None: nobody says it.
+        :param late: see ``is_late``.
         :param source: who has sent it, if that is told.
         """
         with self._lock:
             account = self._accounts[robot]
             account.transforms += taken
             account.refused += refused
-            late = sent is not None and sent < account.back
             account.recovered += late and account.messages_before > 0
             account.messages += 1
             if newest is not None and not late:
