@@ -40,6 +40,8 @@ def main() -> None:
     parser.add_argument('robots', nargs='?', type=int, default=20, help='how many')
     parser.add_argument('--listen', default='tcp/127.0.0.1:7447', help='where its router answers')
     arguments = parser.parse_args()
+    if arguments.robots < 1:
+        parser.error('a fleet has at least one robot')
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
