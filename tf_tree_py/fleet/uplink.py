@@ -72,7 +72,7 @@ class Uplink:
         self._link.close()
 
     def _open(self) -> None:
-        session = self._link.open(self._closed)
+        session = self._link.await_session(self._closed)
         if session is None:
             return
         publisher = RobotPublisher(
