@@ -1,9 +1,10 @@
 """A link over TCP that counts what goes through it."""
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 import socket
 import threading
+import time
 from typing import Any
 
 
@@ -44,6 +45,16 @@ class CountingLink:
             writer.write(data)
             await writer.drain()
         writer.close()
+
+    def await_bytes(self, count: int, send: Callable[[], object]) -> bool:
+        """Send, and return whether so many bytes have gone; not in a second: False."""
+        goal, end = self.sent + count, time.monotonic() + 1.0
+        send()
+        while self.sent < goal:
+            if time.monotonic() > end:
+                return False
+            time.sleep(1e-4)
+        return True
 
     def close(self) -> None:
         """End the thread."""

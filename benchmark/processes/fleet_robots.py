@@ -4,6 +4,7 @@ Simulated robots of a fleet: ``python -m benchmark.processes.fleet_robots ROUTER
 A robot has 40 frames in a chain; 25 of them move.
 """
 
+from functools import partial
 import math
 import sys
 import threading
@@ -11,15 +12,16 @@ import threading
 from tf_tree_py.core.arrivals.sample import Sample
 from tf_tree_py.fleet import configuration, open_session
 from tf_tree_py.fleet.simulated import drive, SimulatedRobot
+import zenoh
 
 from ..worker import serve
 
-FRAMES, MOVING = 40, 25
+MOVING, STATIC = 25, 15
 
 
 def robot(number: int) -> SimulatedRobot:
     """Return a robot; its frames hang one below the other, those that move first."""
-    names = ['map', *(f'link_{frame}' for frame in range(FRAMES))]
+    names = ['map', *(f'link_{frame}' for frame in range(MOVING + STATIC))]
     edges = list(zip(names, names[1:], strict=False))
 
     def moving(stamp: int) -> list[Sample]:
@@ -32,18 +34,13 @@ def robot(number: int) -> SimulatedRobot:
         f'robot{number}', [Sample(*edge, 0, fixed) for edge in edges[MOVING:]], moving)
 
 
-class Robots:
-    """Robots that drive about for a while."""
-
-    def __init__(self, router: str) -> None:
-        self._session = open_session(configuration(router), 10.0)
-
-    def drive(self, count: int, rate_hz: float, seconds: float) -> int:
-        """Let so many drive; return how many messages they have sent."""
-        ended = threading.Event()
-        threading.Timer(seconds, ended.set).start()
-        return drive(self._session, [robot(number) for number in range(count)], rate_hz, ended)
+def send_for_a_while(session: zenoh.Session, count: int, rate_hz: float, seconds: float) -> int:
+    """Let so many robots drive; return how many messages they have sent."""
+    ended = threading.Event()
+    threading.Timer(seconds, ended.set).start()
+    return drive(session, [robot(number) for number in range(count)], rate_hz, ended)
 
 
 if __name__ == '__main__':
-    serve({'drive': Robots(sys.argv[1]).drive})
+    with open_session(configuration(sys.argv[1]), 10.0) as session:
+        serve({'drive': partial(send_for_a_while, session)})

@@ -1,6 +1,7 @@
 """The connection to a router: made when it can be, watched, and told of when it is lost."""
 
 from collections.abc import Callable
+from contextlib import suppress
 import logging
 import threading
 import time
@@ -67,7 +68,9 @@ class Link:
         session, self._session = self._session, None
         if session is not None:
             self._listener.undeclare()
-            session.close()
+            # Where the link hangs, nobody can be told that this is the end.
+            with suppress(needs_zenoh().ZError):
+                session.close()
 
     def _hear(self, event: 'zenoh.TransportEvent') -> None:
         zid = str(event.transport.zid)
