@@ -68,6 +68,7 @@ setup(
         'archive': ['distributed', 'jinja2', 'rich', 'rosbags>=0.11'],
         'bag': ['rich', 'rosbags>=0.11'],
         'export': ['pandas', 'pyarrow'],
+        'fleet': ['eclipse-zenoh>=1.10'],
         'plot': ['matplotlib'],
         'tools': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'pytest'],

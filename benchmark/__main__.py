@@ -17,6 +17,7 @@ from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
 from .groups import (
     continuous,
+    fleets,
     inserting,
     joints,
     listening,
@@ -49,6 +50,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'insert': inserting.inserting,
     'memory': memory.memory,
     'bag': recordings.recordings,
+    'fleet': fleets.fleets,
 }
 
 

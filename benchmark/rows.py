@@ -17,6 +17,8 @@ JAZZY = 'C++ tf2 (Jazzy)'
 RUST = 'Rust'
 PYTRANSFORM = 'pytransform3d'
 PLAIN = 'plain rclpy'
+PLAIN_ZENOH = 'plain Zenoh'
+BY_HAND = 'by hand'
 TF2_ROS = 'tf2_ros'
 EMPTY = 'TransformStamped()'
 

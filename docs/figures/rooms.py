@@ -27,6 +27,7 @@ IMAGES = Path(__file__).parents[1] / 'images'
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
         'doctor, monitor': (8.9, 7.35, 'watch, and tell what is wrong'),
+        'departures': (2.0, 7.35, 'what goes on to others, and when'),
         'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
         'deskew, twist': (5.45, 6.25, 'and trajectory, anchor'),
         'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
@@ -38,29 +39,32 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
         'geometry': (7.2, 1.75, 'formulas of rotations, poses'),
         'errors, stamp': (7.2, 0.65, 'and times, text, suggestions'),
     }),
-    'ros': (8.8, 6.0, {
-        'filtering': (2.2, 13.95, 'messages held back'),
-        'remote': (5.5, 13.95, 'buffer server and client'),
-        'diagnostics': (8.8, 13.95, 'the health of every edge'),
-        'topics': (2.2, 12.85, '/tf and /tf_static, who sends'),
-        'buffer': (5.5, 11.75, "tf2's buffer, with messages"),
-        'waiting': (5.5, 10.65, 'clocks, timeouts, futures'),
-        'threads': (2.9, 9.55, 'our own threads and nodes'),
-        'messages': (8.1, 9.55, 'messages and plain numbers'),
+    'ros': (8.8, 7.5, {
+        'filtering': (2.2, 15.3, 'messages held back'),
+        'remote': (5.5, 15.3, 'buffer server and client'),
+        'diagnostics': (8.8, 15.3, 'the health of every edge'),
+        'topics': (2.2, 13.9, '/tf and /tf_static, who sends'),
+        'buffer': (5.5, 12.5, "tf2's buffer, with messages"),
+        'waiting': (5.5, 11.1, 'clocks, timeouts, futures'),
+        'threads': (2.9, 9.7, 'our own threads and nodes'),
+        'messages': (8.1, 9.7, 'messages and plain numbers'),
     }),
-    'bag': (10.3, 4.5, {
-        'open_bag, record': (12.85, 13.75, 'a bag as a buffer, and back'),
-        'assembling': (12.85, 12.4, 'messages become a tree'),
-        'files': (12.85, 11.05, 'messages out of files'),
+    'bag': (11.8, 4.5, {
+        'open_bag, record': (12.85, 15.25, 'a bag as a buffer, and back'),
+        'assembling': (12.85, 13.9, 'messages become a tree'),
+        'files': (12.85, 12.55, 'messages out of files'),
+    }),
+    'fleet': (10.3, 1.3, {
+        'FleetListener': (12.85, 10.8, 'many robots, over Zenoh'),
     }),
     'urdf': (8.8, 1.3, {
         'Robot': (12.85, 9.3, 'descriptions, joint states'),
     }),
 }
-# Where each panel begins, and how wide it is; bag and urdf stand beside ros.
-SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), 'urdf': (11.1, 3.5),
-         '': (0.1, 14.5)}
-TOP, TOP_HEIGHT = 15.4, 0.9
+# Where each panel begins, and how wide it is; bag, fleet and urdf stand beside ros.
+SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), 'fleet': (11.1, 3.5),
+         'urdf': (11.1, 3.5), '': (0.1, 14.5)}
+TOP, TOP_HEIGHT = 16.9, 0.9
 ABOVE = (('nodes', 1.6, 'executables that stay up'), ('tools', 4.45, 'to look at a tree with'),
          ('view', 7.3, 'a page in the browser'), ('labs', 10.15, 'the labs of the course'),
          ('dropin', 13.0, 'runs what imports tf2_ros'))
@@ -169,7 +173,7 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(12.0, 13.1))
+    figure = Figure(figsize=(12.0, 14.3))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0.0, 14.7)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)
@@ -179,6 +183,7 @@ def main() -> None:
         draw_box(axes, x, TOP + TOP_HEIGHT / 2, name, text, WIDTH_ABOVE)
     draw_layer(axes, 'ros', '0.9')
     draw_layer(axes, 'bag', '0.9')
+    draw_layer(axes, 'fleet', '0.9')
     draw_layer(axes, 'urdf', '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):

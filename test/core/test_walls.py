@@ -16,10 +16,11 @@ LAYERS = {
     'core': set(),
     'urdf': {'core'},
     'bag': {'core', 'urdf'},
+    'fleet': {'core'},
     'ros': {'core'},
-    'nodes': {'core', 'bag', 'urdf', 'ros'},
-    'tools': {'core', 'bag', 'urdf', 'ros'},
-    'view': {'core', 'bag', 'urdf', 'ros', 'tools'},
+    'nodes': {'core', 'bag', 'urdf', 'fleet', 'ros'},
+    'tools': {'core', 'bag', 'urdf', 'fleet', 'ros'},
+    'view': {'core', 'bag', 'urdf', 'fleet', 'ros', 'tools'},
     'labs': {'core', 'bag', 'urdf', 'ros'},
     'dropin': {'core', 'bag', 'ros'},
 }
@@ -38,12 +39,13 @@ ORDER = {
         'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit blend',
         'edges: track storage columns protocol packed static discrete aided correction corrected '
         'uncertainty spline_samples spline spline_track spline_history spline_fitter kinds',
-        'arrivals: incidents sample estimate received observers track frame_names block cursor '
-        'estimate_bytes diagnostic_bytes layout wire stencil future_guard jump_back streams '
-        'meters merging',
+        'arrivals: incidents incident_log sample estimate received observers track frame_names '
+        'block cursor estimate_bytes diagnostic_bytes layout wire stencil future_guard jump_back '
+        'streams meters merging',
         'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
         'frozen outline many_stamps samples lookups corrections sources queries',
         'buffer: waiters deadline waiting refusals intake correcting switching buffer_core',
+        'departures: pacing dead_band thinning sending',
         ': deskew twist trajectory anchor',
         'telling: table audit audit_file report diagnosis made_way poses missing certainty '
         'explanation words frame_graph drawings',
@@ -59,12 +61,16 @@ ORDER = {
         'assembling: decoding window oddities order assembly covariances',
         ': joints opening stamps recorder',
     ),
+    'fleet': rooms(
+        ': errors keys session publishing trust roster presence feed hearing link listener uplink '
+        'simulated',
+    ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '
         'laser_scan arrays point_times deskew_cloud do_transform registry',
         'threads: complaint companion receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
-        'buffer: wrong_arguments incident_log feeds interface twists tf2_methods buffer',
+        'buffer: wrong_arguments feeds interface twists tf2_methods buffer',
         'topics: qos authority endpoints rivals broadcaster listener side_topics covariances gyro',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
@@ -83,8 +89,8 @@ ORDER = {
         'tracks',
     ),
     'tools': rooms(
-        ': endings arguments output live recording source drawing dump_requests doctor_report '
-        'tf_audit tf_doctor tf_echo tf_frames tf_monitor tf_record',
+        ': endings arguments output live recording fleet source drawing dump_requests '
+        'doctor_report tf_audit tf_doctor tf_echo tf_frames tf_monitor tf_record',
         'export: stamp_file plan formats',
         ': tf_export',
         'archive: bags page jobs ledger table shielding cluster running',
@@ -95,6 +101,7 @@ ORDER = {
 # Layers that know no ROS, and what they may need beside Python itself.
 WITHOUT_ROS = {
     'core': {'numpy', 'scipy'},
+    'fleet': {'numpy', 'tf_tree_py', 'zenoh'},
     'urdf': {'numpy', 'tf_tree_py', 'xacro'},
 }
 

@@ -34,7 +34,8 @@ _PATIENCE_S = 120
 
 def _lacks(page):
     """Return what a page imports, perhaps through ours, and is not installed here."""
-    return [needed for name, needed in (('rclpy', 'rclpy'), ('tf_tree_py.bag', 'rosbags'))
+    return [needed for name, needed in (('rclpy', 'rclpy'), ('tf_tree_py.bag', 'rosbags'),
+                                 ('tf_tree_py.fleet', 'zenoh'))
             if find_spec(needed) is None
             and re.search(rf'^(import|from) {name}', program(PYTHON[page]), re.MULTILINE)]
 

@@ -3,7 +3,7 @@
 import threading
 
 from domains import isolate
-from programs import executable, Program
+from programs import executable, PATIENCE_S, Program
 import pytest
 from rclpy.node import Node
 from ros.conftest import context  # noqa: F401
@@ -21,6 +21,10 @@ isolate()
 def no_thread_is_left():
     before = set(threading.enumerate())
     yield
+    for thread in threading.enumerate():
+        # Zenoh's own threads end a moment after their session.
+        if 'pyo3' in thread.name:
+            thread.join(PATIENCE_S)
     # That of the alarms lingers for a second, in case there is another.
     left = {thread for thread in threading.enumerate() if not thread.name.endswith(' alarms')}
     assert left <= before

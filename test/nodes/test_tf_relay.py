@@ -122,6 +122,19 @@ def test_without_a_rate_everything_is_passed_on(context, robot, recorded):
     assert [message[0].stamp // SECOND for message in recorded['/tf']] == list(range(1, 101))
 
 
+def test_frames_have_rates_of_their_own_and_go_out_when_they_move(context, robot, recorded):
+    with relayed(context, **{'rates.arm': 1, 'min_move': 0.5, 'max_silence': 3600.0}):
+        for stamp in range(1, 101):
+            robot.move(transform('map', 'odom', stamp, x=0.004 * stamp),
+                       transform('odom', 'base', stamp, x=float(stamp)),
+                       transform('base', 'arm', stamp, x=float(stamp)))
+        until(lambda: recorded['/tf'] and recorded['/tf'][-1][-1].stamp == 100 * SECOND)
+    went = [sample.child for message in recorded['/tf'] for sample in message]
+    assert went.count('robot1/odom') == 1
+    assert went.count('robot1/base') == 100
+    assert 1 <= went.count('robot1/arm') < 20
+
+
 def test_only_wanted_frames_are_passed_on(context, robot, recorded):
     with relayed(context, frame_filter=['map', 'odom', 'base']):
         robot.move(transform('base', 'leg'))
@@ -160,6 +173,9 @@ def test_end_of_ros_ends_the_relay(context):
     ('robot1', {'tf_topic': ''}, "parameter tf_topic has to be a topic, and '' is none"),
     ('robot1', {'shared_frames': [1, 2]}, 'parameter shared_frames has to be a list of strings'),
     ('robot1', {'rate_hz': -1.0}, 'parameter rate_hz has to be a number from 0.0 to 1000.0'),
+    ('robot1', {'rates.odom': 'fast'}, 'parameter rates.odom has to be a number from 0.0 to'),
+    ('robot1', {'rates': 20.0}, 'parameter rates has to be a number for each name, such as'),
+    ('robot1', {'max_silence': 0.0}, 'parameter max_silence has to be a number from 0.001'),
 ])
 def test_relay_that_cannot_be_is_refused(context, robot, parameters, sentence):
     with pytest.raises(BadInput, match=sentence):

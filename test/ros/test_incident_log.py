@@ -7,8 +7,8 @@ from hand_clock import HandClock
 import pytest
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.ros.buffer import incident_log
-from tf_tree_py.ros.buffer.incident_log import IncidentLog
+from tf_tree_py.core.arrivals import incident_log
+from tf_tree_py.core.arrivals.incident_log import IncidentLog
 
 
 class Lines(list):

@@ -4,8 +4,8 @@ ROS parameters, each described once: for the node, for ``--help`` and for error 
 Unless it says otherwise, none can change while the node runs; trying to set one gets an error.
 """
 
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -20,12 +20,15 @@ class Setting:
     """
     One parameter of a node: a string, a bool, a list of strings, or, with limits, a number.
 
+    With limits and a table as its default it is a number for each of any names, given as
+    ``-p rates.odom:=20`` or, in a file, as ``rates: {odom: 20}``.
+
     :ivar limits: the least and the greatest value of a number.
     :ivar changeable: whether it can be set while the node runs; the node looks after that.
     """
 
     name: str
-    default: str | bool | float | Sequence[str]
+    default: str | bool | float | Sequence[str] | Mapping[str, float]
     meaning: str
     limits: tuple[float, float] | None = None
     changeable: bool = False
@@ -92,9 +95,13 @@ def declare(node: Node, settings: Iterable[Setting],
     return values
 
 
-def _warn_of_unknown(node: Node, known: list[str], others: Collection[str]) -> None:
+def _given(node: Node) -> Collection[str]:
     # rclpy has no public way to get the parameters that were given but not declared.
-    for name in getattr(node, '_parameter_overrides', ()):
+    return getattr(node, '_parameter_overrides', ())
+
+
+def _warn_of_unknown(node: Node, known: list[str], others: Collection[str]) -> None:
+    for name in _given(node):
         if node.has_parameter(name) or name in others or name.startswith(_QOS_OVERRIDES):
             continue
         meant = nearest(name, known)
@@ -118,9 +125,20 @@ def given(node: Node, setting: Setting) -> Any:
 
 
 def _declare(node: Node, setting: Setting) -> Any:
+    if isinstance(setting.default, Mapping):
+        return _declare_table(node, setting)
     value = given(node, setting)
     node.declare_parameter(setting.name, value, setting.descriptor(), ignore_override=True)
     return value
+
+
+def _declare_table(node: Node, table: Setting) -> dict[str, Any]:
+    given, begin = _given(node), f'{table.name}.'
+    if table.name in given:
+        raise BadInput(f'parameter {table.name} has to be a number for each name, such as '
+                       f'-p {begin}NAME:=1.0 or, in a file, {table.name}: {{NAME: 1.0}}')
+    return {name.removeprefix(begin): _declare(node, replace(table, name=name, default=0.0))
+            for name in given if name.startswith(begin)}
 
 
 def describe(settings: Iterable[Setting]) -> str:
@@ -128,6 +146,7 @@ def describe(settings: Iterable[Setting]) -> str:
     lines = ['ROS parameters (--ros-args -p NAME:=VALUE, or --ros-args --params-file FILE):']
     for setting in settings:
         limits = '' if setting.limits is None else ', {} to {}'.format(*setting.limits)
-        lines += [f'  {setting.name} (default {setting.default!r})',
+        name = f'{setting.name}.NAME' if isinstance(setting.default, Mapping) else setting.name
+        lines += [f'  {name} (default {setting.default!r})',
                   f'      {setting.meaning}{limits}']
     return '\n'.join(lines)

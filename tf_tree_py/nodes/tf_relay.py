@@ -1,29 +1,23 @@
-"""Passes one robot's transforms on to the topics that all robots share."""
+"""Passes transforms on: of a robot to the topics that all share, or to a fleet, or of a fleet."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 import sys
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from tf2_msgs.msg import TFMessage
+from rclpy.parameter import Parameter
 from tf_tree_py.core.arrivals.frame_names import rename
-from tf_tree_py.core.arrivals.incidents import Incident
-from tf_tree_py.core.arrivals.sample import bad_name, checked, Sample
-from tf_tree_py.core.arrivals.wire import WireReader
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.ros.buffer.incident_log import IncidentLog
-from tf_tree_py.ros.threads.companion import companion
-from tf_tree_py.ros.threads.receiver import Receiver
-from tf_tree_py.ros.topics.authority import Authority
-from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.core.departures.sending import Moving, Send, Static
+from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
 
 from .bad_input import BadInput
-from .outlets import Moving, Static
-from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .fleet_ends import Fleet, logged_by, uplink
+from .outlets import Outlet
+from .parameters import declare, describe
+from .relay_settings import NAME, OPTIONS, SETTINGS, thinning_of, TOPICS
+from .robot_topics import RobotTopics
 from .running import Parser, run, spin
-
-NAME = 'tf_relay'
 
 _DESCRIPTION = """\
 Passes one robot's transforms on to the topics that all robots share, its frames under a
@@ -32,25 +26,23 @@ prefix: run one in each robot's namespace.
   tf_relay --ros-args -r __ns:=/robot1 -p frame_prefix:=robot1/ -p shared_frames:=[map]
 
 hears /robot1/tf and /robot1/tf_static; its odom is robot1/odom on /tf, and map is map.
-What moves may go out less often than it comes: the first after a pause at once, and then
-the newest when it is due, so that the last pose always arrives. What does not move goes
-out at once, all of it, also to whoever comes later. What no buffer would take stays here,
-and the log says why. Ctrl-C ends."""
+Or to a fleet, over Zenoh, where FleetListener and tf_view --fleet hear it:
 
-TOPICS = (
-    Setting('source_tf_topic', 'tf', 'where the robot publishes what moves'),
-    Setting('tf_topic', TF_TOPIC, 'where that goes'),
-    Setting('source_tf_static_topic', 'tf_static', 'where it publishes what does not move'),
-    Setting('tf_static_topic', TF_STATIC_TOPIC, 'where that goes'),
-)
-SETTINGS = (
-    *TOPICS,
-    FRAME_PREFIX,
-    Setting('shared_frames', [], 'frames that keep their name, such as [map]'),
-    Setting('frame_filter', [], 'the only frames to pass on, as the robot calls them; none: all'),
-    Setting('rate_hz', 0.0, 'how often each frame goes out at most, by the wall; 0: as often as '
-                            'it comes', (0.0, 1000.0)),
-)
+  tf_relay --zenoh tcp/hall:7447 --robot robot7
+
+And back: all robots of a fleet on the topics of another network, for RViz, say:
+
+  tf_relay --from-zenoh tcp/hall:7447
+
+What moves may go out less often than it comes (rate_hz, rates): the first after a pause at
+once, and then the newest when it is due, so that the last pose always arrives; and only
+when it has moved (min_move, min_turn), or after max_silence. What is static goes out at once,
+all of it, also to whoever comes later. What no buffer would take stays here, and the log
+says why. Ctrl-C ends."""
+
+
+Values = Mapping[str, Any]
+Topics = Mapping[str, str]
 
 
 class TfRelay(Node):
@@ -67,18 +59,15 @@ class TfRelay(Node):
         values = declare(self, SETTINGS)
         topics = {setting.name: self._resolve(setting.name, values[setting.name])
                   for setting in TOPICS}
-        _check_that_it_does_not_hear_itself(*topics.values())
-        self._names = rename(
-            frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
-            frame_filter=values['frame_filter'] or None)
-        self._log = IncidentLog(self.get_logger())
-        moving = Moving(self, topics['tf_topic'], values['rate_hz'])
-        static = Static(self, topics['tf_static_topic'])
-        self._home = companion(self, f'{NAME}_impl')
-        self._listen(topics['source_tf_topic'], dynamic_qos(), moving.take)
-        self._listen(topics['source_tf_static_topic'], static_listener_qos(), static.take)
-        self._receiver = Receiver(self._home, moving.close)
-        self.get_logger().info('{} -> {}, {} -> {}'.format(*topics.values()))
+        with ExitStack() as closing:
+            closing.enter_context(logged_by(self))
+            if values['from_zenoh']:
+                self._from_fleet(values, topics, closing)
+            elif values['zenoh'] or values['zenoh_config']:
+                self._to_fleet(values, topics, closing)
+            else:
+                self._to_topics(values, topics, closing)
+            self._closing = closing.pop_all()
 
     def _resolve(self, parameter: str, topic: str) -> str:
         try:
@@ -87,29 +76,53 @@ class TfRelay(Node):
             raise BadInput(
                 f'parameter {parameter} has to be a topic, and {topic!r} is none') from error
 
-    def _listen(self, topic: str, qos: QoSProfile, take: Callable[[list[Sample]], None]) -> None:
-        reader, authority = WireReader(self._names), Authority(self._home, topic)
+    def _to_topics(self, values: Values, topics: Topics, closing: ExitStack) -> None:
+        _check_that_it_does_not_hear_itself(*topics.values())
+        self._listen(values, topics, *self._outlets(topics), closing)
+        self.get_logger().info('{} -> {}, {} -> {}'.format(*topics.values()))
 
-        def receive(data: bytes) -> None:
-            publisher = authority.name()
-            batch = reader.read_or_refuse(data, publisher)
-            arrived = [batch] if isinstance(batch, Incident) else [
-                _fit(sample, publisher) for sample in batch.samples()]
-            self._log.report(each for each in arrived if isinstance(each, Incident))
-            take([each for each in arrived if isinstance(each, Sample)])
+    def _to_fleet(self, values: Values, topics: Topics, closing: ExitStack) -> None:
+        link = uplink(self, values)
+        closing.callback(link.close)
+        self._listen(values, topics, link.send, link.send_static, closing)
+        self.get_logger().info(
+            f'{topics["source_tf_topic"]} -> {link.key(static=False)}, '
+            f'{topics["source_tf_static_topic"]} -> {link.key(static=True)}, '
+            f'by way of {link.name}')
 
-        self._home.create_subscription(TFMessage, topic, receive, qos, raw=True)
+    def _from_fleet(self, values: Values, topics: Topics, closing: ExitStack) -> None:
+        wrong = [name for name in ('zenoh', 'robot', 'frame_prefix', 'frame_filter')
+                 if values[name]]
+        if wrong:
+            raise BadInput(f'{wrong[0]} and from_zenoh do not go together')
+        send, send_static = self._outlets(topics)
+        moving = Moving(send, thinning_of(values))
+        closing.callback(moving.close)
+        fleet = Fleet(values, moving, Static(send_static))
+        closing.callback(fleet.close)
+        self.get_logger().info(f'{values["robots"]} of {fleet.name} -> {topics["tf_topic"]}, '
+                               f'{topics["tf_static_topic"]}')
+
+    def _outlets(self, topics: Topics) -> tuple[Send, Send]:
+        """Return what publishes moving and static transforms."""
+        return (Outlet(self, topics['tf_topic'], dynamic_qos()).send,
+                Outlet(self, topics['tf_static_topic'], static_broadcaster_qos()).send)
+
+    def _listen(self, values: Values, topics: Topics, send: Send, send_static: Send,
+                closing: ExitStack) -> None:
+        """Pass on what the robot publishes."""
+        source = RobotTopics(self, rename(
+            frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'],
+            frame_filter=values['frame_filter'] or None))
+        receiver = source.listen(
+            topics['source_tf_topic'], topics['source_tf_static_topic'],
+            Moving(send, thinning_of(values)), Static(send_static))
+        closing.callback(receiver.close)
 
     def destroy_node(self) -> None:
         """Stop listening, and destroy the node."""
-        self._receiver.close()
+        self._closing.close()
         super().destroy_node()
-
-
-def _fit(sample: Sample, publisher: str) -> Sample | Incident:
-    """Return a sample as a buffer would take it, or why it would refuse it."""
-    bad = bad_name(sample.parent, sample.child, sample.stamp, publisher, DEFAULT_MAX_NAME_BYTES)
-    return bad or checked(sample, publisher)
 
 
 def _check_that_it_does_not_hear_itself(source: str, target: str, static_source: str,
@@ -124,8 +137,12 @@ def _check_that_it_does_not_hear_itself(source: str, target: str, static_source:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
     parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
-    parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(TfRelay(), ended))
+    for setting in OPTIONS:
+        parser.add_argument(f'--{setting.name.replace("_", "-")}', help=setting.meaning)
+    given = vars(parser.parse_args(parser.own_arguments(argv)))
+    overrides = [Parameter(name, value=value) for name, value in given.items()
+                 if value is not None]
+    return run(NAME, argv, lambda ended: spin(TfRelay(parameter_overrides=overrides), ended))
 
 
 if __name__ == '__main__':

@@ -71,7 +71,14 @@ class Parser(argparse.ArgumentParser):
         own, ros = taken_apart(argv)
         arguments = self.parse_args(own)
         arguments.ros_arguments = ros
+        self._check_source(arguments)
         return arguments
+
+    def _check_source(self, arguments: argparse.Namespace) -> None:
+        given = [f'--{name}' for name in ('bag', 'fleet', 'fleet-config')
+                 if getattr(arguments, name.replace('-', '_'), None) is not None]
+        if '--bag' in given and len(given) > 1:
+            self.error(f'{" and ".join(given)} are two places that the tree may come from')
 
     def add_source(self) -> None:
         """Add what says where the tree comes from: see ``source.TreeSource``."""
@@ -79,6 +86,14 @@ class Parser(argparse.ArgumentParser):
         group = self.add_argument_group('where the tree comes from')
         group.add_argument('--bag', metavar='PATH',
                            help='a recording, without ROS; live unless given')
+        group.add_argument('--fleet', metavar='ROUTER',
+                           help='robots over Zenoh, without ROS: tcp/hall:7447')
+        group.add_argument('--fleet-config', metavar='FILE',
+                           help='of Zenoh, JSON5: certificates, a password, a router')
+        group.add_argument('--robots', metavar='NAMES', type=names, default=['*'],
+                           help='of the fleet, with commas: all unless given, robot* is some')
+        group.add_argument('--shared-frames', metavar='NAMES', type=names, default=['map'],
+                           help='of all its robots, with commas; map unless given')
         group.add_argument('--tf-topic', metavar='TOPIC', default=None,
                            help='of what moves, instead of /tf')
         group.add_argument('--tf-static-topic', metavar='TOPIC', default=None,
@@ -116,6 +131,11 @@ def positive_integer(text: str) -> int:
     if not text.isdecimal() or int(text) == 0:
         raise argparse.ArgumentTypeError(f'{text!r} is not a whole number greater than zero')
     return int(text)
+
+
+def names(text: str) -> list[str]:
+    """Return the names of the command line that commas separate."""
+    return [name.strip() for name in text.split(',') if name.strip()]
 
 
 def frame(text: str) -> str:

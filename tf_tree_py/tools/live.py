@@ -36,6 +36,8 @@ class Live:
     :ivar node: the tool's node, with a hidden name; nobody spins it.
     """
 
+    hint = 'does anybody publish there, with the same ROS_DOMAIN_ID?'
+
     def __init__(self, arguments: Namespace, name: str, observers: Sequence[Observer]) -> None:
         """
         Begin to listen.

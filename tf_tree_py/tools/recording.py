@@ -29,6 +29,8 @@ _TF_TOPIC, _TF_STATIC_TOPIC = '/tf', '/tf_static'
 class Recording:
     """A buffer that a bag is played into, at the speed of the disk; see ``source.TreeSource``."""
 
+    hint = 'its topics hold no message'
+
     def __init__(self, arguments: Namespace, observers: Sequence[Observer],
                  cache_time: int) -> None:
         """

@@ -1,7 +1,7 @@
 """
-Where a tool's tree comes from: a live system, or a recording.
+Where a tool's tree comes from: a live system, a recording, or a fleet.
 
-This is the one place that knows the difference. A recording needs no ROS.
+This is the one place that knows the difference. Only a live system needs ROS.
 """
 
 from argparse import Namespace
@@ -22,9 +22,11 @@ class TreeSource(Protocol):
     What a tool reads.
 
     :ivar name: where it comes from, for people.
+    :ivar hint: what to ask oneself where nothing comes from there.
     """
 
     name: str
+    hint: str
 
     @property
     def buffer(self) -> BufferCore:
@@ -60,11 +62,14 @@ def open_source(arguments: Namespace, name: str, observers: Sequence[Observer] =
     :param name: of the tool: its node, where there is one.
     :param observers: watch the buffer, from the first message on.
     :param cache_time: how much history the buffer of a recording keeps, nanoseconds.
-    :raises Cannot: there is no such recording, or no ROS.
+    :raises Cannot: there is no such recording, no such fleet, or no ROS.
     """
     if arguments.bag is not None:
         from .recording import Recording
         return Recording(arguments, observers, cache_time)
+    if arguments.fleet is not None or arguments.fleet_config is not None:
+        from .fleet import Fleet
+        return Fleet(arguments, observers)
     try:
         from .live import Live
     except ModuleNotFoundError as error:
@@ -73,12 +78,12 @@ def open_source(arguments: Namespace, name: str, observers: Sequence[Observer] =
             raise
         raise Cannot(f'a live tree needs ROS 2, and {missing} is not installed: source a ROS 2 '
                      'installation, or let scripts/setup of the tf_tree_py repository make one '
-                     'from PyPI; --bag PATH reads a recording without it') from error
+                     'from PyPI; --bag PATH reads a recording without it, and --fleet ROUTER '
+                     'hears robots') from error
     return Live(arguments, name, observers)
 
 
 def nothing_arrived(source: TreeSource) -> Cannot:
     """Return what to raise where no transform came at all."""
     damage = ''.join(f'; {sentence}' for sentence in source.damage())
-    hint = damage or ': does anybody publish there, with the same ROS_DOMAIN_ID?'
-    return Cannot(f'no transform arrived from {source.name}{hint}')
+    return Cannot(f'no transform arrived from {source.name}{damage or f": {source.hint}"}')

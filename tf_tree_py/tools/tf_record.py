@@ -104,11 +104,12 @@ def _watch(source: TreeSource, recorder: FlightRecorder, teller: '_Teller',
     """Write whenever somebody asks, or something is found, until it ends."""
     live, begin = arguments.bag is None, time.monotonic()
     requests = DumpRequests() if live else None
+    served = live and arguments.fleet is None and arguments.fleet_config is None
     if requests is not None and not arguments.json:
+        others = ' or the service ~/dump' if served else ''
         print(f'keeping the last {arguments.last:g} s of {shown(source.name)}; Enter, SIGUSR1 '
-              f'(kill -USR1 {os.getpid()}) or the service ~/dump writes them to '
-              f'{arguments.output}/', flush=True)
-    with requests.served_as(NAME) if requests else nullcontext():
+              f'(kill -USR1 {os.getpid()}){others} writes them to {arguments.output}/', flush=True)
+    with requests.served_as(NAME) if requests and served else nullcontext():
         while True:
             more = source.watch(_PERIOD_S)
             for who in requests.take() if requests else ():

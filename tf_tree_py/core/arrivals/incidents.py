@@ -29,6 +29,7 @@ class Kind(Enum):
     LOOP = 'would close a loop'
     BAD_COVARIANCE = 'unusable covariance'
     TOO_MANY_FRAMES = 'too many frames'
+    NOT_ITS_OWN = "another's frame"
     SECOND_PARENT = 'two publishers, two parents'
     TWO_PUBLISHERS = 'two publishers of one edge'
     KIND_CHANGE = 'change of kind'

@@ -7,11 +7,11 @@ import weakref
 
 from rclpy.clock import Clock
 from rclpy.context import Context
+from tf_tree_py.core.arrivals.incident_log import IncidentLog
 from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
 
-from .incident_log import IncidentLog
 from ..waiting.clock import ClockWatch
 
 

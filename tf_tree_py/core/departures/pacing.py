@@ -1,8 +1,8 @@
-"""Limits how often each frame is passed on; no ROS, and no clock of its own."""
+"""Limits how often each frame is passed on; no clock of its own."""
 
 from collections.abc import Iterable
 
-from tf_tree_py.core.arrivals.sample import Sample
+from ..arrivals.sample import Sample
 
 
 class Pacing:

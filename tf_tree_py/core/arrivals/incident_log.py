@@ -4,12 +4,19 @@ from collections import Counter
 from collections.abc import Iterable
 import threading
 import time
-from typing import Any
+from typing import Protocol
 
-from tf_tree_py.core.arrivals.incidents import Incident, Kind
+from .incidents import Incident, Kind
 
 _PERIOD_S = 10.0
 _LINES_PER_KIND = 5
+
+
+class Logger(Protocol):
+    """Where lines go: a logger of rclpy's, or of Python's ``logging``."""
+
+    def warning(self, message: str, /) -> object:
+        """Write one line."""
 
 
 class IncidentLog:
@@ -19,12 +26,8 @@ class IncidentLog:
     What was left out is counted, and said when the next period begins.
     """
 
-    def __init__(self, logger: Any) -> None:
-        """
-        Take where to write.
-
-        :param logger: an rclpy logger.
-        """
+    def __init__(self, logger: Logger) -> None:
+        """Take where to write."""
         self._logger = logger
         self._lock = threading.Lock()
         self._begin = -_PERIOD_S

@@ -1,11 +1,11 @@
-"""When a frame may go, against what must be true of any stream of samples; no ROS."""
+"""When a frame may go, against what must be true of any stream of samples."""
 
 from collections import defaultdict
 import itertools
 
 from hypothesis import given, strategies as st
 from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.nodes.pacing import Pacing
+from tf_tree_py.core.departures.pacing import Pacing
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 PERIOD = 100

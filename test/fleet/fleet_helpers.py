@@ -1,0 +1,118 @@
+"""Routers of Zenoh, robots, and what a fleet's tests wait with: no ROS, and nobody sleeps."""
+
+from contextlib import contextmanager
+import json
+from queue import SimpleQueue
+import socket
+import subprocess
+import sys
+import time
+
+from tf_tree_py.core import Sample
+from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.fleet import configuration, open_session
+import zenoh
+
+PATIENCE_S = 30.0
+SECOND = 1_000_000_000
+
+_ROUTER = """
+import sys, zenoh
+config = zenoh.Config.from_json5(sys.argv[1])
+session = zenoh.open(config)
+print('up', flush=True)
+sys.stdin.read()
+"""
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return probe.getsockname()[1]
+
+
+def router_config(endpoint, **more):
+    return json.dumps({'mode': 'router', 'listen': {'endpoints': [endpoint]},
+                       'scouting': {'multicast': {'enabled': False}}, **more})
+
+
+class Router:
+    """A router in a process of its own, which may die and come back."""
+
+    def __init__(self, protocol='tcp', **more):
+        self.endpoint = f'{protocol}/127.0.0.1:{free_port()}'
+        self._config = router_config(self.endpoint, **more)
+        self.start()
+
+    def start(self):
+        self._process = subprocess.Popen(
+            [sys.executable, '-c', _ROUTER, self._config], text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._process.stdout.readline() == 'up\n'
+
+    def kill(self):
+        self._process.kill()
+        self._process.wait()
+        self._process.stdin.close()
+        self._process.stdout.close()
+
+
+@contextmanager
+def router_here(protocol='tcp', endpoint=None, **more):
+    """Run a router in this process; yield its endpoint."""
+    endpoint = endpoint or f'{protocol}/127.0.0.1:{free_port()}'
+    session = zenoh.open(zenoh.Config.from_json5(router_config(endpoint, **more)))
+    try:
+        yield endpoint
+    finally:
+        session.close()
+
+
+@contextmanager
+def session_at(endpoint, config=None):
+    session = open_session(configuration(endpoint, config), PATIENCE_S)
+    try:
+        yield session
+    finally:
+        session.close()
+
+
+class Visits:
+    """Hears which robots come and go, and waits for that."""
+
+    def __init__(self):
+        self._told = SimpleQueue()
+
+    def __call__(self, robot, here):
+        self._told.put((robot, here))
+
+    def wait(self):
+        return self._told.get(timeout=PATIENCE_S)
+
+    def so_far(self):
+        told = []
+        while not self._told.empty():
+            told.append(self._told.get())
+        return told
+
+
+def place(x):
+    return (float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def message(*edges, stamp=None):
+    """Return a TFMessage of (parent, child, x), all of now unless said otherwise."""
+    stamp = time.time_ns() if stamp is None else stamp
+    return write([Sample(parent, child, stamp, place(x)) for parent, child, x in edges])
+
+
+def x_of(buffer, target, source):
+    return buffer.lookup_within(PATIENCE_S, target, source).x
+
+
+def until(true, what='it'):
+    """Wait until something holds that no event tells of."""
+    end = time.monotonic() + PATIENCE_S
+    while not true():
+        assert time.monotonic() < end, f'{what} did not happen'
+        time.sleep(0.01)

@@ -1,0 +1,115 @@
+"""A robot and a desk with a poor link between them: 100 ms, 2 % of all packets lost, and gone."""
+
+from contextlib import closing
+import json
+import math
+import time
+
+from hosts import two_apart
+from poor_link import PoorLink
+from programs import PATIENCE_S
+import pytest
+
+GAP_S = 10.0
+RATE_HZ = 20
+# What a straight line between two samples costs, a T^2 / 8, where one or two are late.
+OFF = (3 / RATE_HZ) ** 2 / 8
+PORT = 7447
+# Where the robot is, as a function of the stamp alone, in the robot and here.
+PLACE = 'math.sin(stamp * 1e-9)'
+
+ROBOT = f"""
+    import math
+    import sys
+    import threading
+    import time
+    from tf_tree_py.core import Pose, Sample
+    from tf_tree_py.core.departures.sending import Static
+    from tf_tree_py.fleet.uplink import Uplink
+
+    uplink = Uplink('tcp/10.0.0.2:{PORT}', 'robot7', history=400)
+    static, ended = Static(uplink.send_static), threading.Event()
+
+    def drive():
+        while not ended.wait(1 / {RATE_HZ}):
+            stamp = time.time_ns()
+            uplink.send([Sample('map', 'base', stamp, Pose(x={PLACE}))])
+
+    driving = threading.Thread(target=drive)
+    driving.start()
+    print('drives', flush=True)
+    # Each line is the name of a sensor to mount; the end of the input is the end.
+    for line in sys.stdin:
+        static.take([Sample('base', line.strip(), 0, Pose(x=2.0))])
+        print('mounted', flush=True)
+    ended.set()
+    driving.join()
+    uplink.close()
+"""
+
+DESK = f"""
+    import json
+    import sys
+    import time
+    from tf_tree_py.core import LATEST, TransformException
+    from tf_tree_py.fleet import FleetListener
+    import zenoh
+
+    router = zenoh.open(zenoh.Config.from_json5('''{{
+        mode: "router", listen: {{endpoints: ["tcp/0.0.0.0:{PORT}"]}},
+        scouting: {{multicast: {{enabled: false}}}}, timestamping: {{enabled: true}}}}'''))
+    with FleetListener('tcp/127.0.0.1:{PORT}', cache_time=60 * 10**9) as listener:
+        print('listens', flush=True)
+        # Each line asks where a frame is at a stamp, and how long to wait for the answer.
+        for line in sys.stdin:
+            frame, stamp, timeout_s = json.loads(line)
+            begin = time.monotonic()
+            try:
+                answer = listener.buffer.lookup_within(timeout_s, 'map', 'robot7/' + frame,
+                                                       LATEST if stamp is None else stamp).x
+            except TransformException as error:
+                answer = type(error).__name__
+            print(json.dumps([answer, time.monotonic() - begin]), flush=True)
+    router.close()
+"""
+
+
+@pytest.fixture
+def hosts():
+    """Return a robot and a desk, and the link between them."""
+    with two_apart() as (robot, desk), closing(
+            PoorLink((robot, desk), delay_s=0.05, loss=0.02)) as link:
+        yield robot, desk, link
+        # While they can still tell each other.
+        robot.end()
+        desk.end()
+
+
+def test_after_a_gap_nothing_is_missing_and_the_newest_statics_are_there(hosts):
+    robot, desk, link = hosts
+    desk.run(DESK)
+    robot.run(ROBOT)
+
+    def where_is(frame, stamp=None, timeout_s=PATIENCE_S):
+        """Return what the desk knows of a frame, and after how many seconds; the latest: None."""
+        return json.loads(desk.tell(json.dumps([frame, stamp, timeout_s])))
+
+    def assert_right(stamp):
+        assert where_is('base', stamp)[0] == pytest.approx(math.sin(stamp * 1e-9), abs=OFF)
+
+    robot.tell('camera')
+    assert isinstance(where_is('camera')[0], float)
+    before = time.time_ns()
+    assert_right(before)
+    link.carries = False
+    robot.tell('lidar')
+    assert where_is('base', time.time_ns() + 10**9, GAP_S)[0] == 'FutureExtrapolationException'
+    assert where_is('lidar', timeout_s=0.0)[0] == 'LookupException'
+    assert_right(before)
+    link.carries = True
+    after = time.time_ns()
+    assert isinstance(where_is('lidar')[0], float)
+    assert_right(after)
+    # The robot kept what it sent meanwhile.
+    for stamp in range(before, after, 10**9):
+        assert_right(stamp)

@@ -1,0 +1,175 @@
+"""A listener hears robots through a real router, and says who is there."""
+
+import threading
+
+from fleet_helpers import message, PATIENCE_S, place, SECOND, until, Visits, x_of
+import pytest
+from tf_tree_py.core import LookupException
+from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.fleet import FleetError, FleetListener
+
+
+def test_frames_of_all_robots_lie_below_the_shared_one(listen, robot):
+    listener = listen()
+    for number in (7, 8):
+        one = robot(f'robot{number}')
+        one.send_static(message(('base', 'fork', 0.5)))
+        one.send(message(('map', 'odom', number), ('odom', 'base', 1), stamp=SECOND))
+    assert x_of(listener.buffer, 'map', 'robot7/fork') == 8.5
+    assert x_of(listener.buffer, 'robot7/fork', 'robot8/fork') == 1.0
+
+
+def test_a_lookup_that_waits_is_woken_by_what_arrives(listen, robot):
+    buffer = listen().buffer
+    answers = []
+    waiting = threading.Thread(target=lambda: answers.append(x_of(buffer, 'map', 'robot7/base')))
+    waiting.start()
+    robot('robot7').send(message(('map', 'base', 3)))
+    waiting.join()
+    assert answers == [3.0]
+
+
+def test_each_robot_may_have_a_buffer_of_its_own(listen, robot):
+    listener = listen(separate=True)
+    for number in (7, 8):
+        robot(f'robot{number}').send(message(('map', 'base', number)))
+    assert x_of(listener['robot7'], 'map', 'base') == 7.0
+    assert x_of(listener['robot8'], 'map', 'base') == 8.0
+    with pytest.raises(FleetError, match="listener\\['robot7'\\]"):
+        listener.buffer  # noqa: B018
+    with pytest.raises(FleetError, match='cannot be the name of a robot'):
+        listener['*']
+
+
+def test_who_has_one_buffer_is_told_so(listen):
+    with pytest.raises(FleetError, match='separate=True'):
+        listen()['robot7']
+
+
+def test_a_late_listener_has_all_statics_and_the_last_seconds_at_once(listen, robot):
+    one, now = robot('robot7', history=5), 1_700_000_000 * SECOND
+    one.send_static(message(('base', 'camera', 1), ('base', 'fork', 2)))
+    for number in range(8):
+        one.send(message(('map', 'base', number), stamp=now + number * SECOND))
+    buffer = listen().buffer
+    assert x_of(buffer, 'robot7/base', 'robot7/fork') == 2.0
+    buffer.lookup_within(PATIENCE_S, 'map', 'robot7/camera', now + 7 * SECOND)
+    # The last five are kept.
+    assert buffer.lookup('map', 'robot7/camera', now + 3 * SECOND).x == 4.0
+    assert min(info.oldest for info in buffer.edges() if not info.static) == now + 3 * SECOND
+
+
+def test_robots_come_and_go_by_their_tokens(listen, robot):
+    visits = Visits()
+    listener = listen(on_robot=visits)
+    first = robot('robot7')
+    assert visits.wait() == ('robot7', True)
+    first.close()
+    assert visits.wait() == ('robot7', False)
+    until(lambda: not listener.robots()[0].here)
+    robot('robot7')
+    assert visits.wait() == ('robot7', True) and listener.robots()[0].here
+
+
+def test_robots_are_told_with_their_rate_lag_and_counts(listen, robot):
+    listener = listen()
+    one = robot('robot7')
+    one.send_static(message(('base', 'fork', 2)))
+    x_of(listener.buffer, 'robot7/base', 'robot7/fork')
+    for _ in range(5):
+        one.send(message(('map', 'base', 1), ('base', 'arm', 1)))
+        one.send(b'no message')
+    until(lambda: listener.robots()[0].transforms == 11 and listener.robots()[0].refused == 5)
+    (told,) = listener.robots()
+    assert (told.name, told.here, told.transforms, told.refused) == ('robot7', True, 11, 5)
+    assert told.lost == told.recovered == 0
+    assert told.as_dict()['name'] == 'robot7'
+    for _ in range(3):
+        one.send(message(('map', 'base', 1)))
+    until(lambda: listener.robots()[0].transforms == 14)
+    (told,) = listener.robots()
+    assert told.rate_hz > 0.0 and 0 <= told.lag < PATIENCE_S * SECOND and told.silence >= 0
+
+
+def test_only_robots_that_are_meant_are_heard(listen, robot, session, hall):
+    listener = listen(['forklift*', 'robot7'])
+    for name in ('robot7', 'robot8', 'forklift1'):
+        robot(name).send(message(('map', 'base', 1)))
+    session.put(f'{hall}/robot9/tf', message(('map', 'base', 1)))
+    for name in ('robot7', 'forklift1'):
+        x_of(listener.buffer, 'map', f'{name}/base')
+    assert [one.name for one in listener.robots()] == ['forklift1', 'robot7']
+
+
+# --- watching, and ending
+
+class Heard(Observer):
+
+    def __init__(self):
+        self.messages = []
+
+    def received(self, arrival):
+        self.messages.append(arrival)
+
+
+def test_who_watches_hears_whole_messages_with_their_key_and_robot(listen, robot, hall):
+    listener, heard = listen(), Heard()
+    listener.buffer.observers.add(heard)
+    robot('robot7').send_static(message(('base', 'fork', 2)))
+    x_of(listener.buffer, 'robot7/base', 'robot7/fork')
+    (arrival,) = heard.messages
+    assert (arrival.topic, arrival.static, arrival.authority) == (
+        f'{hall}/robot7/tf_static', True, 'robot7')
+    assert arrival.batch.edges == (('robot7/base', 'robot7/fork'),)
+
+
+def test_what_on_robot_raises_ends_nothing(listen, robot, caplog):
+    def on_robot(name, here):
+        raise RuntimeError('mine')
+
+    listener = listen(on_robot=on_robot)
+    for number in (7, 8):
+        robot(f'robot{number}').send(message(('map', 'base', number)))
+        x_of(listener.buffer, 'map', f'robot{number}/base')
+    until(lambda: caplog.text.count('RuntimeError: mine') == 2)
+
+
+def test_a_listener_may_be_closed_anywhere_and_twice_and_keeps_what_it_has(listen, robot):
+    closed = threading.Event()
+
+    def on_robot(name, here):
+        listener.close()
+        closed.set()
+
+    listener = listen()
+    one = robot('robot7')
+    one.send(message(('map', 'base', 7)))
+    x_of(listener.buffer, 'map', 'robot7/base')
+    listener.close()
+    listener.close()
+    assert not any(thread.name == 'fleet' for thread in threading.enumerate())
+    assert listener.buffer.lookup('map', 'robot7/base') == place(7)
+    listener = listen(on_robot=on_robot)
+    assert closed.wait(PATIENCE_S)
+
+
+def test_a_listener_without_a_router_waits_for_one_and_can_be_closed(caplog):
+    with FleetListener('tcp/127.0.0.1:9') as listener:
+        until(lambda: 'tries go on' in caplog.text)
+        assert not listener.connected
+        with pytest.raises(LookupException):
+            listener.buffer.lookup_within(0.01, 'map', 'robot7/base')
+    assert caplog.text.count('tries go on') == 1
+
+
+@pytest.mark.parametrize(('options', 'problem'), [
+    ({'robots': []}, 'no robots'),
+    ({'robots': 'a//b'}, 'no robot of keys'),
+    ({'shared_frames': 'map'}, "such as \\('map',\\)"),
+    ({'key_prefix': '*'}, 'cannot be the prefix'),
+    ({'connect': 'hall'}, 'no address of a router'),
+    ({'connect': None}, 'nothing to connect to'),
+])
+def test_wrong_arguments_are_named_at_once(options, problem):
+    with pytest.raises(FleetError, match=problem):
+        FleetListener(**{'connect': 'tcp/127.0.0.1:9', **options})

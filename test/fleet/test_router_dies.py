@@ -1,0 +1,75 @@
+"""A router that dies costs what was sent meanwhile and nothing else, with one line each way."""
+
+from fleet_helpers import message, Router, SECOND, session_at, until, Visits, x_of
+import pytest
+from tf_tree_py.fleet import FleetListener, RobotPublisher
+
+NOW = 1_700_000_000 * SECOND
+
+
+@pytest.fixture
+def router():
+    router = Router()
+    yield router
+    router.kill()
+
+
+def messages(caplog):
+    return [record.getMessage().partition(' to ')[0] for record in caplog.records
+            if record.name == 'tf_tree_py.fleet']
+
+
+def test_a_router_that_comes_back_finds_everything_as_it_was(router, caplog):
+    visits = Visits()
+    with session_at(router.endpoint) as session, \
+            RobotPublisher(session, 'robot7', history=5) as robot, \
+            FleetListener(router.endpoint, on_robot=visits) as listener:
+        buffer = listener.buffer
+
+        def send(numbers):
+            for number in numbers:
+                robot.send(message(('map', 'base', number), stamp=NOW + number * SECOND // 10))
+
+        robot.send_static(message(('base', 'fork', 100)))
+        send([0])
+        assert x_of(buffer, 'map', 'robot7/fork') == 100.0
+        router.kill()
+        until(lambda: not listener.connected)
+        # What is known stays, and what is sent meanwhile is kept as far as the robot keeps it.
+        assert buffer.lookup('map', 'robot7/fork').x == 100.0
+        send(range(1, 21))
+        router.start()
+        buffer.lookup_within(30.0, 'map', 'robot7/fork', NOW + 2 * SECOND)
+        send([21])
+        buffer.lookup_within(30.0, 'map', 'robot7/fork', NOW + 21 * SECOND // 10)
+        assert buffer.lookup('map', 'robot7/fork', NOW + 16 * SECOND // 10).x == 116.0
+        until(lambda: listener.robots()[0].lost)
+        (told,) = listener.robots()
+        assert (told.lost, told.recovered, told.here) == (15, 5, True)
+        assert visits.so_far() == [('robot7', True)]
+    assert messages(caplog) == ['the connection', 'connected']
+
+
+def test_a_listener_that_was_there_before_its_router_hears_all(router, caplog):
+    router.kill()
+    with FleetListener(router.endpoint) as listener:
+        until(lambda: caplog.records)
+        router.start()
+        with session_at(router.endpoint) as session, RobotPublisher(session, 'robot7') as robot:
+            robot.send_static(message(('base', 'fork', 100)))
+            assert x_of(listener.buffer, 'robot7/base', 'robot7/fork') == 100.0
+    assert messages(caplog) == ['no connection', 'connected']
+
+
+def test_a_robot_that_comes_back_sends_its_statics_anew(router):
+    visits = Visits()
+    with FleetListener(router.endpoint, on_robot=visits) as listener:
+        for fork in (1, 2):
+            with session_at(router.endpoint) as session:
+                # It dies without a word: its session ends, and it undeclares nothing.
+                robot = RobotPublisher(session, 'robot7')
+                robot.send_static(message(('base', 'fork', fork)))
+                assert visits.wait() == ('robot7', True)
+                until(lambda fork=fork: fork == x_of(
+                    listener.buffer, 'robot7/base', 'robot7/fork'))
+            assert visits.wait() == ('robot7', False)

@@ -1,0 +1,132 @@
+"""What one subscription hears, into the buffers."""
+
+from collections.abc import Callable
+import time
+from typing import NamedTuple, TYPE_CHECKING
+
+from tf_tree_py.core.arrivals.frame_names import Rename
+from tf_tree_py.core.arrivals.incident_log import IncidentLog
+from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.arrivals.received import Received
+from tf_tree_py.core.arrivals.sample import Batch
+from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.buffer.buffer_core import BufferCore
+
+from .keys import Topic
+from .roster import Roster, Source
+from .trust import without_others
+
+if TYPE_CHECKING:
+    import zenoh
+
+
+# Whoever may write any key may invent some; more are not heard.
+_MAX_KEYS = 50_000
+_NOTHING = Batch((), (), ())
+
+
+class Place(NamedTuple):
+    """
+    Where the transforms of one robot go.
+
+    :ivar rename: what its frames are called there.
+    :ivar shared: frames that it must not hang elsewhere.
+    """
+
+    buffer: BufferCore
+    rename: Rename
+    shared: frozenset[str]
+
+
+class _Sender(NamedTuple):
+    """One key that was heard, and what reads what comes under it."""
+
+    robot: str
+    static: bool
+    place: Place
+    reader: WireReader
+
+
+class Feed:
+    """
+    Takes samples of Zenoh, in the one thread that delivers them.
+
+    Nothing that arrives raises.
+    """
+
+    def __init__(self, welcome: Callable[[str], tuple[Topic, Place] | None], roster: Roster,
+                 log: IncidentLog) -> None:
+        """
+        Begin with nobody.
+
+        :param welcome: returns of a key whose it is, and where that goes; None: nobody's.
+        """
+        self._welcome = welcome
+        self._roster = roster
+        self._log = log
+        # None: nobody's.
+        self._senders: dict[str, _Sender | None] = {}
+
+    def take(self, sample: 'zenoh.Sample') -> None:
+        """Take a message."""
+        key = str(sample.key_expr)
+        sender = self._senders[key] if key in self._senders else self._begin(key)
+        if sender is None:
+            return
+        sent = _sent(sample)
+        late = sent is not None and self._roster.is_late(sender.robot, sent)
+        batch = sender.reader.read_or_refuse(sample.payload.to_bytes(), sender.robot)
+        if isinstance(batch, Incident):
+            sender.place.buffer.intake.refuse(batch)
+            incidents, batch = [batch], _NOTHING
+        else:
+            incidents = self._insert(sender, key, batch, sent if late else None)
+        if incidents:
+            self._log.report(incidents)
+        refused, stamps = sum(incident.refused for incident in incidents), batch.stamps
+        self._roster.take(
+            sender.robot, max(0, len(stamps) - refused), refused,
+            None if sender.static else max(stamps, default=None), late, _source_of(sample))
+
+    def _begin(self, key: str) -> _Sender | None:
+        if len(self._senders) >= _MAX_KEYS:
+            return None
+        welcome, sender = self._welcome(key), None
+        if welcome is not None:
+            topic, place = welcome
+            sender = _Sender(*topic, place, WireReader(place.rename))
+        self._senders[key] = sender
+        return sender
+
+    def _insert(self, sender: _Sender, key: str, batch: Batch, sent: int | None
+                ) -> list[Incident]:
+        """
+        Insert a message; return what was refused or odd.
+
+        :param sent: when, if it comes late: as if it had come then, whoever watches is told.
+        """
+        buffer, robot, static = sender.place.buffer, sender.robot, sender.static
+        if buffer.observers.of_messages:
+            buffer.observers.tell_received(
+                Received(batch, sent or time.time_ns(), key, static, robot))
+        own, incidents = without_others(batch, sender.place.shared, robot)
+        for incident in incidents:
+            buffer.intake.refuse(incident)
+        return incidents + (buffer.insert_batch(own, robot, static) if own.edges else [])
+
+
+def _sent(sample: 'zenoh.Sample') -> int | None:
+    """Return when a sample was sent, nanoseconds since 1970 by its sender's clock."""
+    stamp = sample.timestamp
+    return None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
+
+
+def _source_of(sample: 'zenoh.Sample') -> Source | None:
+    """Return who has sent a sample, where that is told."""
+    info = sample.source_info
+    return None if info is None else source_of(info.source_id)
+
+
+def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:
+    """Return who a publisher is."""
+    return str(publisher.zid), publisher.eid

@@ -1,0 +1,179 @@
+"""The robots that were heard of, and what became of what they sent."""
+
+from collections import Counter, deque
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+import statistics
+import threading
+import time
+from typing import Any
+
+# Rates and lags are those of so many messages.
+_LATELY = 64
+# Whoever may write any key may invent robots; more are not kept.
+_MAX_ROBOTS = 10_000
+
+Source = tuple[str, int]
+"""Who sends: a session of Zenoh, and a publisher in it."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """
+    One robot, as it was just now.
+
+    :ivar since: when it appeared, nanoseconds since 1970 by this machine's clock.
+    :ivar here: whether it is there, as its liveliness tokens say; a robot that declares none
+        stays, and ``silence`` tells more.
+    :ivar rate_hz: messages of what moves a second, of late.
+    :ivar lag: from the stamp of what moves to its arrival, nanoseconds, of late; with the
+        difference of the two clocks. None: nothing has come.
+    :ivar silence: since when nothing that moves has come, nanoseconds; None: nothing ever has.
+    :ivar transforms: how many were taken.
+    :ivar lost: messages that are known to be lost.
+    :ivar recovered: messages that were sent while there was no connection, and came later.
+    :ivar refused: transforms, and messages that are none, that were not taken.
+    """
+
+    name: str
+    since: int
+    here: bool
+    rate_hz: float
+    lag: int | None
+    silence: int | None
+    transforms: int
+    lost: int
+    recovered: int
+    refused: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return asdict(self)
+
+
+class Account:
+    """
+    What is known of one robot; the roster's lock is held whenever it is used.
+
+    :ivar back: when it could be heard anew, nanoseconds: what was sent before comes late.
+    :ivar messages_before: how many of its messages had come by then.
+    """
+
+    def __init__(self, now: int) -> None:
+        self.since = self.back = now
+        self.here = True
+        self.transforms = self.recovered = self.refused = 0
+        self.messages = self.messages_before = 0
+        self._arrivals: deque[float] = deque(maxlen=_LATELY)
+        self._lags: deque[int] = deque(maxlen=_LATELY)
+
+    def take_live(self, newest: int) -> None:
+        """Note that what moves has come just now; its newest stamp."""
+        self._arrivals.append(time.monotonic())
+        self._lags.append(time.time_ns() - newest)
+
+    def told(self, name: str, lost: int) -> Robot:
+        """Return what is known now."""
+        now, arrivals = time.monotonic(), self._arrivals
+        return Robot(
+            name, self.since, self.here,
+            (len(arrivals) - 1) / (now - arrivals[0]) if len(arrivals) > 1 else 0.0,
+            int(statistics.median(self._lags)) if self._lags else None,
+            round(1e9 * (now - arrivals[-1])) if arrivals else None,
+            self.transforms, lost, self.recovered, self.refused)
+
+
+class Roster:
+    """All robots by their names; may be used from any thread."""
+
+    def __init__(self, apart: bool) -> None:
+        """
+        Begin with nobody.
+
+        :param apart: no robot may have a name that is the beginning of another's.
+        """
+        self._lock = threading.Lock()
+        self._apart = apart
+        self._accounts: dict[str, Account] = {}
+        self._lost: Counter[Source] = Counter()
+        self._robot_of: dict[Source, str] = {}
+
+    def admit(self, robot: str) -> str:
+        """Note that a robot was heard of; return why it is not heard, or ''."""
+        with self._lock:
+            if robot in self._accounts:
+                return ''
+            if len(self._accounts) >= _MAX_ROBOTS:
+                return f'there are {_MAX_ROBOTS} robots already'
+            other = self._apart and _beside(robot, self._accounts)
+            if other:
+                return f'its frames would get among those of {other!r}'
+            self._accounts[robot] = Account(time.time_ns())
+        return ''
+
+    def appear(self, robot: str) -> None:
+        """Note that a robot has come, or has come back."""
+        with self._lock:
+            account = self._accounts[robot]
+            if not account.here:
+                account.here, account.since = True, time.time_ns()
+
+    def reconnect(self, robot: str) -> None:
+        """Note that a robot can be heard from now on: what it sent before comes late."""
+        with self._lock:
+            account = self._accounts[robot]
+            account.back, account.messages_before = time.time_ns(), account.messages
+
+    def leave(self, robot: str) -> None:
+        """Note that a robot has gone."""
+        with self._lock:
+            self._accounts[robot].here = False
+
+    def is_late(self, robot: str, sent: int) -> bool:
+        """Return whether a message was sent before its robot could be heard; nanoseconds."""
+        return sent < self._accounts[robot].back
+
+    def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool,
+             source: Source | None) -> None:
+        """
+        Note a message.
+
+        :param taken: how many of its transforms were; how many were refused.
+        :param newest: its newest stamp, if it moves.
+        :param late: see ``is_late``.
+        :param source: who has sent it, if that is told.
+        """
+        with self._lock:
+            account = self._accounts[robot]
+            account.transforms += taken
+            account.refused += refused
+            account.recovered += late and account.messages_before > 0
+            account.messages += 1
+            if newest is not None and not late:
+                account.take_live(newest)
+            if source is not None and source not in self._robot_of:
+                self._robot_of[source] = robot
+
+    def miss(self, source: Source, count: int) -> None:
+        """Note that messages were lost."""
+        with self._lock:
+            self._lost[source] += count
+
+    def robots(self) -> list[Robot]:
+        """Return all robots that were heard of, by name."""
+        with self._lock:
+            lost = self._losses()
+            return [account.told(name, lost[name])
+                    for name, account in sorted(self._accounts.items())]
+
+    def _losses(self) -> Counter[str]:
+        losses: Counter[str] = Counter()
+        for source, count in self._lost.items():
+            losses[self._robot_of.get(source, '')] += count
+        return losses
+
+
+def _beside(robot: str, others: Iterable[str]) -> str | None:
+    """Return a robot among whose frames those of another would get, by its name."""
+    return next((other for other in others if f'{other}/'.startswith(f'{robot}/')
+                 or f'{robot}/'.startswith(f'{other}/')), None)

@@ -1,0 +1,59 @@
+"""A fleet's tree: what robots send over Zenoh, without ROS."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+import logging
+import threading
+import time
+
+from tf_tree_py.core.arrivals.observers import Observer
+from tf_tree_py.core.arrivals.received import Endpoint
+from tf_tree_py.fleet import FleetError, FleetListener
+
+from .endings import Cannot
+
+
+class Fleet:
+    """A buffer that hears robots through a router; see ``source.TreeSource``."""
+
+    hint = 'does a robot send there, and do --robots and its access control let it be heard?'
+
+    def __init__(self, arguments: Namespace, observers: Sequence[Observer]) -> None:
+        """
+        Begin to listen.
+
+        :raises Cannot: Zenoh is not installed, or an argument cannot be.
+        """
+        # What is refused or odd is the tool's to tell; a connection that is lost is not.
+        logging.getLogger('tf_tree_py.fleet.incidents').setLevel(logging.ERROR)
+        try:
+            self._listener = FleetListener(
+                arguments.fleet, arguments.robots, config=arguments.fleet_config,
+                shared_frames=arguments.shared_frames, observers=observers)
+        except FleetError as error:
+            raise Cannot(str(error)) from error
+        self.name = self._listener.name
+        self.buffer = self._listener.buffer
+        self.now = time.time_ns
+
+    def __enter__(self) -> 'Fleet':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._listener.close()
+
+    def watch(self, seconds: float | None) -> bool:
+        """Let transforms arrive, in the listener's threads."""
+        threading.Event().wait(seconds)
+        return True
+
+    def await_covariances(self) -> None:
+        """Return at once: nobody tells any over Zenoh."""
+
+    def endpoints(self) -> list[Endpoint]:
+        """Return nothing: tokens say which robots there are, and not how they send."""
+        return []
+
+    def damage(self) -> list[str]:
+        """Return that there is no connection, if there is none."""
+        return [] if self._listener.connected else [f'there is no connection to {self.name}']
