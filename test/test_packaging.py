@@ -1,5 +1,6 @@
 """What a stranger installs: the wheel, what it says of itself, and what the manifest demands."""
 
+import ast
 from importlib.metadata import distribution, metadata
 from pathlib import Path
 import re
@@ -124,3 +125,33 @@ def test_extras_that_are_advised_are_there():
         r"""(?:tf_tree_py|install "?'?\.)\[([a-z0-9_,]+)\]""", page.read_text())
         for extra in extras.split(',')}
     assert {'bag', 'jazzy', 'plot', 'view'} <= advised <= known
+
+
+# --- what rosdep installs
+
+# Names that Python packages are imported by, where rosdep's key is another.
+_KEYS = {name: f'python3-{name}' for name in ('matplotlib', 'numpy', 'rich', 'scipy', 'yaml')}
+
+# What only some need and rosdep has no key for that Ubuntu 24.04 could follow: it comes with an
+# extra of pip's, and what lacks one says which. What has a fallback, or asks who uses it.
+_OPTIONAL = {
+    'apsw', 'distributed', 'jinja2', 'lz4', 'pandas', 'pyarrow', 'rosbags', 'ruamel', 'trimesh',
+    'viser', 'xacro', 'zenoh', 'backports', 'compression', 'ros2cli', 'tf2_ros'}
+
+
+def imported(path):
+    """Yield the packages that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition('.')[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module.partition('.')[0]
+
+
+def test_manifest_has_a_key_for_whatever_is_imported():
+    needed = {name for folder in ('tf_tree_py', 'launch')
+              for path in (REPOSITORY / folder).rglob('*.py') if 'packages' not in path.parts
+              for name in imported(path)}
+    needed -= sys.stdlib_module_names | _OPTIONAL | {'tf_tree_py'}
+    there = {key.text for key in MANIFEST.findall('exec_depend')}
+    assert {_KEYS.get(name, name) for name in needed} == there
