@@ -20,8 +20,8 @@ def test_file_can_be_read_and_what_it_names_is_there(file):
 
 
 def test_all_is_tested_before_a_release():
-    jobs = {name: yaml.safe_load((REPOSITORY / f'.github/workflows/{name}.yml').read_text())['jobs']
-            for name in ('test', 'release')}
+    jobs = {file.stem: yaml.safe_load(file.read_text())['jobs']
+            for file in FILES if file.parent.name == 'workflows'}
     for job in jobs['test'].values():
         assert any('.ci/run' in step.get('run', '') for step in job['steps'])
     assert jobs['release']['publish']['needs'] == 'build'
