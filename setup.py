@@ -126,7 +126,6 @@ setup(
         'Development Status :: 4 - Beta',
         'Intended Audience :: Developers',
         'Intended Audience :: Science/Research',
-        'License :: OSI Approved :: Apache Software License',
         'Operating System :: POSIX :: Linux',
         *(f'Programming Language :: Python :: {version}'
           for version in ('3', '3 :: Only', '3.10', '3.11', '3.12', '3.13')),
