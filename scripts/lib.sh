@@ -81,4 +81,4 @@ print(sys.executable)" 2>/dev/null && return
   return 1
 }
 
-pyenv_versions=${PYENV_ROOT:-$HOME/.pyenv}/versions
+pyenv_versions=${PYENV_ROOT:-${HOME-}/.pyenv}/versions
