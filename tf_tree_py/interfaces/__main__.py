@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from .building import build, CannotBuild, find
+from .building import build, CannotBuild, demand_what_it_takes, find
 from .hashes import differing
 
 
@@ -17,26 +17,29 @@ def main() -> int:
                     'compiler). Where there is one, only check that its types are those of '
                     'Jazzy.').parse_args()
     try:
-        return _build_or_check()
+        _build_or_check()
     except CannotBuild as error:
-        print(f'tf2_msgs: {error}', file=sys.stderr)
+        _say(str(error))
+        return 1
     except KeyboardInterrupt:
         return 130
-    return 1
+    return 0
 
 
-def _build_or_check() -> int:
+def _build_or_check() -> None:
     prefix = find()
     if prefix is None:
         prefix = Path(sys.prefix)
-        print(f'building tf2_msgs into {prefix}, some twenty seconds', flush=True)
+        demand_what_it_takes(prefix)
+        _say(f'building it into {prefix}, some twenty seconds')
         build(prefix)
-    elif wrong := differing(prefix):
-        print(f'tf2_msgs: that of {prefix} has other types than Jazzy: {", ".join(wrong)}',
-              file=sys.stderr)
-        return 1
-    print(f'tf2_msgs is in {prefix}, and all its types are those of ROS 2 Jazzy')
-    return 0
+    if wrong := differing(prefix):
+        raise CannotBuild(f'that of {prefix} has other types than Jazzy: {", ".join(wrong)}')
+    _say(f'it is in {prefix}, and all its types are those of ROS 2 Jazzy')
+
+
+def _say(text: str) -> None:
+    print(f'tf2_msgs: {text}', file=sys.stderr, flush=True)
 
 
 if __name__ == '__main__':

