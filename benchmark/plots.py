@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .rows import DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST
+from .rows import DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, TF2_ROS
 from .timing import spread
 
 # Each contestant looks the same everywhere: line, marker, fill, hatch.
@@ -12,6 +12,7 @@ _LOOKS = {
     OURS: {'color': 'black', 'linestyle': '-', 'marker': 'o'},
     DEBIAN: {'color': '0.45', 'linestyle': '--', 'marker': 's'},
     JAZZY: {'color': '0.45', 'linestyle': '-.', 'marker': '^'},
+    TF2_ROS: {'color': '0.3', 'linestyle': (0, (8, 2)), 'marker': 'v'},
     RUST: {'color': '0.55', 'linestyle': ':', 'marker': 'D'},
 }
 _FILLS = {

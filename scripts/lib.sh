@@ -62,3 +62,23 @@ enter_ros() {
   prepend AMENT_PREFIX_PATH "$workspace/venv"
   prepend CMAKE_PREFIX_PATH "$workspace/venv"
 }
+
+# first_python CONDITION CANDIDATE...: the first that runs (a pyenv shim may exist and yet fail)
+# and for which the Python expression holds.
+first_python() {
+  local condition=$1 candidate
+  shift
+  for candidate; do
+    "$candidate" -c "
+import os, sys, sysconfig
+cpython = sys.implementation.name == 'cpython'
+version = sys.version_info[:2]
+headers = os.path.exists(os.path.join(sysconfig.get_paths()['include'], 'Python.h'))
+if not (cpython and $condition):
+    sys.exit(1)
+print(sys.executable)" 2>/dev/null && return
+  done
+  return 1
+}
+
+pyenv_versions=${PYENV_ROOT:-${HOME-}/.pyenv}/versions

@@ -1,5 +1,9 @@
-from importlib.metadata import distribution
+"""What a stranger installs: the wheel, what it says of itself, and what the manifest demands."""
+
+import ast
+from importlib.metadata import distribution, metadata
 from pathlib import Path
+import re
 import shutil
 import subprocess
 import sys
@@ -7,14 +11,37 @@ from xml.etree import ElementTree
 import zipfile
 
 import pytest
+import tf_tree_py
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+REQUIREMENTS = REPOSITORY / 'scripts' / 'requirements'
 PACKAGE = distribution('tf_tree_py')
 MANIFEST = ElementTree.parse(REPOSITORY / 'package.xml')
+ADDRESS = 'https://example.org/somebody/tf_tree_py'
+
+LINK = re.compile(r'(!?)\[[^]]+\]\(([^)#]*)[^)]*\)')
+
+
+def requirements(extra=''):
+    """Return what the package says that it needs, or an extra of it does."""
+    ending = f'; extra == "{extra}"' if extra else ''
+    return {text.removesuffix(ending).replace(' ', '') for text in PACKAGE.requires
+            if (text.endswith(ending) if extra else 'extra ==' not in text)}
 
 
 def test_manifest_and_setup_name_one_version():
-    assert PACKAGE.version == MANIFEST.findtext('version')
+    assert tf_tree_py.__version__ == PACKAGE.version == MANIFEST.findtext('version')
+
+
+def test_package_that_is_not_installed_has_no_version(tmp_path):
+    program = 'import tf_tree_py; print(hasattr(tf_tree_py, "__version__"), len(dir(tf_tree_py)))'
+    shutil.copytree(REPOSITORY / 'tf_tree_py', tmp_path / 'tf_tree_py',
+                    ignore=shutil.ignore_patterns('__pycache__'))
+    done = subprocess.run(
+        [sys.executable, '-c', f'import sys; sys.path[1:] = [path for path in sys.path[1:] '
+         f'if "tf_tree_py" not in path]; {program}'], cwd=tmp_path,
+        capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.startswith('False '), done.stdout
 
 
 @pytest.mark.parametrize(
@@ -25,15 +52,22 @@ def test_executable_has_a_main(executable):
 
 @pytest.fixture(scope='module')
 def wheel(tmp_path_factory):
-    """Return what pip makes of a copy of the sources, in which an earlier build lies about."""
+    """
+    Return what pip makes of a copy of the sources, in which an earlier build lies about.
+
+    The copy says where the repository is.
+    """
     pytest.importorskip('pip')
     source = tmp_path_factory.mktemp('wheel') / 'source'
     source.mkdir()
-    for name in ('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml'):
+    for name in ('LICENSE', 'README.md', 'setup.py', 'setup.cfg', 'pyproject.toml'):
         shutil.copy(REPOSITORY / name, source)
     for name in ('tf_tree_py', 'resource', 'config', 'launch', 'rviz'):
         shutil.copytree(REPOSITORY / name, source / name,
                         ignore=shutil.ignore_patterns('__pycache__'))
+    manifest = (REPOSITORY / 'package.xml').read_text()
+    (source / 'package.xml').write_text(manifest.replace(
+        '  <author>', f'  <url type="repository">{ADDRESS}</url>\n  <author>', 1))
     left = source / 'build' / 'lib' / 'tf_tree_py' / 'core' / 'deleted.py'
     left.parent.mkdir(parents=True)
     left.touch()
@@ -43,15 +77,81 @@ def wheel(tmp_path_factory):
         capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     [wheel] = source.parent.glob('*.whl')
-    return set(zipfile.ZipFile(wheel).namelist())
+    return zipfile.ZipFile(wheel)
 
 
-def test_wheel_has_the_modules_that_are_there_and_no_deleted_ones(wheel):
+def test_wheel_has_what_is_in_the_package_and_nothing_else(wheel):
     there = {path.relative_to(REPOSITORY).as_posix()
-             for path in REPOSITORY.glob('tf_tree_py/**/*.py')}
-    assert {name for name in wheel
-            if name.startswith('tf_tree_py/') and name.endswith('.py')} == there
+             for path in REPOSITORY.glob('tf_tree_py/**/*')
+             if path.is_file() and '__pycache__' not in path.parts}
+    names = {name for name in wheel.namelist() if '.dist-info/' not in name}
+    assert {name for name in names if name.startswith('tf_tree_py/')} == there
+    share = f'tf_tree_py-{PACKAGE.version}.data/data/share/'
+    assert {name for name in names if not name.startswith(share)} == there
 
 
-def test_wheel_says_that_it_has_types(wheel):
-    assert 'tf_tree_py/py.typed' in wheel
+def test_readme_links_to_the_repository_from_elsewhere(wheel):
+    description = wheel.read(f'tf_tree_py-{PACKAGE.version}.dist-info/METADATA').decode()
+    assert f'Project-URL: Repository, {ADDRESS}\n' in description
+    links = LINK.findall(description)
+    assert len(links) > 20
+    for picture, address in links:
+        begin = f'{ADDRESS}/{"raw" if picture else "blob"}/HEAD/'
+        assert address.startswith(begin), address
+        assert (REPOSITORY / address.removeprefix(begin)).exists(), address
+
+
+def test_readme_has_no_link_that_leads_nowhere():
+    """While nobody has said where the repository is, there is none."""
+    assert all(address.startswith('https://')
+               for _, address in LINK.findall(metadata('tf_tree_py')['Description']))
+
+
+def test_oldest_numerics_that_are_allowed_are_tried():
+    oldest = set(re.findall(r'(\w+)==(\d+\.\d+)', (REQUIREMENTS / 'oldest.txt').read_text()))
+    assert requirements() == {f'{name}>={version}' for name, version in oldest}
+
+
+def test_jazzy_of_the_extra_is_the_one_that_is_tested():
+    locked = set(re.findall('(?m)^ros-jazzy.*$', (REQUIREMENTS / 'ros.in').read_text()))
+    assert {name for name in requirements('jazzy') if name.startswith('ros-jazzy')} == locked
+
+
+def test_extras_that_are_advised_are_there():
+    known = set(metadata('tf_tree_py').get_all('Provides-Extra'))
+    pages = [*REPOSITORY.glob('tf_tree_py/**/*.py'), *REPOSITORY.glob('docs/**/*.md'),
+             REPOSITORY / 'README.md']
+    advised = {extra for page in pages for extras in re.findall(
+        r"""(?:tf_tree_py|install "?'?\.)\[([a-z0-9_,]+)\]""", page.read_text())
+        for extra in extras.split(',')}
+    assert {'bag', 'jazzy', 'plot', 'view'} <= advised <= known
+
+
+# --- what rosdep installs
+
+# Names that Python packages are imported by, where rosdep's key is another.
+_KEYS = {name: f'python3-{name}' for name in ('matplotlib', 'numpy', 'rich', 'scipy', 'yaml')}
+
+# What only some need and rosdep has no key for that Ubuntu 24.04 could follow: it comes with an
+# extra of pip's, and what lacks one says which. What has a fallback, or asks who uses it.
+_OPTIONAL = {
+    'apsw', 'distributed', 'jinja2', 'lz4', 'pandas', 'pyarrow', 'rosbags', 'ruamel', 'trimesh',
+    'viser', 'xacro', 'zenoh', 'backports', 'compression', 'ros2cli', 'tf2_ros'}
+
+
+def imported(path):
+    """Yield the packages that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition('.')[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module.partition('.')[0]
+
+
+def test_manifest_has_a_key_for_whatever_is_imported():
+    needed = {name for folder in ('tf_tree_py', 'launch')
+              for path in (REPOSITORY / folder).rglob('*.py') if 'packages' not in path.parts
+              for name in imported(path)}
+    needed -= sys.stdlib_module_names | _OPTIONAL | {'tf_tree_py'}
+    there = {key.text for key in MANIFEST.findall('exec_depend')}
+    assert {_KEYS.get(name, name) for name in needed} == there

@@ -163,7 +163,20 @@ if not _ros_is_here():
     __all__[:] = [name for name in __all__ if name not in _ROS_NAMES]
 
 
+def _version() -> str:
+    # Importing this takes longer than anything else here, and few ask.
+    from importlib.metadata import PackageNotFoundError, version
+    try:
+        return version(__name__)
+    except PackageNotFoundError:
+        raise AttributeError(
+            f'{__name__} is not installed, so its version is not known: pip install it, or build '
+            'it with colcon') from None
+
+
 def __getattr__(name: str) -> Any:
+    if name == '__version__':
+        return _version()
     if name not in _ROS_NAMES:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     try:

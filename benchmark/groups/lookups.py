@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from ..effort import Effort
 from ..exercise import Task
 from ..peers.finding import Contestants
-from ..rows import CORE, DEBIAN, JAZZY, OURS, Row, scaled
+from ..rows import CORE, DEBIAN, JAZZY, OURS, Row, scaled, TF2_ROS
 from ..timing import interleave
 
 # Lookup time as a multiple of C++ tf2's, by depth; None is measured for the plot only.
@@ -29,6 +29,7 @@ def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
             row = Row('depth', f'{where}, depth {depth}', 'us',
                       scaled(interleave(turns, effort.rounds), 1e6))
             row.compare(OURS, DEBIAN, target)
+            row.compare(OURS, TF2_ROS)
             row.compare(OURS, JAZZY)
             yield row
 

@@ -11,10 +11,8 @@ from ..rows import CORE, DEBIAN, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
 
 _TOLERANCE = 1e-9
 
-_CURES = {
-    JAZZY: 'needs an installed ROS 2 Jazzy: sudo apt install ros-jazzy-tf2-py',
-    TF2_ROS: 'needs an installed ROS 2 Jazzy: sudo apt install ros-jazzy-tf2-ros-py',
-}
+_CURES = dict.fromkeys(
+    (JAZZY, TF2_ROS), 'needs an installed ROS 2 Jazzy: sudo apt install ros-jazzy-tf2-ros-py')
 
 
 class Disagreement(Exception):
@@ -34,13 +32,14 @@ class Contestants:
         self.debian = self._try(DEBIAN, debian.find)
         self.rust = self._try(RUST, lambda: _load('rust').RustTree)
         self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
-        jazzy = self._try(JAZZY, lambda: _load('jazzy').JazzyBuffer)
-        self.tf2_ros = self._try(TF2_ROS, lambda: importlib.import_module('tf2_ros'))
-        self._makers |= {name: maker for name, maker in {RUST: self.rust, JAZZY: jazzy}.items()
-                         if maker is not None}
+        self.tf2_ros = self._try(TF2_ROS, lambda: _load('jazzy').Tf2RosBuffer)
+        here = {RUST: self.rust, TF2_ROS: self.tf2_ros,
+                JAZZY: self._try(JAZZY, lambda: _load('jazzy').JazzyBuffer)}
+        self._makers |= {name: maker for name, maker in here.items() if maker is not None}
 
-    def exercises(self, task: Task, names: Collection[str] = (OURS, CORE, DEBIAN, JAZZY, RUST)
-                  ) -> dict[str, Any]:
+    def exercises(
+            self, task: Task,
+            names: Collection[str] = (OURS, CORE, DEBIAN, TF2_ROS, JAZZY, RUST)) -> dict[str, Any]:
         """
         Return an exercise for each of these who is here, all giving the same answers.
 

@@ -1,13 +1,15 @@
-"""Jazzy's own tf2: the C++ buffer with the binding that tf2_ros_py calls."""
+"""Jazzy's own tf2: the C++ buffer with its binding, and the Python that calls that."""
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.time import Time
 import tf2_py
+import tf2_ros
 
 from .cpp import CppBuffer
 from .messages import transform_stamped
 from .. import motion
+from ..motion import Robot
 
 
 class JazzyBuffer(CppBuffer):
@@ -27,3 +29,13 @@ class JazzyBuffer(CppBuffer):
     def time(self, stamp: int) -> Time:
         """Return a time of rclpy."""
         return Time(nanoseconds=stamp)
+
+
+class Tf2RosBuffer(JazzyBuffer):
+    """``tf2_ros.Buffer``: what a node in Python calls, which asks ``can_transform`` as well."""
+
+    def reset(self, robot: Robot, history_s: float) -> None:
+        """Begin anew."""
+        super().reset(robot, history_s)
+        self.buffer = tf2_ros.Buffer(self.duration(history_s))
+        self.lookup = self.buffer.lookup_transform

@@ -13,6 +13,7 @@ PACKAGE = Path(tf_tree_py.__file__).parent
 
 # A layer may import those that it names, and itself.
 LAYERS = {
+    'interfaces': set(),
     'core': set(),
     'urdf': {'core'},
     'bag': {'core', 'urdf'},
@@ -34,6 +35,7 @@ def rooms(*lines):
 
 # Inside these layers a file imports only files above it; so rooms have an order too.
 ORDER = {
+    'interfaces': rooms(': hashes cmake_exports building __main__'),
     'core': rooms(
         ': calling stamp text suggest errors times',
         'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit blend',
@@ -100,6 +102,7 @@ ORDER = {
 
 # Layers that know no ROS, and what they may need beside Python itself.
 WITHOUT_ROS = {
+    'interfaces': {'numpy'},
     'core': {'numpy', 'scipy'},
     'fleet': {'numpy', 'tf_tree_py', 'zenoh'},
     'urdf': {'numpy', 'tf_tree_py', 'xacro'},

@@ -13,7 +13,8 @@ from pages import PAGES, REPOSITORY
 import pytest
 
 WORKSPACE = Path(os.environ.get('TF_TREE_PY_WORKSPACE', REPOSITORY / '.workspace'))
-PACKAGES = ['tf_tree_py', 'tf_tree_py.core', 'tf_tree_py.bag', 'tf_tree_py.urdf']
+PACKAGES = ['tf_tree_py', 'tf_tree_py.core', 'tf_tree_py.bag', 'tf_tree_py.urdf',
+            'tf_tree_py.fleet']
 
 # What a browser loads by itself, and does not only lead to.
 _LOADED = {('img', 'src'), ('link', 'href'), ('script', 'src'), ('source', 'src')}

@@ -1,27 +1,42 @@
 """The tf2_msgs in use is the official one, or as good on the wire."""
 
-import json
+import os
 from pathlib import Path
+import shutil
+import subprocess
+import sys
 
-from ament_index_python.packages import get_package_share_directory
+from ament_index_python.packages import get_package_prefix
 import pytest
+from tf_tree_py.interfaces.hashes import differing, installed_hash, TYPE_HASHES
 
-# What ROS 2 Jazzy's own tf2_msgs says of itself.
-TYPE_HASHES = {
-    'tf2_msgs/msg/TFMessage':
-        'RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087',
-    'tf2_msgs/msg/TF2Error':
-        'RIHS01_db2485e7d6a0ec75bf087e058ee45df682acc3a621ca7780503d10aac141809a',
-    'tf2_msgs/srv/FrameGraph':
-        'RIHS01_0d1fbc6222c018ba5f33822904a2fdd4063705289956d3fdde07cd8c50fe8067',
-    'tf2_msgs/action/LookupTransform':
-        'RIHS01_0b8adf6bc0b5958879e3265b41a457e03558fe523890a81252c70eba97a82c5d',
-}
+
+def interfaces(**variables):
+    """Run the command that builds tf2_msgs; return its status, and what it says."""
+    done = subprocess.run([sys.executable, '-m', 'tf_tree_py.interfaces'], capture_output=True,
+                          text=True, timeout=60, check=False, env={**os.environ, **variables})
+    return done.returncode, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize('type_name', TYPE_HASHES)
 def test_type_hash_is_that_of_jazzy(type_name):
-    package, kind, name = type_name.split('/')
-    description = Path(get_package_share_directory(package)) / kind / f'{name}.json'
-    hashes = json.loads(description.read_text())['type_hashes']
-    assert {h['type_name']: h['hash_string'] for h in hashes}[type_name] == TYPE_HASHES[type_name]
+    prefix = Path(get_package_prefix('tf2_msgs'))
+    assert installed_hash(prefix, type_name) == TYPE_HASHES[type_name]
+
+
+def test_tf2_msgs_that_is_there_is_only_checked():
+    prefix = get_package_prefix('tf2_msgs')
+    assert interfaces() == (
+        0, f'tf2_msgs: it is in {prefix}, and all its types are those of ROS 2 Jazzy\n')
+
+
+def test_other_tf2_msgs_is_told_of(tmp_path):
+    share = shutil.copytree(Path(get_package_prefix('tf2_msgs'), 'share/tf2_msgs'),
+                            tmp_path / 'share' / 'tf2_msgs')
+    error = share / 'msg' / 'TF2Error.json'
+    error.write_text(error.read_text().replace('RIHS01_db', 'RIHS01_bd'))
+    (share / 'srv' / 'FrameGraph.json').unlink()
+    assert differing(tmp_path) == ['tf2_msgs/msg/TF2Error', 'tf2_msgs/srv/FrameGraph']
+    status, said = interfaces(AMENT_PREFIX_PATH=str(tmp_path))
+    assert status == 1
+    assert 'has other types than Jazzy: tf2_msgs/msg/TF2Error, tf2_msgs/srv/FrameGraph' in said

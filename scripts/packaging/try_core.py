@@ -1,0 +1,25 @@
+"""What a stranger tries first, in a venv that has this package and what it says it needs."""
+
+import sys
+
+import tf_tree_py
+from tf_tree_py import BufferCore, Pose
+
+
+def main() -> None:
+    assert tf_tree_py.__version__ == sys.argv[1], tf_tree_py.__version__
+    buffer = BufferCore()
+    buffer.insert('map', 'base', 1, Pose(x=1.0))
+    buffer.insert('base', 'camera', 0, Pose(z=0.8), static=True)
+    assert buffer.lookup('map', 'camera', 1) == Pose(x=1.0, z=0.8)
+    for name, needed in (('Buffer', 'needs ROS 2'), ('nothing', 'has no attribute')):
+        try:
+            getattr(tf_tree_py, name)
+        except (ImportError, AttributeError) as error:
+            assert needed in str(error), error
+        else:
+            raise AssertionError(f'{name} is here')
+
+
+if __name__ == '__main__':
+    main()

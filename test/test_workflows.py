@@ -1,0 +1,30 @@
+"""What GitHub runs and asks: the files can be read, and what they name is there."""
+
+from pathlib import Path
+import re
+
+import pytest
+
+yaml = pytest.importorskip('yaml')
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+FILES = sorted([*REPOSITORY.glob('.github/*/*.yml'), REPOSITORY / 'CITATION.cff'])
+
+
+@pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
+def test_file_can_be_read_and_what_it_names_is_there(file):
+    text = file.read_text()
+    assert yaml.safe_load(text)
+    for script in re.findall(r'(?:\./)?((?:scripts|\.ci|\.github)/[\w./-]+)', text):
+        assert (REPOSITORY / script).is_file(), script
+
+
+def test_all_is_tested_before_a_release():
+    jobs = {file.stem: yaml.safe_load(file.read_text())['jobs']
+            for file in FILES if file.parent.name == 'workflows'}
+    for job in jobs['test'].values():
+        assert any('.ci/run' in step.get('run', '') for step in job['steps'])
+    assert jobs['release']['publish']['needs'] == 'build'
+    assert jobs['release']['build']['needs'] == 'test'
+    assert [name for name, job in jobs['release'].items()
+            if 'id-token' in job.get('permissions', ())] == ['publish']

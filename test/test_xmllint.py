@@ -1,0 +1,8 @@
+import pytest
+
+
+@pytest.mark.linter
+@pytest.mark.xmllint
+def test_xmllint():
+    ament_xmllint = pytest.importorskip('ament_xmllint.main')
+    assert ament_xmllint.main(argv=['.']) == 0, 'Found XML that does not follow its schema'

@@ -1,0 +1,46 @@
+"""The command line: ``python -m tf_tree_py.interfaces``."""
+
+import argparse
+from pathlib import Path
+import sys
+
+from .building import build, CannotBuild, demand_what_it_takes, find
+from .hashes import differing
+
+
+def main() -> int:
+    """Build tf2_msgs if there is none, and hold what there is against Jazzy's type hashes."""
+    argparse.ArgumentParser(
+        prog='python -m tf_tree_py.interfaces',
+        description='Build tf2_msgs into the environment that runs this, beside the wheels of '
+                    "ROS 2 Jazzy, which lack it (pip install 'tf_tree_py[jazzy]'; and a C++ "
+                    'compiler). Where there is one, only check that its types are those of '
+                    'Jazzy.').parse_args()
+    try:
+        _build_or_check()
+    except CannotBuild as error:
+        _say(str(error))
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def _build_or_check() -> None:
+    prefix = find()
+    if prefix is None:
+        prefix = Path(sys.prefix)
+        demand_what_it_takes(prefix)
+        _say(f'building it into {prefix}, some twenty seconds')
+        build(prefix)
+    if wrong := differing(prefix):
+        raise CannotBuild(f'that of {prefix} has other types than Jazzy: {", ".join(wrong)}')
+    _say(f'it is in {prefix}, and all its types are those of ROS 2 Jazzy')
+
+
+def _say(text: str) -> None:
+    print(f'tf2_msgs: {text}', file=sys.stderr, flush=True)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
