@@ -92,15 +92,25 @@ def test_late_sample_of_an_earlier_blend_is_moved_by_that_one():
     assert buffer.lookup_at('odom', 'base', late) == answered
 
 
-def test_correction_waits_for_who_is_inside_the_buffer():
+@for_each(act=[
+    lambda buffer: buffer.correct('base', SHIFT),
+    lambda buffer: buffer.lookup('map', 'camera'),
+    lambda buffer: buffer.lookup_at('map', 'camera', SECOND // 2),
+    lambda buffer: buffer.lookup_many('map', 'camera', [SECOND // 2]),
+    lambda buffer: buffer.lookup_tree('map'),
+    lambda buffer: buffer.lookup_uncertain('map', 'camera'),
+    lambda buffer: buffer.snapshot(),
+    lambda buffer: buffer.smoothed()])
+def test_corrections_and_lookups_wait_for_who_is_inside_the_buffer(act):
+    """So that none sees half of what another does."""
     buffer = fed(SECOND)
-    corrector = threading.Thread(target=buffer.correct, args=('base', SHIFT))
+    buffer.correct('base', SHIFT)
+    visitor = threading.Thread(target=act, args=(buffer,))
     with buffer._lock:
-        corrector.start()
-        corrector.join(0.1)  # without the lock a millisecond is plenty
-        assert buffer.corrections_version == 0 and corrector.is_alive()
-    corrector.join()
-    assert buffer.corrections_version == 1
+        visitor.start()
+        visitor.join(0.05)  # without the lock a millisecond is plenty
+        assert visitor.is_alive()
+    visitor.join()
 
 
 def test_from_its_end_on_the_correction_holds_wholly():
