@@ -58,6 +58,10 @@ def fed(until, *names):
     return buffer
 
 
+def answers(buffer, stamps):
+    return [buffer.lookup_at('odom', 'base', stamp) for stamp in stamps]
+
+
 def active(buffer):
     return [source.name for source in buffer.sources_of('base') if source.is_active]
 
@@ -81,12 +85,12 @@ def test_the_first_that_is_heard_answers_and_all_are_kept():
 
 def test_switch_begins_where_the_edge_is_and_ends_with_the_other_source():
     buffer = fed(SECOND, 'wheels', 'visual')
-    stamps = np.arange(0, SECOND + 1, 3 * MS)
-    before = buffer.lookup_many('odom', 'base', stamps)
+    stamps = range(0, SECOND + 1, 3 * MS)
+    before = answers(buffer, stamps)
     change = buffer.switch('base', to='visual', **LIMITS)
     assert change.begin == SECOND < change.end < 7 * SECOND and active(buffer) == ['visual']
     feed(buffer, SECOND, 7 * SECOND, 'wheels', 'visual')
-    np.testing.assert_array_equal(buffer.lookup_many('odom', 'base', stamps), before)
+    assert answers(buffer, stamps) == before
     assert_never_jumps(buffer, 7 * SECOND)
     assert_same_pose(buffer.lookup('odom', 'base', 7 * SECOND), visual(7 * SECOND))
     assert buffer.edges()[0].authority == 'visual'
@@ -238,12 +242,12 @@ def test_saved_and_frozen_switch_is_answered_as_it_was(tmp_path):
     buffer.switch('base', to='visual', over=3 * SECOND)
     feed(buffer, SECOND, 2 * SECOND, 'wheels', 'visual')
     buffer.save(tmp_path / 'tree')
-    frozen, stamps = buffer.snapshot(), np.arange(0, 2 * SECOND, 3 * MS)
-    before = buffer.lookup_many('odom', 'base', stamps)
+    frozen, stamps = buffer.snapshot(), range(0, 2 * SECOND, 3 * MS)
+    before = answers(buffer, stamps)
     buffer.switch('base', to='wheels', over=SECOND)
     feed(buffer, 2 * SECOND, 3 * SECOND, 'wheels', 'visual')
     for tree in (buffer, frozen, load(tmp_path / 'tree')):
-        np.testing.assert_array_equal(tree.lookup_many('odom', 'base', stamps), before)
+        assert answers(tree, stamps) == before
 
 
 def test_storm_of_sources_switches_and_readers():

@@ -125,6 +125,7 @@ def switching(context, robot, **parameters):
 
 def test_edge_is_the_preferred_source_and_goes_over_when_it_is_asked_to(context, robot):
     with switching(context, robot):
+        too_early = robot.ask('vo')
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
         answer = robot.ask('vo')
@@ -132,6 +133,7 @@ def test_edge_is_the_preferred_source_and_goes_over_when_it_is_asked_to(context,
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('vo'))
         again = robot.ask('vo')
     assert not again.success and 'already' in again.message
+    assert not too_early.success and too_early.message == 'nothing was heard yet'
     robot.assert_no_faster_than_stated()
 
 

@@ -165,6 +165,7 @@ def _alternating(t):
 
 IRREGULAR = np.cumsum(np.resize([0.005, 0.09, 0.01, 0.005, 0.06], 200))
 
+
 def _diagnosed(buffer):
     """Return what a node that holds a buffer says of its sources on /diagnostics, twice."""
     array, status, header, time, pair = (JAZZY.types[name] for name in (

@@ -147,7 +147,7 @@ class EdgeSwitch(Node):
         try:
             change = self._buffer.switch(self._child, to=source, **self._limits)
         except TransformException as error:
-            response.message = str(error)
+            response.message = str(error) if self._has_rule else 'nothing was heard yet'
             return response
         self._awaits_preferred = False
         response.success = True
