@@ -61,7 +61,8 @@ ORDER = {
         ': joints opening stamps recorder',
     ),
     'fleet': rooms(
-        ': errors keys session publishing trust roster presence feed hearing link listener',
+        ': errors keys attachment session publishing trust roster presence feed hearing link '
+        'listener',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '

@@ -12,6 +12,7 @@ from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import BufferCore
 
+from .attachment import read_attachment
 from .keys import Topic
 from .roster import Roster, Source
 from .trust import without_others
@@ -73,7 +74,7 @@ class Feed:
         sender = self._senders[key] if key in self._senders else self._begin(key)
         if sender is None:
             return
-        sent = _sent(sample)
+        sent, source, number = _sending(sample)
         late = sent is not None and self._roster.is_late(sender.robot, sent)
         batch = sender.reader.read_or_refuse(sample.payload.to_bytes(), sender.robot)
         if isinstance(batch, Incident):
@@ -86,7 +87,7 @@ class Feed:
         refused, stamps = sum(incident.refused for incident in incidents), batch.stamps
         self._roster.take(
             sender.robot, max(0, len(stamps) - refused), refused,
-            None if sender.static else max(stamps, default=None), late, _source_of(sample))
+            None if sender.static else max(stamps, default=None), late, source, number)
 
     def _begin(self, key: str) -> _Sender | None:
         if len(self._senders) >= _MAX_KEYS:
@@ -115,16 +116,20 @@ class Feed:
         return incidents + (buffer.insert_batch(own, robot, static) if own.edges else [])
 
 
-def _sent(sample: 'zenoh.Sample') -> int | None:
-    """Return when a sample was sent, nanoseconds since 1970 by its sender's clock."""
-    stamp = sample.timestamp
-    return None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
+def _sending(sample: 'zenoh.Sample') -> tuple[int | None, Source | None, int | None]:
+    """
+    Return when a sample was sent, by whom, and as which of its messages; None: nobody tells.
 
-
-def _source_of(sample: 'zenoh.Sample') -> Source | None:
-    """Return who has sent a sample, where that is told."""
-    info = sample.source_info
-    return None if info is None else source_of(info.source_id)
+    Where Zenoh numbers messages, the number is None, for it tells by itself which are missed.
+    """
+    stamp, info, attached = sample.timestamp, sample.source_info, sample.attachment
+    sent = None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
+    if info is not None:
+        return sent, source_of(info.source_id), None
+    attachment = None if attached is None else read_attachment(attached.to_bytes())
+    if attachment is None:
+        return sent, None, None
+    return sent or attachment.sent, (attachment.gid, 0), attachment.number
 
 
 def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TYPE_CHECKING
 
 from .feed import Feed, source_of
-from .keys import patterns, token_patterns
+from .keys import old_cache_of, patterns, token_patterns
 from .roster import Source
 from .session import needs_zenoh
 
@@ -64,6 +64,17 @@ class Hearing:
                 lambda sample, take=take: None if sample.kind == delete else take(sample),
                 history=history, recovery=recovery)
             self._declared += [subscriber.sample_miss_listener(missed), subscriber]
+
+    def ask_old_cache(self, token: str, feed: Feed) -> None:
+        """Ask a publisher of an older rmw_zenoh for what it has kept; others do not answer."""
+        key = old_cache_of(token)
+        if key is not None:
+            def hear(reply: 'zenoh.Reply') -> None:
+                if reply.ok is not None:
+                    feed.take(reply.ok)
+
+            # What is answered has the key that it was published under.
+            self._session.get(key, hear, accept_replies=needs_zenoh().ReplyKeyExpr.ANY)
 
     def close(self) -> None:
         """Undeclare all."""

@@ -167,7 +167,12 @@ class FleetListener:
 
         max_age_s = (None if self._cache_time >= UNLIMITED
                      else self._cache_time / NANOSECONDS_PER_SECOND)
-        hearing.hear_tokens(self._token)
+        def hear_token(key: str, here: bool) -> None:
+            topic = self._note_token(key, here)
+            if topic is not None and topic.static and here:
+                hearing.ask_old_cache(key, new_feed())
+
+        hearing.hear_tokens(hear_token)
         hearing.hear_transforms(True, None, new_feed, self._roster.miss)
         hearing.hear_transforms(False, max_age_s, new_feed, self._roster.miss)
 
@@ -182,15 +187,17 @@ class FleetListener:
 
     # --- in threads of Zenoh's
 
-    def _token(self, key: str, here: bool) -> None:
+    def _note_token(self, key: str, here: bool) -> Topic | None:
+        """Note that a token is there or has gone; return whose it is, if it is wanted."""
         topic = topic_of_token(key, self._key_prefix)
         if topic is None or not self._admit(topic.robot):
-            return
+            return None
         if here:
             self._roster.reconnect(topic.robot)
             self._presence.see(topic.robot, key)
         else:
             self._presence.miss(topic.robot, key)
+        return topic
 
     def _welcome(self, key: str) -> tuple[Topic, Place] | None:
         """Return whose a key is, and where what comes under it goes."""
