@@ -61,8 +61,8 @@ ORDER = {
         ': joints opening stamps recorder',
     ),
     'fleet': rooms(
-        ': errors keys attachment session publishing trust roster presence feed hearing link '
-        'listener',
+        ': errors keys attachment session publishing trust roster presence feed listening '
+        'hearing link listener',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '

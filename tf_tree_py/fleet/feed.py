@@ -15,6 +15,7 @@ from tf_tree_py.core.buffer.buffer_core import BufferCore
 from .attachment import read_attachment
 from .keys import Topic
 from .roster import Roster, Source
+from .session import needs_zenoh
 from .trust import without_others
 
 if TYPE_CHECKING:
@@ -49,11 +50,7 @@ class _Sender(NamedTuple):
 
 
 class Feed:
-    """
-    Takes samples of Zenoh, in the one thread that delivers them.
-
-    Nothing that arrives raises.
-    """
+    """Takes samples of Zenoh, in one thread."""
 
     def __init__(self, welcome: Callable[[str], tuple[Topic, Place] | None], roster: Roster,
                  log: IncidentLog) -> None:
@@ -65,14 +62,15 @@ class Feed:
         self._welcome = welcome
         self._roster = roster
         self._log = log
+        self._put = needs_zenoh().SampleKind.PUT
         # None: nobody's.
         self._senders: dict[str, _Sender | None] = {}
 
     def take(self, sample: 'zenoh.Sample') -> None:
-        """Take a message."""
+        """Take a message; that a key was deleted says nothing of a transform."""
         key = str(sample.key_expr)
         sender = self._senders[key] if key in self._senders else self._begin(key)
-        if sender is None:
+        if sender is None or sample.kind != self._put:
             return
         sent, source, number = _sending(sample)
         late = sent is not None and self._roster.is_late(sender.robot, sent)

@@ -169,15 +169,16 @@ def _topic(parts: list[str], key_prefix: str, domain: str = '') -> Topic | None:
 
 def patterns(robots: str, static: bool, key_prefix: str = '') -> Iterator[str]:
     """
-    Yield the key expressions under which transforms of some robots are.
+    Yield the key expressions under which transforms of some robots are, and some of others.
 
     :param robots: as ``check_robots`` returns it.
     """
     topic = Topic(robots, static)
     yield key_of(topic, key_prefix)
+    if robots == '*' and not key_prefix:
+        topic = Topic('**', static)  # which is no namespace, too
     yield rmw_key_of(topic, '*', '*', key_prefix)
-    # ** is no namespace, too.
-    if robots != '**' and not key_prefix and (robots == '*' or robots.startswith(_DOMAIN)):
+    if robots.startswith(_DOMAIN) and not key_prefix:
         yield rmw_key_of(Topic('', static), '*', '*')
 
 

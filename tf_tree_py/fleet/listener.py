@@ -17,7 +17,8 @@ from .errors import FleetError
 from .feed import Feed, Place
 from .hearing import Hearing
 from .keys import check_prefix, check_robot, check_robots, Topic, topic_of, topic_of_token
-from .link import Link, log
+from .link import Link
+from .listening import log, Threads
 from .presence import Presence
 from .roster import Robot, Roster
 from .session import configuration, Connect, endpoints_of, needs_zenoh, PathLike
@@ -88,7 +89,8 @@ class FleetListener:
         self._presence = Presence(time.monotonic)
         self._incidents = IncidentLog(log.getChild('incidents'))
         self._closed = threading.Event()
-        self._link = Link(made, self.name, self._presence.connect)
+        self._threads = Threads(needs_zenoh().handlers.FifoChannel)
+        self._link = Link(made, self.name, self._threads, self._presence.connect)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
         # Zenoh aborts the process where the interpreter ends under one of its calls.
         atexit.register(self.close)
@@ -148,7 +150,7 @@ class FleetListener:
     def _run(self) -> None:
         session = self._link.await_session(self._closed)
         if session is not None:
-            hearing = Hearing(session, self._robots, self._key_prefix)
+            hearing = Hearing(session, self._threads, self._robots, self._key_prefix)
             try:
                 self._declare(hearing)
             except RuntimeError as error:  # no thread can be started: the program ends, say
@@ -159,6 +161,7 @@ class FleetListener:
                     self._tell(robot, here)
             hearing.close()
             self._link.close()
+            self._threads.join()
         atexit.unregister(self.close)
 
     def _declare(self, hearing: Hearing) -> None:
@@ -185,7 +188,7 @@ class FleetListener:
             except Exception:  # noqa: B902 - it is a stranger's
                 log.exception('on_robot(%r, %r) has raised', robot, here)
 
-    # --- in threads of Zenoh's
+    # --- in threads that take what Zenoh delivers
 
     def _note_token(self, key: str, here: bool) -> Topic | None:
         """Note that a token is there or has gone; return whose it is, if it is wanted."""

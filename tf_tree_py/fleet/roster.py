@@ -75,9 +75,9 @@ class Account:
     def told(self, name: str, lost: int) -> Robot:
         """Return what is known now."""
         now, arrivals = time.monotonic(), self._arrivals
+        span_s = now - arrivals[0] if arrivals else 0.0
         return Robot(
-            name, self.since, self.here,
-            (len(arrivals) - 1) / (now - arrivals[0]) if len(arrivals) > 1 and now > arrivals[0] else 0.0,
+            name, self.since, self.here, (len(arrivals) - 1) / span_s if span_s else 0.0,
             int(statistics.median(self._lags)) if self._lags else None,
             round(1e9 * (now - arrivals[-1])) if arrivals else None,
             self.transforms, lost, self.recovered, self.refused)
