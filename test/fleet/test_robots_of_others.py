@@ -2,7 +2,7 @@
 
 import time
 
-from fleet_helpers import message, until, Visits, x_of
+from fleet_helpers import kept, message, until, Visits, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.fleet import FleetListener
@@ -58,15 +58,6 @@ def test_robots_without_a_namespace_are_called_by_their_domain(router, session):
         key = rmw_key_of(Topic('', False), 73)
         until(lambda: session.put(key, message(('map', 'base', 5))) or listener.buffer.frames())
         assert x_of(listener.buffer, 'map', 'domain73/base') == 5.0
-
-
-def kept(session, key, data):
-    """Send as both send what is transient local: kept by an advanced publisher."""
-    publisher = ext.declare_advanced_publisher(
-        session, key, cache=ext.CacheConfig(max_samples=1), publisher_detection=True,
-        sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None))
-    publisher.put(data)
-    return publisher
 
 
 @pytest.mark.parametrize('form', [key_of, rmw_key_of])

@@ -31,6 +31,7 @@ def test_frames_that_are_below_their_robot_already_stay(listen, robot):
     listener = listen()
     robot('robot7').send(message(('map', 'robot7/base', 7), ('robot7/base', 'fork', 1)))
     assert x_of(listener.buffer, 'map', 'robot7/fork') == 8.0
+    assert listener.buffer.lookup('map', 'robot7/base').x == 7.0
 
 
 def test_a_robot_among_whose_frames_another_would_get_is_not_heard(listen, robot, caplog):
