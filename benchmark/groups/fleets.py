@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import closing, ExitStack
+from functools import partial
 import math
 import statistics
 import time
@@ -13,10 +14,12 @@ from tf_tree_py.core.arrivals.wire import write
 from tf_tree_py.core.departures.thinning import Thinning
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.fleet import configuration, open_session, RobotPublisher
+import zenoh
 
 from .listening import start
 from ..counting_link import CountingLink, free_port
 from ..effort import Effort
+from ..motion import START
 from ..peers.finding import Contestants
 from ..processes.fleet_robots import MOVING, robot, STATIC
 from ..rows import BY_HAND, OURS, PLAIN_ZENOH, Row
@@ -127,7 +130,7 @@ def _traffic() -> Iterator[Row]:
 
 def _stop_and_go(tick: int) -> list[Sample]:
     """Return what a robot says: it goes and comes back for a second, and rests for one."""
-    stamp = tick * 1_000_000_000 // _SOURCE_HZ
+    stamp = START + tick * 1_000_000_000 // _SOURCE_HZ
     moves = max(0.0, math.sin(math.pi * stamp * 1e-9)) ** 2
     noise = np.random.default_rng(tick).normal(scale=1e-4, size=(MOVING, 6)).tolist()
     edges = [(sample.parent, sample.child) for sample in robot(0).moving(0)]
@@ -153,7 +156,7 @@ def _bytes_over_zenoh(messages: list[list[Sample]]) -> int:
     with start('fleet_router', f'tcp/127.0.0.1:{port}') as router:
         router.call('is_up')
         with closing(CountingLink(port)) as link, \
-                open_session(configuration(f'tcp/127.0.0.1:{link.port}'), 10.0) as session, \
+                open_session(_over_the_link(link), 10.0) as session, \
                 RobotPublisher(session, 'robot0') as publisher, \
                 start('fleet_ear', PLAIN_ZENOH, f'tcp/127.0.0.1:{port}') as ear:
             while not ear.call('taken'):
@@ -163,9 +166,16 @@ def _bytes_over_zenoh(messages: list[list[Sample]]) -> int:
                 data = write(samples)
                 # One after the other, as a robot sends: else they would share a frame. What
                 # Zenoh drops, on a machine that is busy, goes once more.
-                while not link.await_bytes(len(data), lambda data=data: publisher.send(data)):
+                while not link.await_bytes(len(data), partial(publisher.send, data)):
                     pass
             return link.sent - before
+
+
+def _over_the_link(link: CountingLink) -> zenoh.Config:
+    config = configuration(f'tcp/127.0.0.1:{link.port}')
+    # On one machine Zenoh sends what is large through shared memory.
+    config.insert_json5('transport/shared_memory/enabled', 'false')
+    return config
 
 
 def _worst_mm(came: list[list[Sample]], went: list[list[Sample]]) -> float:

@@ -64,8 +64,8 @@ ORDER = {
         ': joints opening stamps recorder',
     ),
     'fleet': rooms(
-        ': errors keys session publishing trust roster presence feed hearing link listener uplink '
-        'simulated',
+        ': errors keys attachment session publishing trust roster presence feed listening '
+        'hearing link listener uplink simulated',
     ),
     'ros': rooms(
         'messages: fast_messages convert times covariance geometry uncertain point_cloud '

@@ -12,6 +12,7 @@ from tf_tree_py.core import Sample
 from tf_tree_py.core.arrivals.wire import write
 from tf_tree_py.fleet import configuration, open_session
 import zenoh
+from zenoh import ext
 
 PATIENCE_S = 30.0
 SECOND = 1_000_000_000
@@ -75,6 +76,15 @@ def session_at(endpoint, config=None):
         yield session
     finally:
         session.close()
+
+
+def kept(session, key, data):
+    """Send as bridges and rmw_zenoh do what is transient local; return what keeps it."""
+    publisher = ext.declare_advanced_publisher(
+        session, key, cache=ext.CacheConfig(max_samples=1), publisher_detection=True,
+        sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None))
+    publisher.put(data)
+    return publisher
 
 
 class Visits:

@@ -62,6 +62,16 @@ def test_doctor_and_frames_tell_of_the_robots_that_are_meant(hall, tmp_path):
         'robot8/base', 'robot8/fork'}
 
 
+def test_doctor_tells_of_a_robot_that_says_where_the_shared_frame_is(hall, session):
+    with RobotPublisher(session, 'robot9') as robot:
+        robot.send_static(message(('earth', 'map', 1), ('map', 'base', 2)))
+        done = tool('tf_doctor', '--fleet', hall, '--robots', 'robot9', '--seconds', 1, '--json')
+    (finding,) = [one for one in json.loads(done.stdout)['findings']
+                  if one['code'] == 'two_parents']
+    assert (finding['severity'], finding['frames'], finding['publishers']) == (
+        'warning', ['robot9/earth', 'map'], ['robot9'])
+
+
 def test_monitor_tells_of_every_edge(hall):
     done = tool('tf_monitor', '--fleet', hall, '--seconds', 1, '--period', 0.5, '--json')
     assert done.returncode == 0, done.stderr

@@ -92,13 +92,19 @@ def test_robots_are_told_with_their_rate_lag_and_counts(listen, robot):
 
 
 def test_only_robots_that_are_meant_are_heard(listen, robot, session, hall):
-    listener = listen(['forklift*', 'robot7'])
+    visits = Visits()
+    listener = listen(['forklift*', 'robot7'], on_robot=visits)
+    token = session.liveliness().declare_token(
+        f'@/{session.zid()}/@ros2_lv/MP/{hall}§robot6§tf/tf2_msgs§msg§TFMessage/:::')
     for name in ('robot7', 'robot8', 'forklift1'):
         robot(name).send(message(('map', 'base', 1)))
     session.put(f'{hall}/robot9/tf', message(('map', 'base', 1)))
     for name in ('robot7', 'forklift1'):
         x_of(listener.buffer, 'map', f'{name}/base')
     assert [one.name for one in listener.robots()] == ['forklift1', 'robot7']
+    assert {visits.wait(), visits.wait()} == {('robot7', True), ('forklift1', True)}
+    assert not visits.so_far()
+    token.undeclare()
 
 
 # --- watching, and ending

@@ -1,8 +1,20 @@
 """Robots that run a bridge or rmw_zenoh are understood, as their documents say what they send."""
 
-from fleet_helpers import message, until, Visits, x_of
+import time
+
+from fleet_helpers import kept, message, until, Visits, x_of
+from hypothesis import given, strategies as st
+import pytest
 from tf_tree_py.fleet import FleetListener
-from tf_tree_py.fleet.keys import key_of, rmw_key_of, Topic
+from tf_tree_py.fleet.attachment import Attachment, read_attachment, write_attachment
+from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
+from zenoh import ext
+
+
+def rmw_token(session, hall, topic):
+    """Return the token of a publisher, as rmw_zenoh declares it."""
+    return (f'@ros2_lv/0/{session.zid()}/0/10/MP/%/%{hall}%robot7/driver/%{hall}%robot7%{topic}/'
+            f'{RMW_TYPE}/{TYPE_HASH}/::,100:,:,:,,')
 
 
 def test_a_bridge_is_understood_and_its_robot_appears_with_its_data(listen, session, hall):
@@ -32,10 +44,7 @@ def test_a_bridges_robot_goes_with_its_tokens(listen, session, hall):
 def test_rmw_zenoh_is_understood(listen, session, hall):
     visits = Visits()
     listener = listen(on_robot=visits)
-    topic = f'%{hall}%robot7%tf_static'
-    token = session.liveliness().declare_token(
-        f'@ros2_lv/0/{session.zid()}/0/10/MP/%/%{hall}%robot7/driver/{topic}/'
-        'tf2_msgs::msg::dds_::TFMessage_/RIHS01_e369d0f05a23ae/::,100:,:,:,,')
+    token = session.liveliness().declare_token(rmw_token(session, hall, 'tf'))
     assert visits.wait() == ('robot7', True)
     moving = rmw_key_of(Topic('robot7', False), 0, key_prefix=hall)
     until(lambda: session.put(moving, message(('map', 'base', 5))) or listener.buffer.frames())
@@ -49,3 +58,49 @@ def test_robots_without_a_namespace_are_called_by_their_domain(router, session):
         key = rmw_key_of(Topic('', False), 73)
         until(lambda: session.put(key, message(('map', 'base', 5))) or listener.buffer.frames())
         assert x_of(listener.buffer, 'map', 'domain73/base') == 5.0
+
+
+@pytest.mark.parametrize('form', [key_of, rmw_key_of])
+def test_what_is_static_is_there_for_whoever_comes_late(listen, session, hall, form):
+    key = form(Topic('robot7', True), key_prefix=hall)
+    publisher = kept(session, key, message(('base', 'fork', 2)))
+    assert x_of(listen().buffer, 'robot7/base', 'robot7/fork') == 2.0
+    publisher.undeclare()
+
+
+def test_what_an_older_rmw_zenoh_has_kept_is_asked_for(listen, session, hall):
+    key = rmw_key_of(Topic('robot7', True), key_prefix=hall)
+
+    def answer(query):
+        query.reply(key, message(('base', 'fork', 2)))
+
+    cache = session.declare_queryable(f'{session.zid()}/{key}', answer, complete=True)
+    token = session.liveliness().declare_token(rmw_token(session, hall, 'tf_static'))
+    assert x_of(listen().buffer, 'robot7/base', 'robot7/fork') == 2.0
+    token.undeclare()
+    cache.undeclare()
+
+
+def test_losses_show_in_the_numbers_that_rmw_zenoh_attaches(listen, session, hall):
+    listener = listen()
+    key = rmw_key_of(Topic('robot7', False), key_prefix=hall)
+    until(lambda: session.put(key, message(('map', 'base', 0))) or listener.robots())
+    for gid in ('07' * 16, '08' * 16):
+        for number in (5, 6, 9, 10, 20):
+            session.put(key, message(('map', 'base', number)), attachment=write_attachment(
+                Attachment(number, time.time_ns(), gid)))
+    until(lambda: listener.robots()[0].lost == 2 * (2 + 9))
+
+
+@given(st.binary(max_size=100) | st.binary(min_size=77, max_size=77))
+def test_another_attachment_is_none(data):
+    assert read_attachment(data) is None
+
+
+def test_an_attachment_is_read_as_zenoh_serializes_it():
+    attachment = Attachment(5, 1_700_000_000_000_000_000, bytes(range(16)).hex())
+    fields = (('sequence_number', ext.Int64(attachment.number)),
+              ('source_timestamp', ext.Int64(attachment.sent)),
+              ('source_gid', bytes.fromhex(attachment.gid)))
+    data = b''.join(ext.z_serialize(part).to_bytes() for field in fields for part in field)
+    assert read_attachment(data) == attachment and write_attachment(attachment) == data

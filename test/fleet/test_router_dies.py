@@ -1,6 +1,6 @@
 """A router that dies costs what was sent meanwhile and nothing else, with one line each way."""
 
-from fleet_helpers import message, Router, SECOND, session_at, until, Visits, x_of
+from fleet_helpers import kept, message, Router, SECOND, session_at, until, Visits, x_of
 import pytest
 from tf_tree_py.fleet import FleetListener, RobotPublisher
 
@@ -59,6 +59,17 @@ def test_a_listener_that_was_there_before_its_router_hears_all(router, caplog):
             robot.send_static(message(('base', 'fork', 100)))
             assert x_of(listener.buffer, 'robot7/base', 'robot7/fork') == 100.0
     assert messages(caplog) == ['no connection', 'connected']
+
+
+def test_what_a_bridge_keeps_comes_when_the_router_is_back(router):
+    with session_at(router.endpoint) as session, FleetListener(router.endpoint) as listener:
+        until(lambda: listener.connected)
+        router.kill()
+        publisher = kept(session, 'robot7/tf_static', message(('base', 'fork', 2)))
+        until(lambda: not listener.connected)
+        router.start()
+        assert x_of(listener.buffer, 'robot7/base', 'robot7/fork') == 2.0
+        publisher.undeclare()
 
 
 def test_a_robot_that_comes_back_sends_its_statics_anew(router):

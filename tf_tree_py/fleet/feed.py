@@ -12,8 +12,10 @@ from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import BufferCore
 
+from .attachment import read_attachment
 from .keys import Topic
 from .roster import Roster, Source
+from .session import needs_zenoh
 from .trust import without_others
 
 if TYPE_CHECKING:
@@ -48,11 +50,7 @@ class _Sender(NamedTuple):
 
 
 class Feed:
-    """
-    Takes samples of Zenoh, in the one thread that delivers them.
-
-    Nothing that arrives raises.
-    """
+    """Takes samples of Zenoh, in one thread."""
 
     def __init__(self, welcome: Callable[[str], tuple[Topic, Place] | None], roster: Roster,
                  log: IncidentLog) -> None:
@@ -64,16 +62,17 @@ class Feed:
         self._welcome = welcome
         self._roster = roster
         self._log = log
+        self._put = needs_zenoh().SampleKind.PUT
         # None: nobody's.
         self._senders: dict[str, _Sender | None] = {}
 
     def take(self, sample: 'zenoh.Sample') -> None:
-        """Take a message."""
+        """Take a message; that a key was deleted says nothing of a transform."""
         key = str(sample.key_expr)
         sender = self._senders[key] if key in self._senders else self._begin(key)
-        if sender is None:
+        if sender is None or sample.kind != self._put:
             return
-        sent = _sent(sample)
+        sent, source, number = _sending(sample)
         late = sent is not None and self._roster.is_late(sender.robot, sent)
         batch = sender.reader.read_or_refuse(sample.payload.to_bytes(), sender.robot)
         if isinstance(batch, Incident):
@@ -86,7 +85,7 @@ class Feed:
         refused, stamps = sum(incident.refused for incident in incidents), batch.stamps
         self._roster.take(
             sender.robot, max(0, len(stamps) - refused), refused,
-            None if sender.static else max(stamps, default=None), late, _source_of(sample))
+            None if sender.static else max(stamps, default=None), late, source, number)
 
     def _begin(self, key: str) -> _Sender | None:
         if len(self._senders) >= _MAX_KEYS:
@@ -115,16 +114,20 @@ class Feed:
         return incidents + (buffer.insert_batch(own, robot, static) if own.edges else [])
 
 
-def _sent(sample: 'zenoh.Sample') -> int | None:
-    """Return when a sample was sent, nanoseconds since 1970 by its sender's clock."""
-    stamp = sample.timestamp
-    return None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
+def _sending(sample: 'zenoh.Sample') -> tuple[int | None, Source | None, int | None]:
+    """
+    Return when a sample was sent, by whom, and as which of its messages; None: nobody tells.
 
-
-def _source_of(sample: 'zenoh.Sample') -> Source | None:
-    """Return who has sent a sample, where that is told."""
-    info = sample.source_info
-    return None if info is None else source_of(info.source_id)
+    Where Zenoh numbers messages, the number is None, for it tells by itself which are missed.
+    """
+    stamp, info, attached = sample.timestamp, sample.source_info, sample.attachment
+    sent = None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
+    if info is not None:
+        return sent, source_of(info.source_id), None
+    attachment = None if attached is None else read_attachment(attached.to_bytes())
+    if attachment is None:
+        return sent, None, None
+    return sent or attachment.sent, (attachment.gid, 0), attachment.number
 
 
 def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:

@@ -47,8 +47,8 @@ _DOMAIN = 'domain'
 _RMW_SPACE, _BRIDGE_SPACE = '@ros2_lv', '@'
 _RMW_SLASH, _BRIDGE_SLASH = '%', '§'
 _BRIDGE_TYPE = 'tf2_msgs§msg§TFMessage'
-# Where in a token of rmw_zenoh its domain and its topic stand; of a bridge the topic.
-_RMW_TOKEN_DOMAIN, _RMW_TOKEN_TOPIC, _BRIDGE_TOKEN_TOPIC = 1, 9, 4
+# Where in a token of rmw_zenoh its domain, session and topic stand; of a bridge the topic.
+_RMW_TOKEN_DOMAIN, _RMW_TOKEN_ZID, _RMW_TOKEN_TOPIC, _BRIDGE_TOKEN_TOPIC = 1, 2, 9, 4
 # What Zenoh forbids in a part of a key, or gives a meaning.
 _FORBIDDEN = frozenset('*$?#\0')
 
@@ -140,6 +140,20 @@ def topic_of_token(key: str, key_prefix: str = '') -> Topic | None:
     return _topic([*parts[:-1], TF], key_prefix) if parts[-1] == TOKEN else None
 
 
+def old_cache_of(token: str) -> str | None:
+    """
+    Return where older releases of rmw_zenoh answer with what a publisher has kept.
+
+    :param token: of a publisher of theirs; newer ones answer elsewhere, as Zenoh itself does.
+    """
+    parts = token.split('/')
+    if parts[0] != _RMW_SPACE or len(parts) <= _RMW_TOKEN_TOPIC + 2:
+        return None
+    topic, type_name, type_hash = parts[_RMW_TOKEN_TOPIC:_RMW_TOKEN_TOPIC + 3]
+    return _joined(parts[_RMW_TOKEN_ZID], parts[_RMW_TOKEN_DOMAIN],
+                   topic.strip(_RMW_SLASH).replace(_RMW_SLASH, '/'), type_name, type_hash)
+
+
 def _topic(parts: list[str], key_prefix: str, domain: str = '') -> Topic | None:
     """Return the topic whose name has these parts, of a key that may tell a domain too."""
     before = key_prefix.split('/') if key_prefix else []
@@ -155,15 +169,16 @@ def _topic(parts: list[str], key_prefix: str, domain: str = '') -> Topic | None:
 
 def patterns(robots: str, static: bool, key_prefix: str = '') -> Iterator[str]:
     """
-    Yield the key expressions under which transforms of some robots are.
+    Yield the key expressions under which transforms of some robots are, and some of others.
 
     :param robots: as ``check_robots`` returns it.
     """
     topic = Topic(robots, static)
     yield key_of(topic, key_prefix)
+    if robots == '*' and not key_prefix:
+        topic = Topic('**', static)  # which is no namespace, too
     yield rmw_key_of(topic, '*', '*', key_prefix)
-    # ** is no namespace, too.
-    if robots != '**' and not key_prefix and (robots == '*' or robots.startswith(_DOMAIN)):
+    if robots.startswith(_DOMAIN) and not key_prefix:
         yield rmw_key_of(Topic('', static), '*', '*')
 
 

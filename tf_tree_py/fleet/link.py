@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-import logging
 import threading
 import time
 from typing import Any, TYPE_CHECKING
 
 from .errors import FleetError
+from .listening import log, Threads
 from .session import needs_zenoh, open_session
 
 if TYPE_CHECKING:
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 _ATTEMPT_S = 2.0
 _PAUSE_S = 0.5
 
-log = logging.getLogger('tf_tree_py.fleet')
-
 
 class Link:
     """
@@ -28,18 +26,18 @@ class Link:
     Each loss and each return is one line in the log ``tf_tree_py.fleet``.
     """
 
-    def __init__(self, config: 'zenoh.Config', name: str,
+    def __init__(self, config: 'zenoh.Config', name: str, threads: Threads,
                  on_change: Callable[[bool], object]) -> None:
         """
         Take what to connect to.
 
         :param config: see ``session.configuration``.
         :param name: of the router, for people.
-        :param on_change: called with whether there is a connection, when that changes; in
-            a thread of Zenoh's.
+        :param on_change: called with whether there is a connection, when that changes.
         """
         self._config = config
         self._name = name
+        self._threads = threads
         self._on_change = on_change
         self._session: Any = None
         self._listener: Any = None
@@ -59,7 +57,8 @@ class Link:
                 continue
             self._session = session
             self._listener = session.info.declare_transport_events_listener(
-                self._hear, history=True)
+                self._threads.channel(), history=True)
+            self._threads.take_all(self._listener, self._hear, 'link')
             return session
         return None
 

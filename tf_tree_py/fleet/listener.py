@@ -17,7 +17,8 @@ from .errors import FleetError
 from .feed import Feed, Place
 from .hearing import Hearing
 from .keys import check_prefix, check_robot, check_robots, Topic, topic_of, topic_of_token
-from .link import Link, log
+from .link import Link
+from .listening import log, Threads
 from .presence import Presence
 from .roster import Robot, Roster
 from .session import configuration, Connect, endpoints_of, needs_zenoh, PathLike
@@ -88,7 +89,8 @@ class FleetListener:
         self._presence = Presence(time.monotonic)
         self._incidents = IncidentLog(log.getChild('incidents'))
         self._closed = threading.Event()
-        self._link = Link(made, self.name, self._presence.connect)
+        self._threads = Threads(needs_zenoh().handlers.FifoChannel)
+        self._link = Link(made, self.name, self._threads, self._presence.connect)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
         # Zenoh aborts the process where the interpreter ends under one of its calls.
         atexit.register(self.close)
@@ -148,7 +150,7 @@ class FleetListener:
     def _run(self) -> None:
         session = self._link.await_session(self._closed)
         if session is not None:
-            hearing = Hearing(session, self._robots, self._key_prefix)
+            hearing = Hearing(session, self._threads, self._robots, self._key_prefix)
             try:
                 self._declare(hearing)
             except RuntimeError as error:  # no thread can be started: the program ends, say
@@ -159,6 +161,7 @@ class FleetListener:
                     self._tell(robot, here)
             hearing.close()
             self._link.close()
+            self._threads.join()
         atexit.unregister(self.close)
 
     def _declare(self, hearing: Hearing) -> None:
@@ -167,7 +170,12 @@ class FleetListener:
 
         max_age_s = (None if self._cache_time >= UNLIMITED
                      else self._cache_time / NANOSECONDS_PER_SECOND)
-        hearing.hear_tokens(self._token)
+        def hear_token(key: str, here: bool) -> None:
+            topic = self._note_token(key, here)
+            if topic is not None and topic.static and here:
+                hearing.ask_old_cache(key, new_feed())
+
+        hearing.hear_tokens(hear_token)
         hearing.hear_transforms(True, None, new_feed, self._roster.miss)
         hearing.hear_transforms(False, max_age_s, new_feed, self._roster.miss)
 
@@ -180,17 +188,19 @@ class FleetListener:
             except Exception:  # noqa: B902 - it is a stranger's
                 log.exception('on_robot(%r, %r) has raised', robot, here)
 
-    # --- in threads of Zenoh's
+    # --- in threads that take what Zenoh delivers
 
-    def _token(self, key: str, here: bool) -> None:
+    def _note_token(self, key: str, here: bool) -> Topic | None:
+        """Note that a token is there or has gone; return whose it is, if it is wanted."""
         topic = topic_of_token(key, self._key_prefix)
         if topic is None or not self._admit(topic.robot):
-            return
+            return None
         if here:
             self._roster.reconnect(topic.robot)
             self._presence.see(topic.robot, key)
         else:
             self._presence.miss(topic.robot, key)
+        return topic
 
     def _welcome(self, key: str) -> tuple[Topic, Place] | None:
         """Return whose a key is, and where what comes under it goes."""

@@ -1,7 +1,6 @@
 """The robots that were heard of, and what became of what they sent."""
 
 from collections import Counter, deque
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 import statistics
 import threading
@@ -10,8 +9,9 @@ from typing import Any
 
 # Rates and lags are those of so many messages.
 _LATELY = 64
-# Whoever may write any key may invent robots; more are not kept.
+# Whoever may write any key may invent robots, and publishers; more are not kept.
 _MAX_ROBOTS = 10_000
+_MAX_SOURCES = 100_000
 
 Source = tuple[str, int]
 """Who sends: a session of Zenoh, and a publisher in it."""
@@ -75,9 +75,9 @@ class Account:
     def told(self, name: str, lost: int) -> Robot:
         """Return what is known now."""
         now, arrivals = time.monotonic(), self._arrivals
+        span_s = now - arrivals[0] if arrivals else 0.0
         return Robot(
-            name, self.since, self.here,
-            (len(arrivals) - 1) / (now - arrivals[0]) if len(arrivals) > 1 else 0.0,
+            name, self.since, self.here, (len(arrivals) - 1) / span_s if span_s else 0.0,
             int(statistics.median(self._lags)) if self._lags else None,
             round(1e9 * (now - arrivals[-1])) if arrivals else None,
             self.transforms, lost, self.recovered, self.refused)
@@ -95,8 +95,11 @@ class Roster:
         self._lock = threading.Lock()
         self._apart = apart
         self._accounts: dict[str, Account] = {}
+        # What the names of robots begin with, up to a slash.
+        self._above: set[str] = set()
         self._lost: Counter[Source] = Counter()
         self._robot_of: dict[Source, str] = {}
+        self._numbers: dict[Source, int] = {}
 
     def admit(self, robot: str) -> str:
         """Note that a robot was heard of; return why it is not heard, or ''."""
@@ -105,9 +108,10 @@ class Roster:
                 return ''
             if len(self._accounts) >= _MAX_ROBOTS:
                 return f'there are {_MAX_ROBOTS} robots already'
-            other = self._apart and _beside(robot, self._accounts)
-            if other:
-                return f'its frames would get among those of {other!r}'
+            above = _above(robot) if self._apart else ()
+            if robot in self._above or any(name in self._accounts for name in above):
+                return 'its frames would get among those of another, or they among its own'
+            self._above.update(above)
             self._accounts[robot] = Account(time.time_ns())
         return ''
 
@@ -134,7 +138,7 @@ class Roster:
         return sent < self._accounts[robot].back
 
     def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool,
-             source: Source | None) -> None:
+             source: Source | None, number: int | None = None) -> None:
         """
         Note a message.
 
@@ -142,6 +146,7 @@ class Roster:
         :param newest: its newest stamp, if it moves.
         :param late: see ``is_late``.
         :param source: who has sent it, if that is told.
+        :param number: which of its sender's it is, where Zenoh does not miss those between.
         """
         with self._lock:
             account = self._accounts[robot]
@@ -151,13 +156,18 @@ class Roster:
             account.messages += 1
             if newest is not None and not late:
                 account.take_live(newest)
-            if source is not None and source not in self._robot_of:
-                self._robot_of[source] = robot
+            if source is not None and self._remembers(source):
+                self._robot_of.setdefault(source, robot)
+                if number is not None:
+                    before = self._numbers.get(source, number)
+                    self._lost[source] += max(0, number - before - 1)
+                    self._numbers[source] = max(number, before)
 
     def miss(self, source: Source, count: int) -> None:
         """Note that messages were lost."""
         with self._lock:
-            self._lost[source] += count
+            if self._remembers(source):
+                self._lost[source] += count
 
     def robots(self) -> list[Robot]:
         """Return all robots that were heard of, by name."""
@@ -166,6 +176,10 @@ class Roster:
             return [account.told(name, lost[name])
                     for name, account in sorted(self._accounts.items())]
 
+    def _remembers(self, source: Source) -> bool:
+        return (source in self._lost or source in self._robot_of
+                or len(self._lost) + len(self._robot_of) < _MAX_SOURCES)
+
     def _losses(self) -> Counter[str]:
         losses: Counter[str] = Counter()
         for source, count in self._lost.items():
@@ -173,7 +187,7 @@ class Roster:
         return losses
 
 
-def _beside(robot: str, others: Iterable[str]) -> str | None:
-    """Return a robot among whose frames those of another would get, by its name."""
-    return next((other for other in others if f'{other}/'.startswith(f'{robot}/')
-                 or f'{robot}/'.startswith(f'{other}/')), None)
+def _above(robot: str) -> list[str]:
+    """Return what a name begins with, up to each of its slashes."""
+    parts = robot.split('/')
+    return ['/'.join(parts[:count]) for count in range(1, len(parts))]

@@ -1,5 +1,6 @@
 """A robot's transforms into Zenoh, also where the router comes late and goes now and then."""
 
+import atexit
 from collections.abc import Collection
 import threading
 
@@ -8,8 +9,9 @@ from tf_tree_py.core.arrivals.wire import write
 
 from .keys import check_prefix, check_robot, key_of, Topic
 from .link import Link
+from .listening import Threads
 from .publishing import DEFAULT_HISTORY, RobotPublisher
-from .session import configuration, Connect, endpoints_of, PathLike
+from .session import configuration, Connect, endpoints_of, needs_zenoh, PathLike
 
 
 class Uplink:
@@ -45,8 +47,11 @@ class Uplink:
         self._lock = threading.Lock()
         self._static = b''
         self._closed = threading.Event()
-        self._link = Link(made, self.name, lambda connected: None)
+        self._threads = Threads(needs_zenoh().handlers.FifoChannel)
+        self._link = Link(made, self.name, self._threads, lambda connected: None)
         self._thread = threading.Thread(target=self._open, name='uplink', daemon=True)
+        # Zenoh aborts the process where the interpreter ends under one of its calls.
+        atexit.register(self.close)
         self._thread.start()
 
     def key(self, static: bool) -> str:
@@ -70,6 +75,8 @@ class Uplink:
         self._closed.set()
         self._thread.join()
         self._link.close()
+        self._threads.join()
+        atexit.unregister(self.close)
 
     def _open(self) -> None:
         session = self._link.await_session(self._closed)

@@ -10,7 +10,7 @@ from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.arrivals.received import Received
 from tf_tree_py.core.departures.sending import Moving, Static
 from tf_tree_py.fleet import FleetError, FleetListener
-from tf_tree_py.fleet.link import log
+from tf_tree_py.fleet.listening import log
 from tf_tree_py.fleet.trust import without_others
 from tf_tree_py.fleet.uplink import Uplink
 

@@ -24,14 +24,16 @@ class Fleet:
 
         :raises Cannot: Zenoh is not installed, or an argument cannot be.
         """
-        # What is refused or odd is the tool's to tell; a connection that is lost is not.
-        logging.getLogger('tf_tree_py.fleet.incidents').setLevel(logging.ERROR)
         try:
             self._listener = FleetListener(
                 arguments.fleet, arguments.robots, config=arguments.fleet_config,
                 shared_frames=arguments.shared_frames, observers=observers)
         except FleetError as error:
             raise Cannot(str(error)) from error
+        # What is refused or odd is the tool's to tell; a connection that is lost is not.
+        self._log = logging.getLogger('tf_tree_py.fleet.incidents')
+        self._level = self._log.level
+        self._log.setLevel(logging.ERROR)
         self.name = self._listener.name
         self.buffer = self._listener.buffer
         self.now = time.time_ns
@@ -41,6 +43,7 @@ class Fleet:
 
     def __exit__(self, *_: object) -> None:
         self._listener.close()
+        self._log.setLevel(self._level)
 
     def watch(self, seconds: float | None) -> bool:
         """Let transforms arrive, in the listener's threads."""

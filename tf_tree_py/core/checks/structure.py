@@ -49,6 +49,12 @@ def two_parents(case: Case) -> Iterator[Remark]:
             f'{shorten(child, 80)} has the parents {listed(parents)}, and changed between them '
             f'{times(switches)}', (*parents, child), publishers_of(*edges),
             {'parents': len(parents), 'switches': switches})
+    for (parent, child), trouble in case.of_kind(Kind.NOT_ITS_OWN):
+        yield of_trouble(
+            (parent, child), f'{shorten(child, 80)} was hung on {shorten(parent, 80)}, and that '
+            f'was refused {times(trouble.count)}: {trouble.detail}', trouble,
+            severity=Severity.WARNING, cause='a robot of a fleet says where a frame is that all '
+            'robots share', fix='leave that edge out on the robot')
 
 
 def _fights(case: Case, child: str) -> bool:
