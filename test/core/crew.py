@@ -19,8 +19,9 @@ class Crew:
             target=self._guard, args=(function, *arguments), daemon=True))
 
     def read(self, function, *arguments):
-        """Run a function again and again until the writers are done."""
+        """Run a function once, and again and again until the writers are done."""
         def again_and_again():
+            function(*arguments)
             while not self.done.is_set():
                 function(*arguments)
 
