@@ -3,7 +3,7 @@
 import sys
 import threading
 
-PATIENCE_S = 60.0  # only a deadlock lasts as long as that
+from programs import PATIENCE_S
 
 
 class Crew:
