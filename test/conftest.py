@@ -1,8 +1,12 @@
 """What holds for the tests of all folders."""
 
+from pathlib import Path
 import signal
 
 import effort  # noqa: F401 - it loads the profile of hypothesis
+import pytest
+
+_TESTS = Path(__file__).parent
 
 # Where tests wait for programs that they start: where several workers share the files out,
 # they begin with these, so that none has the longest for itself at the end.
@@ -20,6 +24,21 @@ def pytest_configure(config):
     config.option.loadscopereorder = False
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda *_: None)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Give a worker a file; or all that look at what the labs report, which run once for them."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Sharing(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return 'labs' if file in reported else file
+
+    reported = {f'test/labs/{path.name}' for path in (_TESTS / 'labs').glob('test_*.py')
+                if 'lab_reports' in path.read_text()}
+    return Sharing(config, log) if config.option.dist == 'loadfile' else None
 
 
 def pytest_collection_modifyitems(items):

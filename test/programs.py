@@ -8,9 +8,10 @@ import sys
 import threading
 import time
 
-# Two processes need up to four seconds to find each other (Fast DDS announces itself every
-# three), and a busy machine more.
-PATIENCE_S = 60.0
+# Nothing takes this long unless it is broken. Two processes need up to four seconds to find each
+# other (Fast DDS announces itself every three), and a process up to forty to begin where ten share
+# a processor.
+PATIENCE_S = 180.0
 
 
 class Program:

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import textwrap
 
+from programs import PATIENCE_S
 import pytest
 
 # Set by scripts/test: what a shell sources to enter the one that was made.
@@ -46,7 +47,7 @@ def run_with_tf2(code: str, **variables: str) -> str:
     """Run a program where tf2 is installed; return what it printed."""
     done = subprocess.run(
         ['python3', '-c', textwrap.dedent(code)], env={**standin_env(), **variables},
-        capture_output=True, text=True, timeout=60, check=False)
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -61,5 +62,5 @@ def _entered(entrance: str) -> dict[str, str]:
         raise FileNotFoundError(f'{_ENTRANCE}={entrance}: there is no such file')
     done = subprocess.run(
         ['bash', '-c', '. "$1" >&2; env --null', 'bash', entrance],
-        stdout=subprocess.PIPE, text=True, timeout=60, check=True)
+        stdout=subprocess.PIPE, text=True, timeout=PATIENCE_S, check=True)
     return dict(line.split('=', 1) for line in done.stdout.split('\0') if line)

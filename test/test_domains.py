@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 from domains import claim, is_safe, isolate, ports
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.labs.live.domain import DOMAINS, FIRST_DOMAIN, own_domain
 
@@ -59,7 +60,7 @@ def test_two_processes_of_tests_never_share_one():
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     claimed = [process.stdout.readline() for process in processes]
     for process in processes:
-        process.communicate('\n', timeout=60)
+        process.communicate('\n', timeout=PATIENCE_S)
     assert all(claimed) and len(set(claimed)) == 3
 
 
@@ -67,7 +68,7 @@ def test_two_processes_of_tests_never_share_one():
 def test_scripts_choose_safe_ones():
     done = subprocess.run(
         ['bash', '-c', f'. {SCRIPTS}/lib.sh; for pid in {{1..1000}}; do domain_id_of $pid; done'],
-        capture_output=True, text=True, timeout=60, check=True)
+        capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     chosen = {int(line) for line in done.stdout.split()}
     assert len(chosen) == 100 and all(is_safe(domain_id) for domain_id in chosen)
 

@@ -4,6 +4,8 @@ from pathlib import Path
 import subprocess
 import sys
 
+from programs import PATIENCE_S
+
 TESTS = Path(__file__).parent
 
 
@@ -12,5 +14,5 @@ def test_ctrl_c_reaches_processes_of_tests_that_ignore_it():
     done = subprocess.run(
         ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', sys.executable, '-m', 'pytest', '-q',
          f'{test}::test_ctrl_c_interrupts_a_lookup_of_the_main_thread'],
-        cwd=TESTS.parent, capture_output=True, text=True, timeout=120, check=False)
+        cwd=TESTS.parent, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

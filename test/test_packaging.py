@@ -10,6 +10,7 @@ import sys
 from xml.etree import ElementTree
 import zipfile
 
+from programs import PATIENCE_S
 import pytest
 import tf_tree_py
 
@@ -74,7 +75,7 @@ def wheel(tmp_path_factory):
     done = subprocess.run(
         [sys.executable, '-m', 'pip', 'wheel', '--quiet', '--no-deps', '--no-build-isolation',
          '--disable-pip-version-check', '--wheel-dir', source.parent, source],
-        capture_output=True, text=True, timeout=120, check=False)
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr
     [wheel] = source.parent.glob('*.whl')
     return zipfile.ZipFile(wheel)

@@ -5,6 +5,7 @@ from pathlib import Path
 import shutil
 import subprocess
 
+from programs import PATIENCE_S
 import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[1] / 'scripts'
@@ -32,7 +33,7 @@ def clone(tmp_path):
 def print_env(clone, **variables):
     """Run scripts/print-env as somebody who has no ROS; return its two outputs."""
     done = subprocess.run([clone / 'scripts' / 'print-env'], capture_output=True, text=True,
-                          timeout=60, check=True, env={'PATH': os.defpath, **variables})
+                          timeout=PATIENCE_S, check=True, env={'PATH': os.defpath, **variables})
     return done.stdout, done.stderr
 
 
@@ -64,7 +65,7 @@ def test_long_step_of_setup_says_how_long_it_takes_until_it_ends():
         assert process.stdout.readline() == 'installing: 20 s so far\n'
         assert process.stdout.readline() == 'installing: 40 s so far\n'
         process.stdin.close()
-        assert process.wait(60) == 0
+        assert process.wait(PATIENCE_S) == 0
 
 
 def test_clone_is_the_same_through_a_link(clone, tmp_path):

@@ -8,6 +8,7 @@ from examples.arm.mistakes import MISTAKES, RIGHT
 from examples.arm.report import PLACED_WITHIN
 from examples.arm.speeds import errors_at, law, RADIUS
 from examples.arm.trial import run
+from programs import PATIENCE_S
 import pytest
 
 SEED = 0
@@ -40,7 +41,7 @@ def test_error_of_the_latest_is_speed_times_latency():
 
 
 def command(*arguments):
-    return subprocess.run([sys.executable, '-m', 'examples.arm', *arguments], timeout=120,
+    return subprocess.run([sys.executable, '-m', 'examples.arm', *arguments], timeout=PATIENCE_S,
                           capture_output=True, text=True, check=False)
 
 

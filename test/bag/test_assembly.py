@@ -9,6 +9,7 @@ import math
 
 from bags import as_cdr, as_ros1, random_pose, SECOND
 from counting import calls
+from effort import examples
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -179,6 +180,7 @@ def recordings(draw):
     return messages
 
 
+@examples(3)
 @given(recordings(), st.sampled_from([UNLIMITED, SECOND]), st.sampled_from([1, 700, 10**6]))
 def test_tree_is_the_one_that_a_buffer_has_which_was_fed(messages, cache_time, window_bytes):
     with pytest.MonkeyPatch.context() as patch:

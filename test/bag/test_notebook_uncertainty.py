@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 
 NOTEBOOK = Path(__file__).parents[2] / 'examples' / 'notebook_uncertainty.py'
@@ -26,7 +27,7 @@ def test_notebook_tells_and_draws_how_sure_the_camera_is(tmp_path):
     done = subprocess.run(
         [sys.executable, '-c', TWICE, NOTEBOOK], cwd=tmp_path, text=True, check=False,
         env={**os.environ, 'MPLBACKEND': 'agg'}, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, timeout=120)
+        stderr=subprocess.STDOUT, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stdout
     # Along the wall amcl is 0.4 m unsure, by far more than the camera's mounting and the turn.
     assert re.search(r'least sure the camera may be 0\.8\d m off .*\n +map -> odom adds 9\d%\n'

@@ -26,6 +26,7 @@ from bags import (
     write_split,
 )
 import numpy as np
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.bag import BagError, open_bag, read_arrivals
 
@@ -209,7 +210,7 @@ for read in lambda: open_bag('some.mcap'), lambda: BufferCore().record('some.mca
 
 def test_without_rosbags_one_sentence_says_what_to_install(tmp_path):
     done = subprocess.run([sys.executable, '-c', WITHOUT], cwd=tmp_path, capture_output=True,
-                          text=True, timeout=60, check=False,
+                          text=True, timeout=PATIENCE_S, check=False,
                           env={**os.environ, 'PYTHONPATH': str(REPOSITORY)})
     assert done.returncode == 0, done.stderr
     first, *others = done.stdout.splitlines()

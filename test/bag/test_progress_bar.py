@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 from bags import RUN, write_ros2
+from programs import PATIENCE_S
 import pytest
 
 PROGRAM = 'import sys; from tf_tree_py.bag import open_bag; print(open_bag(sys.argv[1]))'
@@ -18,7 +19,7 @@ def bag(tmp_path_factory):
 
 def run(bag, **options):
     return subprocess.run([sys.executable, '-c', PROGRAM, bag], stdout=subprocess.PIPE, text=True,
-                          timeout=60, check=True, **options)
+                          timeout=PATIENCE_S, check=True, **options)
 
 
 def test_terminal_gets_a_bar(bag):

@@ -3,7 +3,7 @@
 import sys
 import threading
 
-PATIENCE_S = 60.0  # only a deadlock lasts as long as that
+from programs import PATIENCE_S
 
 
 class Crew:
@@ -19,8 +19,9 @@ class Crew:
             target=self._guard, args=(function, *arguments), daemon=True))
 
     def read(self, function, *arguments):
-        """Run a function again and again until the writers are done."""
+        """Run a function once, and again and again until the writers are done."""
         def again_and_again():
+            function(*arguments)
             while not self.done.is_set():
                 function(*arguments)
 

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import textwrap
 
+from programs import PATIENCE_S
 import pytest
 
 # The classes of tf2_py, as its C++ makes them: with nothing of their own.
@@ -57,7 +58,7 @@ def check(tf2_py):
 def run(code):
     """Run a program in which nobody has made an exception yet."""
     return subprocess.run([sys.executable, '-c', TF2_PY + textwrap.dedent(code)],
-                          capture_output=True, text=True, timeout=60, check=False)
+                          capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def assert_runs(code):

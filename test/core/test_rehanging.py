@@ -9,7 +9,7 @@ from bisect import bisect_right
 import itertools
 
 from effort import examples
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, random_poses
@@ -129,6 +129,8 @@ def fed(arrivals, cache_time):
 # In seconds edges fall silent, in nanoseconds they do not; the window is never left.
 @examples(2)
 @given(histories(), st.sampled_from([1, 10 ** 9]))
+# A late sample comes exactly where the edge had ended.
+@example([('a', 'b', 1), ('b', 'a', 6), ('c', 'b', 7), ('c', 'b', 1)], 10 ** 9)
 def test_every_answer_is_that_of_the_samples(arrivals, unit):
     arrivals = [(parent, child, stamp * unit) for parent, child, stamp in arrivals]
     buffer, oracle = fed(arrivals, LONG * unit)

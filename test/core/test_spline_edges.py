@@ -5,6 +5,7 @@ import pickle
 import threading
 
 import numpy as np
+from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose, waving_poses
 from tf_tree_py.core import (
@@ -161,7 +162,7 @@ def test_waiting_ends_when_the_spline_has_grown(buffer):
     waiter = threading.Thread(target=lambda: found.append(
         buffer.lookup_within(60.0, 'odom', 'imu', int(more[100]))))
     waiter.start()
-    buffer.waiting._waiters.somebody.wait(60.0)
+    buffer.waiting._waiters.somebody.wait(PATIENCE_S)
     buffer.insert_spline('odom', 'imu', fitter.add(more[:50], wave(more[:50])))
     assert len(buffer.waiting) == 1
     buffer.insert_spline('odom', 'imu', fitter.add(more[50:], wave(more[50:])))

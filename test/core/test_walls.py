@@ -1,11 +1,13 @@
 """Imports go down only: between the layers, and inside the core."""
 
 import ast
+from functools import cache
 import itertools
 from pathlib import Path
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 import tf_tree_py
 
@@ -117,15 +119,17 @@ def named(path):
     return '/'.join(path.relative_to(PACKAGE).parts)
 
 
+@cache
 def imports_of(path):
-    """Yield every import in a file as (level, module): level 0 is absolute."""
+    """Return every import in a file as (level, module): level 0 is absolute."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield 0, alias.name
+            found += [(0, alias.name) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            for alias in node.names:
-                yield node.level, '.'.join(filter(None, (node.module, alias.name)))
+            found += [(node.level, '.'.join(filter(None, (node.module, alias.name))))
+                      for alias in node.names]
+    return found
 
 
 def test_layers_import_only_those_below_them():
@@ -227,8 +231,8 @@ sys.meta_path.insert(0, Blocker())
 
 def run_without_ros(program):
     return subprocess.run(
-        [sys.executable, '-c', BLOCKER + program], capture_output=True, text=True, timeout=60,
-        env={'PYTHONPATH': str(PACKAGE.parent), 'PATH': '/usr/bin:/bin'}, check=False)
+        [sys.executable, '-c', BLOCKER + program], capture_output=True, text=True, check=False,
+        timeout=PATIENCE_S, env={'PYTHONPATH': str(PACKAGE.parent), 'PATH': '/usr/bin:/bin'})
 
 
 def test_layers_without_ros_import_where_there_is_none():

@@ -1,4 +1,4 @@
-"""Each lab is run once for all tests that look at what it says."""
+"""Each lab is run once for all tests of a process that look at what it says."""
 
 import functools
 

@@ -3,6 +3,7 @@
 import sys
 import threading
 
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.labs import progress as module
 from tf_tree_py.labs.progress import progress
@@ -38,7 +39,7 @@ def test_line_says_what_takes_long(terminal, monkeypatch):
     monkeypatch.setattr(module, 'PATIENCE_S', 0.01)
     monkeypatch.setattr(sys, 'stderr', told := Told(terminal))
     with progress('a lab'):
-        assert told.written.wait(60.0)
+        assert told.written.wait(PATIENCE_S)
     assert 'a lab: 0 s so far, Ctrl-C ends it' in told.text
     # The line on a terminal is taken away again.
     assert told.text.endswith('\r\x1b[K' if terminal else 'ends it\n')

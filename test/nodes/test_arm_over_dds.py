@@ -6,6 +6,7 @@ from pathlib import Path
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -18,7 +19,7 @@ def command(*arguments, python=PYTHON):
         'PYTHONPATH': os.pathsep.join(filter(None, (str(REPOSITORY),
                                                     os.environ.get('PYTHONPATH'))))}
     return subprocess.run([sys.executable, '-m', 'examples.arm.ros', *arguments],
-                          env=environment, timeout=120, capture_output=True, text=True,
+                          env=environment, timeout=PATIENCE_S, capture_output=True, text=True,
                           check=False)
 
 

@@ -126,10 +126,12 @@ def test_lookup_between_stamps_is_as_near_as_interpolation_can_be(recording):
     assert min(tightest) < 0.01
 
 
-def test_moving_transforms_have_rates_of_their_own(recording):
-    _, messages, _ = recording
-    assert len(messages['gripper']) == pytest.approx(len(messages['base_link']), abs=5)
-    assert len(messages['gripper']) > 3 * len(messages['odom'])
+def test_moving_transforms_have_rates_of_their_own(context):
+    node = publisher(context, drive_rate_hz=20.0)
+    # How often a busy machine keeps to them is another matter.
+    periods = [timer.timer_period_ns for timer in node.timers]
+    assert sorted(periods) == [20_000_000, 50_000_000, 100_000_000]
+    node.destroy_node()
 
 
 def test_prefix_goes_before_every_frame_and_frames_can_be_renamed(context, buffer):

@@ -6,6 +6,7 @@ from pathlib import Path
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 import tf_tree_py
 
@@ -38,7 +39,7 @@ sys.exit(script.load()())
 def test_executable_says_in_one_line_that_there_is_no_ros(name, tmp_path):
     ended = subprocess.run(
         [sys.executable, '-c', SCRIPT, name, *ARGUMENTS.get(name, [])], cwd=tmp_path,
-        capture_output=True, text=True, timeout=60, check=False,
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
         env={**os.environ, 'PYTHONPATH': os.pathsep.join(
             [str(Path(tf_tree_py.__file__).parents[1]), os.environ.get('PYTHONPATH', '')])})
     script, = distribution('tf_tree_py').entry_points.select(group='console_scripts', name=name)

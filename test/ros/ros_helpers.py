@@ -3,6 +3,7 @@
 import time
 
 from geometry_msgs.msg import TransformStamped
+from programs import PATIENCE_S
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
@@ -11,8 +12,6 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 
-# Nothing takes this long unless it is broken: on a busy machine a process needs 20 s to begin.
-PATIENCE_S = 60.0
 PATIENCE = Duration(seconds=PATIENCE_S)
 LATEST = Time()
 # In the text of an error, however long that was.

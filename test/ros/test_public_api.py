@@ -7,6 +7,7 @@ import sys
 import textwrap
 
 from inputs import for_each
+from programs import PATIENCE_S
 import pytest
 from rclpy.duration import Duration
 import tf_tree_py
@@ -48,7 +49,7 @@ def run_without_rclpy(code):
     """
     return subprocess.run(
         [sys.executable, '-c', textwrap.dedent(blocker) + textwrap.dedent(code)],
-        capture_output=True, text=True, timeout=60, check=False)
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 @for_each(name=tf_tree_py.__all__)
@@ -111,7 +112,7 @@ def test_star_import_takes_what_can_be_had():
     assert {'BufferCore', 'Pose', 'lookup_twist', 'TransformException'} <= set(names)
     assert set(names) == set(tf_tree_py.__all__) - set(tf_tree_py._ROS_NAMES)
     everything = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                                timeout=60, check=True)
+                                timeout=PATIENCE_S, check=True)
     assert set(ast.literal_eval(everything.stdout)) == set(tf_tree_py.__all__)
     assert {'Buffer', 'TransformListener', 'MessageFilter'} < set(tf_tree_py.__all__)
 
@@ -119,7 +120,7 @@ def test_star_import_takes_what_can_be_had():
 def test_importing_the_package_does_not_import_ros():
     done = subprocess.run(
         [sys.executable, '-c', 'import sys, tf_tree_py; print("rclpy" in sys.modules)'],
-        capture_output=True, text=True, timeout=60, check=True)
+        capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     assert done.stdout.strip() == 'False'
 
 

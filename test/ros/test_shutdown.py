@@ -140,12 +140,16 @@ def test_ctrl_c_ends_the_lookups_of_other_threads(pool):
 
 
 def test_ctrl_c_ends_a_callback_of_a_multi_threaded_executor_that_waits():
+    # The signal comes when the pool has noted down its thread: one that KeyboardInterrupt keeps
+    # ThreadPoolExecutor from noting is never told to end, and the process waits for it for ever.
     code, out, err = run("""
         executor = MultiThreadedExecutor()
         executor.add_node(node)
-        threading.Thread(target=lambda: (until_waiting(), ready()), daemon=True).start()
         executor.create_task(wait_for_ever)
+        executor.spin_once()
+        until_waiting()
         try:
+            ready()
             executor.spin()
         except ENDED:
             print('interrupted')

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 from descriptions import joint, parsed, robot
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.urdf import DescriptionError, Robot
 
@@ -174,7 +175,7 @@ def test_without_xacro_the_error_says_what_to_install(tmp_path):
                'except DescriptionError as error: print(error)')
     # Where the package is not installed, the tests find it by their path.
     done = subprocess.run([sys.executable, '-c', program], cwd=tmp_path, text=True, check=True,
-                          capture_output=True, timeout=60,
+                          capture_output=True, timeout=PATIENCE_S,
                           env=os.environ | {'PYTHONPATH': os.pathsep.join(sys.path)})
     assert done.stdout == ('arm.xacro: the package xacro is not installed; '
                            'pip install "tf_tree_py[xacro]", or apt install ros-jazzy-xacro\n')

@@ -3,6 +3,7 @@
 import os
 import shutil
 
+from programs import PATIENCE_S
 import pytest
 
 _PROGRAMS = ('chromium', 'chromium-browser', 'google-chrome')
@@ -41,6 +42,7 @@ def chromium():
 def window(chromium):
     """Return a browser window that nothing is open in: a small one, for its pictures take time."""
     context = chromium.new_context(viewport={'width': 640, 'height': 480})
+    context.set_default_timeout(1000.0 * PATIENCE_S)
     context.add_init_script(_LISTEN)
     yield context
     context.close()

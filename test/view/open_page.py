@@ -1,6 +1,9 @@
 """A page in the browser: what stands in its scene, read back from three.js, and its controls."""
 
+import time
+
 import numpy as np
+from programs import PATIENCE_S
 
 # viser draws the axes of N frames as 3 N instances of one cylinder, and lines as segments.
 _READ = """() => {
@@ -108,13 +111,13 @@ class OpenPage:
 
     def wait_for_axes(self, right):
         """Return the axes as soon as they are right, which a function of them says."""
-        for _ in range(600):
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
             if self.scene()['axes']:
                 axes = self.axes()
                 if right(*axes):
                     return axes
-            # Until the next picture.
-            self.page.evaluate('() => new Promise(requestAnimationFrame)')
+            self._wait_for_picture()
         raise AssertionError(f'the axes stand elsewhere: {self.axes()}')
 
     def ellipsoids(self):
@@ -123,12 +126,16 @@ class OpenPage:
 
     def wait_for_ellipsoid(self, right):
         """Return as soon as one sphere is seen and right, which a function of its matrix says."""
-        for _ in range(600):
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
             found = self.ellipsoids()
             if len(found) == 1 and right(found[0]):
                 return
-            self.page.evaluate('() => new Promise(requestAnimationFrame)')
+            self._wait_for_picture()
         raise AssertionError(f'the ellipsoid is another: {found}')
+
+    def _wait_for_picture(self):
+        self.page.evaluate('() => new Promise(requestAnimationFrame)')
 
     def wait_for_count(self, what, count):
         """Wait until so many nodes of the scene can be seen, by a JavaScript expression."""

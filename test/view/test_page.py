@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 from open_page import OpenPage
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
 from tf_tree_py.core.arrivals.sample import Sample
@@ -220,7 +221,7 @@ def test_followed_frame_stays_where_it_is_on_the_page(page, robot, serving):
     page.turn_to('chosen')
     page.page.get_by_role('checkbox', name='follow').check()
     # Where it is to stay is what it was drawn at when the server heard of that.
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + PATIENCE_S
     while not any(shown._anchor for shown, _ in list(serving._pages.values())):
         assert time.monotonic() < end
         page.page.evaluate('() => new Promise(requestAnimationFrame)')

@@ -128,9 +128,8 @@ class PackedSamples:
             return False
         if parent != self.parent:
             self._write_parents()
+        self._ends.discard(stamp)  # what comes where the edge ended goes on from there
         if stamp >= latest:
-            if stamp == latest:
-                self._ends.discard(latest)
             self._append(stamp, parent, pose)
         else:
             self._insert_between(stamp, parent, pose)
