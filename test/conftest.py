@@ -32,6 +32,7 @@ def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadFileScheduling
 
     class Sharing(LoadFileScheduling):
+
         def _split_scope(self, nodeid):
             file = super()._split_scope(nodeid)
             return 'labs' if file in reported else file
