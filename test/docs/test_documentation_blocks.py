@@ -26,6 +26,9 @@ LAUNCH_FILES = [block for blocks in PYTHON.values() for block in blocks
                 if 'launch_ros' in block.code]
 SHELL = [block for block in BLOCKS if block.language == 'bash']
 
+# What takes something that is not installed everywhere.
+NEEDED = {'rclpy': 'rclpy', 'tf_tree_py.bag': 'rosbags', 'tf_tree_py.fleet': 'zenoh'}
+
 # Executables whose first argument has a help of its own.
 WITH_VERBS = {'tf_archive'}
 
@@ -34,9 +37,7 @@ _PATIENCE_S = 120
 
 def _lacks(page):
     """Return what a page imports, perhaps through ours, and is not installed here."""
-    return [needed for name, needed in (('rclpy', 'rclpy'), ('tf_tree_py.bag', 'rosbags'),
-                                 ('tf_tree_py.fleet', 'zenoh'))
-            if find_spec(needed) is None
+    return [needed for name, needed in NEEDED.items() if find_spec(needed) is None
             and re.search(rf'^(import|from) {name}', program(PYTHON[page]), re.MULTILINE)]
 
 

@@ -174,6 +174,10 @@ def test_a_listener_without_a_router_waits_for_one_and_can_be_closed(caplog):
     ({'shared_frames': 'map'}, "such as \\('map',\\)"),
     ({'key_prefix': '*'}, 'cannot be the prefix'),
     ({'connect': 'hall'}, 'no address of a router'),
+    ({'connect': 7447}, 'no address of a router'),
+    ({'robots': 7}, 'robots is a name or a pattern'),
+    ({'robots': [7]}, 'robots is a name or a pattern'),
+    ({'on_robot': 'print'}, 'on_robot is a function'),
     ({'connect': None}, 'nothing to connect to'),
 ])
 def test_wrong_arguments_are_named_at_once(options, problem):

@@ -21,7 +21,14 @@ from .link import Link
 from .listening import log, Threads
 from .presence import Presence
 from .roster import Robot, Roster
-from .session import configuration, Connect, endpoints_of, needs_zenoh, PathLike
+from .session import (
+    configuration,
+    Connect,
+    endpoints_of,
+    needs_zenoh,
+    one_or_several,
+    PathLike,
+)
 from .trust import checked_shared, names_below
 
 OnRobot = Callable[[str, bool], object]
@@ -45,7 +52,7 @@ class FleetListener:
     :ivar name: what it is connected to, for people.
     """
 
-    def __init__(self, connect: Connect | None = None, robots: str | Sequence[str] = '*', *,
+    def __init__(self, connect: Connect | None = None, robots: str | Collection[str] = '*', *,
                  shared_frames: Collection[str] = ('map',), separate: bool = False,
                  cache_time: int | None = None, config: PathLike | None = None,
                  key_prefix: str = '', on_robot: OnRobot | None = None,
@@ -69,10 +76,9 @@ class FleetListener:
         :param observers: watch every buffer, from the first message on.
         :raises FleetError: Zenoh is not installed, or an argument cannot be.
         """
-        names = [robots] if isinstance(robots, str) else list(robots)
-        if not names:
+        self._robots = [check_robots(name) for name in one_or_several(robots)]
+        if not self._robots:
             raise FleetError("no robots are to be heard: robots='*' is all")
-        self._robots = [check_robots(name) for name in names]
         self._key_prefix = check_prefix(key_prefix)
         self._shared = checked_shared(shared_frames)
         self._cache_time = (DEFAULT_CACHE_TIME if cache_time is None
@@ -81,6 +87,8 @@ class FleetListener:
         made = configuration(connect, config)
         self.name = ', '.join(endpoints_of(made))
         self._wanted = [needs_zenoh().KeyExpr(pattern) for pattern in self._robots]
+        if on_robot is not None and not callable(on_robot):
+            raise FleetError(f'on_robot is a function of a name and a bool, not {on_robot!r}')
         self._on_robot = on_robot
         self._observers = observers
         self._buffers_lock = threading.Lock()
@@ -170,6 +178,7 @@ class FleetListener:
 
         max_age_s = (None if self._cache_time >= UNLIMITED
                      else self._cache_time / NANOSECONDS_PER_SECOND)
+
         def hear_token(key: str, here: bool) -> None:
             topic = self._note_token(key, here)
             if topic is not None and topic.static and here:

@@ -1,6 +1,6 @@
 """Sessions of Zenoh that open nothing to the world unless they are told to."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 import importlib
 import json
 import os
@@ -12,7 +12,7 @@ from .errors import FleetError, sentence
 if TYPE_CHECKING:
     import zenoh
 
-Connect = str | Sequence[str]
+Connect = str | Collection[str]
 PathLike = str | os.PathLike[str]
 
 # What a session has where a configuration file says nothing else. A client listens nowhere; a
@@ -29,6 +29,12 @@ _LISTEN = 'listen/endpoints'
 _LISTEN_HERE = {'router': ['tcp/127.0.0.1:7447'], 'peer': ['tcp/127.0.0.1:0']}
 # Protocols whose addresses have to have a port.
 _WITH_PORT = ('tcp', 'tls', 'udp', 'quic', 'ws')
+
+
+def one_or_several(value: Any) -> list[Any]:
+    """Return what a caller gave, who may give one or several, as a list."""
+    several = isinstance(value, Collection) and not isinstance(value, str | bytes)
+    return list(value) if several else [value]
 
 
 def needs_zenoh(module: str = 'zenoh') -> Any:
@@ -66,7 +72,7 @@ def configuration(connect: Connect | None = None, config: PathLike | None = None
     if made.get_json(_LISTEN) == zenoh.Config().get_json(_LISTEN):
         made.insert_json5(_LISTEN, json.dumps(_LISTEN_HERE))
     if connect is not None:
-        _connect(made, [connect] if isinstance(connect, str) else list(connect))
+        _connect(made, one_or_several(connect))
     if made.get_json('connect/endpoints') == '[]' and made.get_json('mode') == '"client"':
         raise FleetError("nothing to connect to: pass the router, such as 'tcp/hall:7447', or a "
                          'configuration file with connect/endpoints')
