@@ -1,7 +1,10 @@
 """Routers of Zenoh, robots, and what a fleet's tests wait with: no ROS, and nobody sleeps."""
 
 from contextlib import contextmanager
+from glob import glob
 import json
+import os
+from pathlib import Path
 from queue import SimpleQueue
 import socket
 import subprocess
@@ -104,6 +107,18 @@ class Visits:
         while not self._told.empty():
             told.append(self._told.get())
         return told
+
+
+def listening():
+    """Return on which addresses this process listens, as the kernel writes them, and how."""
+    own = {os.readlink(path) for path in glob('/proc/self/fd/*') if os.path.islink(path)}
+    found = set()
+    for kind, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07')):
+        for line in Path(f'/proc/self/net/{kind}').read_text().splitlines()[1:]:
+            fields = line.split()
+            if fields[3] == state and f'socket:[{fields[9]}]' in own:
+                found.add((fields[1].partition(':')[0], kind))
+    return found
 
 
 def place(x):

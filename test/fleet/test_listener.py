@@ -1,12 +1,14 @@
 """A listener hears robots through a real router, and says who is there."""
 
+from datetime import timedelta
 import threading
 
-from fleet_helpers import message, PATIENCE_S, place, SECOND, until, Visits, x_of
+from fleet_helpers import listening, message, PATIENCE_S, place, SECOND, until, Visits, x_of
 import pytest
 from tf_tree_py.core import LookupException
 from tf_tree_py.core.arrivals.observers import Observer
-from tf_tree_py.fleet import FleetError, FleetListener
+from tf_tree_py.fleet import FleetError, FleetListener, roster
+from zenoh import Timestamp
 
 
 def test_frames_of_all_robots_lie_below_the_shared_one(listen, robot):
@@ -105,6 +107,27 @@ def test_only_robots_that_are_meant_are_heard(listen, robot, session, hall):
     assert {visits.wait(), visits.wait()} == {('robot7', True), ('forklift1', True)}
     assert not visits.so_far()
     token.undeclare()
+
+
+def test_a_robot_with_a_slow_clock_has_a_rate_and_a_lag(listen, robot, session, hall, monkeypatch):
+    monkeypatch.setattr(roster, '_CATCH_UP', 0)
+    listener = listen()
+
+    def send():
+        now = session.new_timestamp()
+        slow = Timestamp(now.get_time() - timedelta(hours=1), now.get_id())
+        session.put(f'{hall}/robot7/tf', message(('map', 'base', 1)), timestamp=slow)
+
+    until(lambda: send() or (listener.robots() and listener.robots()[0].rate_hz))
+    assert listener.robots()[0].recovered == 0 and listener.robots()[0].lag < PATIENCE_S * SECOND
+
+
+def test_nothing_listens_beyond_this_machine(listen, robot):
+    robot('robot7').send(message(('map', 'base', 1)))
+    x_of(listen().buffer, 'map', 'robot7/base')
+    # The router of these tests listens here.
+    assert {address for address, _ in listening()} == {'0100007F'}
+    assert not {kind for _, kind in listening()} & {'udp', 'udp6'}
 
 
 # --- watching, and ending

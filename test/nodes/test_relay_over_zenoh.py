@@ -2,12 +2,14 @@
 
 from contextlib import contextmanager, ExitStack
 from importlib.util import find_spec
+import itertools
 
 from programs import PATIENCE_S
 import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from ros_helpers import transform, until
+from tf2_echoes import Tf2Echo
 from tf_tree_py import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from tf_tree_py.core import Pose, Sample
 from tf_tree_py.core.arrivals.wire import write
@@ -41,14 +43,14 @@ def robot(context):
 
 
 @contextmanager
-def relayed(context, **parameters):
-    relay = make_relay(context, **parameters)
+def relayed(context, namespace=None, **parameters):
+    relay = make_relay(context, namespace, **parameters)
     with spun_in_background(relay):
         yield
 
 
-def make_relay(context, **parameters):
-    return TfRelay(context=context, parameter_overrides=[
+def make_relay(context, namespace=None, **parameters):
+    return TfRelay(context=context, namespace=namespace, parameter_overrides=[
         Parameter(name, value=value) for name, value in parameters.items()])
 
 
@@ -70,7 +72,7 @@ def test_what_moved_goes_out_thinned_and_statics_at_once(context, robot, router)
 
 
 def test_fleet_comes_out_on_the_topics_of_another_network(context, router, buffer):
-    with relayed(context, from_zenoh=router, key_prefix='back', robots='robot*'), \
+    with relayed(context, from_zenoh=router, key_prefix='back', robots='robot1,*2'), \
             session_at(router) as session, ExitStack() as robots:
         for number, name in enumerate(('other', 'robot1', 'robot2')):
             sender = robots.enter_context(RobotPublisher(session, name, key_prefix='back'))
@@ -86,6 +88,27 @@ def test_fleet_comes_out_on_the_topics_of_another_network(context, router, buffe
         with TransformListener(Buffer(), late, static_only=True) as listener:
             listener.buffer.lookup_within(PATIENCE_S, 'robot2/base', 'robot2/camera')
         late.destroy_node()
+
+
+@pytest.fixture
+def echo():
+    """Return tf2's own program, looking for a robot's camera."""
+    echo = Tf2Echo('map', 'robot7/camera', 20)
+    yield echo
+    echo.kill()
+
+
+def test_tf2_echo_hears_a_robot_of_another_network(context, router, echo):
+    driver = Node('driver', context=context, namespace='robot7')
+    moving = TransformBroadcaster(driver, tf_topic='tf')
+    static = StaticTransformBroadcaster(driver, tf_static_topic='tf_static')
+    with relayed(context, zenoh=router, namespace='robot7', rate_hz=20.0), \
+            relayed(context, from_zenoh=router, robots='robot7'):
+        static.sendTransform(transform('base', 'camera', x=0.25))
+        stamps = itertools.count(1)
+        until(lambda: 'Translation: [2.250, 0.000' in echo.output or moving.sendTransform(
+            transform('map', 'base', next(stamps), x=2.0)))
+    driver.destroy_node()
 
 
 def test_process_sends_by_its_options_and_ends_with_ctrl_c(start, robot, router):

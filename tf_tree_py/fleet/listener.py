@@ -11,6 +11,7 @@ from tf_tree_py.core.arrivals.incident_log import IncidentLog
 from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.buffer.buffer_core import BufferCore, DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
+from tf_tree_py.core.text import shorten
 from tf_tree_py.core.times import checked_cache_time
 
 from .errors import FleetError
@@ -224,7 +225,7 @@ class FleetListener:
             return False
         why_not = self._roster.admit(robot)
         if why_not:
-            log.warning('the robot %r is not heard: %s', robot, why_not)
+            log.warning('the robot %r is not heard: %s', shorten(robot, 80), why_not)
         return not why_not
 
     def _place_of(self, robot: str) -> Place:

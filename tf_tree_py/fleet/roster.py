@@ -7,11 +7,15 @@ import threading
 import time
 from typing import Any
 
+from tf_tree_py.core.stamp import from_seconds
+
 # Rates and lags are those of so many messages.
 _LATELY = 64
 # Whoever may write any key may invent robots, and publishers; more are not kept.
 _MAX_ROBOTS = 10_000
 _MAX_SOURCES = 100_000
+# How long it takes at most until all that robots have kept has come.
+_CATCH_UP = from_seconds(5.0)
 
 Source = tuple[str, int]
 """Who sends: a session of Zenoh, and a publisher in it."""
@@ -134,8 +138,13 @@ class Roster:
             self._accounts[robot].here = False
 
     def is_late(self, robot: str, sent: int) -> bool:
-        """Return whether a message was sent before its robot could be heard; nanoseconds."""
-        return sent < self._accounts[robot].back
+        """
+        Return whether a message was sent before its robot could be heard; nanoseconds.
+
+        What was kept comes at once. Later on, who sends old messages has a slow clock.
+        """
+        back = self._accounts[robot].back
+        return sent < back and time.time_ns() < back + _CATCH_UP
 
     def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool,
              source: Source | None, number: int | None = None) -> None:

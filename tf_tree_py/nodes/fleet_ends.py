@@ -72,7 +72,7 @@ class Fleet(Observer):
         self._shared = frozenset(shared)
         try:
             self._listener = FleetListener(
-                values['from_zenoh'], values['robots'], shared_frames=shared,
+                values['from_zenoh'], values['robots'].split(','), shared_frames=shared,
                 config=values['zenoh_config'] or None, key_prefix=values['key_prefix'])
         except FleetError as error:
             raise BadInput(str(error)) from error

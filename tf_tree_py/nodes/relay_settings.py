@@ -35,7 +35,7 @@ OPTIONS = (
                          'tcp/hall:7447'),
     Setting('from_zenoh', '', 'the router of a fleet that is to come out on the topics, each '
                               "robot's frames below its name"),
-    Setting('robots', '*', "which of its robots: a name, or a pattern such as 'hall*'"),
+    Setting('robots', '*', "which of its robots, with commas: names, or patterns such as 'hall*'"),
     Setting('robot', '', 'what this robot is called there; none: its namespace'),
     Setting('key_prefix', '', 'what stands in front of the robots in keys of Zenoh'),
     Setting('zenoh_config', '', 'a configuration file of Zenoh (JSON5): TLS, user and password'),

@@ -260,7 +260,7 @@ class Tree:
 
         :param time: when the parent would be the parent; see ``_close_loop``.
         """
-        unknown = {parent, child} - self.frames.keys()
+        unknown = {frame for frame in (parent, child) if frame not in self.frames}
         bad = bad_name(parent, child, stamp, authority, self.max_name_bytes) if unknown else None
         if bad:
             return [bad]
