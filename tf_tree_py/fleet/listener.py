@@ -36,6 +36,8 @@ OnRobot = Callable[[str, bool], object]
 
 # Frames of a whole fleet in one buffer.
 _MAX_FRAMES: Final = 200_000
+# Robots that are told not to be heard; whoever may write any key may invent more.
+_MOST_NOT_HEARD: Final = 20
 # No robot is called so.
 _ALL: Final = ''
 
@@ -73,7 +75,7 @@ class FleetListener:
         :param config: a configuration file of Zenoh: TLS, user and password, and all else.
         :param key_prefix: what stands in front of the robots' names in keys.
         :param on_robot: called with a robot's name and whether it is there, when it comes and
-            when it goes; in a thread of the listener's own.
+            when it goes; in a thread of the listener's own, which ``close()`` waits for.
         :param observers: watch every buffer, from the first message on.
         :raises FleetError: Zenoh is not installed, or an argument cannot be.
         """
@@ -97,6 +99,7 @@ class FleetListener:
         self._roster = Roster(apart=not separate)
         self._presence = Presence(time.monotonic)
         self._incidents = IncidentLog(log.getChild('incidents'))
+        self._not_heard = 0
         self._closed = threading.Event()
         self._threads = Threads(needs_zenoh().handlers.FifoChannel)
         self._link = Link(made, self.name, self._threads, self._presence.connect)
@@ -224,7 +227,8 @@ class FleetListener:
         if not any(pattern.includes(robot) for pattern in self._wanted):
             return False
         why_not = self._roster.admit(robot)
-        if why_not:
+        if why_not and self._not_heard < _MOST_NOT_HEARD:
+            self._not_heard += 1
             log.warning('the robot %r is not heard: %s', shorten(robot, 80), why_not)
         return not why_not
 
