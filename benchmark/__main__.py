@@ -64,7 +64,9 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'insert': inserting.inserting,
     'memory': memory.memory,
     'bag': recordings.recordings,
-    'fleet': fleets.fleets,
+    'fleet': fleets.hearing,
+    'fleet_lag': fleets.lag,
+    'fleet_link': fleets.link,
 }
 
 

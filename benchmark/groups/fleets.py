@@ -15,7 +15,7 @@
 """A fleet over Zenoh: what listening costs, how late it is, and what goes over the link."""
 
 from collections.abc import Iterator
-from contextlib import closing, ExitStack
+from contextlib import closing, contextmanager, ExitStack
 from functools import partial
 import math
 import statistics
@@ -49,26 +49,32 @@ _SECONDS = 20
 _THRESHOLDS = (0.0, 0.001, 0.01, 0.05)
 
 
-def fleets(_: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure all of it."""
+@contextmanager
+def _router() -> Iterator[str]:
+    """Yield the address of a router in a process of its own."""
     address = f'tcp/127.0.0.1:{free_port()}'
     with start('fleet_router', address) as router:
         router.call('is_up')
-        yield from _growth(address, effort)
-    yield from _traffic()
+        yield address
 
 
 # --- listening
 
-def _growth(address: str, effort: Effort) -> Iterator[Row]:
-    with ExitStack() as processes:
+def hearing(_: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure what listening costs, in several ways at the same time."""
+    with _router() as address, ExitStack() as processes:
         robots = processes.enter_context(start('fleet_robots', address))
         ears = {way: processes.enter_context(start('fleet_ear', way, address))
                 for way in (OURS, PLAIN_ZENOH, BY_HAND)}
         robots.call('drive', count=max(_FLEETS), rate_hz=_RATE_HZ, seconds=1.0)
         for count in _FLEETS:
             yield _cost(robots, ears, count, effort)
-    with start('fleet_robots', address) as robots, start('fleet_ear', OURS, address) as ear:
+
+
+def lag(_: Contestants, effort: Effort) -> Iterator[Row]:
+    """Measure how long after its publication a transform is looked up."""
+    with _router() as address, start('fleet_robots', address) as robots, \
+            start('fleet_ear', OURS, address) as ear:
         for count in _FLEETS:
             yield _lag(robots, ear, count, effort)
 
@@ -115,14 +121,14 @@ def _lag(robots: Worker, ear: Worker, count: int, effort: Effort) -> Row:
         robots.end()
         values['median'].append(statistics.median(lags))
         values['p99'].append(statistics.quantiles(lags, n=100)[-1])
-    row = Row('fleet', f'{_name(count)}: publication to lookup', 'ms', values)
+    row = Row('fleet_lag', f'{_name(count)}: publication to lookup', 'ms', values)
     row.judge('p99', None)
     return row
 
 
 # --- the link
 
-def _traffic() -> Iterator[Row]:
+def link(_: Contestants, __: Effort) -> Iterator[Row]:
     """Count what one robot sends, and how far off what is interpolated out of that is."""
     came = [_stop_and_go(tick) for tick in range(_SECONDS * _SOURCE_HZ)]
     plain = sum(len(write(samples)) for samples in came) / _SECONDS
@@ -134,12 +140,12 @@ def _traffic() -> Iterator[Row]:
                 rate_hz=rate_hz, min_move=threshold, min_turn=threshold))
             sent[name] = [_bytes_over_zenoh(went) / _SECONDS]
             off[name] = [_worst_mm(came, went)]
-    row = Row('fleet', f'{MOVING} of 40 frames at {_SOURCE_HZ} Hz, half of the time at rest',
+    row = Row('fleet_link', f'{MOVING} of 40 frames at {_SOURCE_HZ} Hz, half of the time at rest',
               'bytes a second', sent)
     for name in off:
         row.compare(name, 'plain messages', name=f'bytes over Zenoh: {name}')
     yield row
-    yield Row('fleet', 'interpolated, at worst off by', 'mm', off)
+    yield Row('fleet_link', 'interpolated, at worst off by', 'mm', off)
 
 
 def _stop_and_go(tick: int) -> list[Sample]:
@@ -166,27 +172,24 @@ def _thinned(came: list[list[Sample]], thinning: Thinning) -> list[list[Sample]]
 
 def _bytes_over_zenoh(messages: list[list[Sample]]) -> int:
     """Return how many bytes messages are on a link of TCP, with all that Zenoh adds."""
-    port = free_port()
-    with start('fleet_router', f'tcp/127.0.0.1:{port}') as router:
-        router.call('is_up')
-        with closing(CountingLink(port)) as link, \
-                open_session(_over_the_link(link), 10.0) as session, \
-                RobotPublisher(session, 'robot0') as publisher, \
-                start('fleet_ear', PLAIN_ZENOH, f'tcp/127.0.0.1:{port}') as ear:
-            while not ear.call('taken'):
-                publisher.send(b'')
-            before = link.sent
-            for samples in messages:
-                data = write(samples)
-                # One after the other, as a robot sends: else they would share a frame. What
-                # Zenoh drops, on a machine that is busy, goes once more.
-                while not link.await_bytes(len(data), partial(publisher.send, data)):
-                    pass
-            return link.sent - before
+    with _router() as address, closing(CountingLink(int(address.rpartition(':')[2]))) as counted, \
+            open_session(_over(counted), 10.0) as session, \
+            RobotPublisher(session, 'robot0') as publisher, \
+            start('fleet_ear', PLAIN_ZENOH, address) as ear:
+        while not ear.call('taken'):
+            publisher.send(b'')
+        before = counted.sent
+        for samples in messages:
+            data = write(samples)
+            # One after the other, as a robot sends: else they would share a frame. What
+            # Zenoh drops, on a machine that is busy, goes once more.
+            while not counted.await_bytes(len(data), partial(publisher.send, data)):
+                pass
+        return counted.sent - before
 
 
-def _over_the_link(link: CountingLink) -> zenoh.Config:
-    config = configuration(f'tcp/127.0.0.1:{link.port}')
+def _over(counted: CountingLink) -> zenoh.Config:
+    config = configuration(f'tcp/127.0.0.1:{counted.port}')
     # On one machine Zenoh sends what is large through shared memory.
     config.insert_json5('transport/shared_memory/enabled', 'false')
     return config

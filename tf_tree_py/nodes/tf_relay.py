@@ -60,7 +60,7 @@ Topics = Mapping[str, str]
 
 
 class TfRelay(Node):
-    """Listens to a robot in a thread of its own, and passes its transforms on."""
+    """Listens to a robot, or a fleet, in threads of its own, and passes transforms on."""
 
     def __init__(self, **node_options: Any) -> None:
         """
