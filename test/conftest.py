@@ -22,9 +22,9 @@ import pytest
 
 _TESTS = Path(__file__).parent
 
-# Where tests wait for programs that they start: where several workers share the files out,
-# they begin with these, so that none has the longest for itself at the end.
-_BEGIN_WITH = ['jazzy', 'docs', 'nodes', 'labs', 'dropin', 'ros']
+# Where files take long, or wait for programs that they start: where several workers share them
+# out, they begin with these, so that none has the longest for itself at the end.
+_BEGIN_WITH = ['jazzy', 'view', 'docs', 'labs', 'tools', 'nodes', 'dropin', 'ros']
 
 
 def pytest_configure(config):

@@ -43,6 +43,12 @@ _READ = """() => {
   return found;
 }"""
 
+# A page that is not painted just now has no next picture.
+_NEXT_PICTURE = """() => new Promise(done => {
+  requestAnimationFrame(done);
+  setTimeout(done, 200);
+})"""
+
 # Whichever way is up on the page, the lines' own axes are those of the fixed frame.
 _SPHERES = """() => {
   const spheres = [];
@@ -125,14 +131,8 @@ class OpenPage:
 
     def wait_for_axes(self, right):
         """Return the axes as soon as they are right, which a function of them says."""
-        end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            if self.scene()['axes']:
-                axes = self.axes()
-                if right(*axes):
-                    return axes
-            self._wait_for_picture()
-        raise AssertionError(f'the axes stand elsewhere: {self.axes()}')
+        return self.wait_for(lambda: self.scene()['axes'] and self.axes(),
+                             lambda axes: axes and right(*axes))
 
     def ellipsoids(self):
         """Return of each sphere what makes it of the unit one, in the page's axes (N, 4, 4)."""
@@ -140,16 +140,15 @@ class OpenPage:
 
     def wait_for_ellipsoid(self, right):
         """Return as soon as one sphere is seen and right, which a function of its matrix says."""
-        end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            found = self.ellipsoids()
-            if len(found) == 1 and right(found[0]):
-                return
-            self._wait_for_picture()
-        raise AssertionError(f'the ellipsoid is another: {found}')
+        self.wait_for(self.ellipsoids, lambda found: len(found) == 1 and right(found[0]))
 
-    def _wait_for_picture(self):
-        self.page.evaluate('() => new Promise(requestAnimationFrame)')
+    def wait_for(self, look, right=bool):
+        """Return what a function finds, as soon as it is right; it looks at every picture."""
+        end = time.monotonic() + PATIENCE_S
+        while not right(found := look()):
+            assert time.monotonic() < end, f'what is found is another: {found}'
+            self.page.evaluate(_NEXT_PICTURE)
+        return found
 
     def wait_for_count(self, what, count):
         """Wait until so many nodes of the scene can be seen, by a JavaScript expression."""

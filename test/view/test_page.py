@@ -14,11 +14,9 @@
 
 """Pages in a real Chromium: what is drawn is read back from the browser's own scene."""
 
-import time
 
 import numpy as np
 from open_page import OpenPage
-from programs import PATIENCE_S
 import pytest
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
 from tf_tree_py.core.arrivals.sample import Sample
@@ -141,12 +139,11 @@ def test_slider_moves_them_to_where_they_were_and_live_back(page, robot):
 
 
 def test_time_that_was_typed_is_not_lost_to_a_live_picture(page, serving):
-    (shown, _), = serving._pages.values()
+    *_, (shown, _) = serving._pages.values()
     slider = shown._timeline._slider
     with shown._lock:  # as while a picture is drawn
         page.go_to(2.5)
-        while slider.value != 2.5:
-            page.page.evaluate('() => new Promise(requestAnimationFrame)')
+        page.wait_for(lambda: slider.value == 2.5)
         shown._tell(shown._drawn)
     page.wait_for_text('paused at 102.5')
 
@@ -207,11 +204,12 @@ def test_click_in_the_list_or_on_the_axes_tells_of_a_frame(page):
     page.choose('world')
     page.turn_to('chosen')
     facts.filter(has_text='it is a root').wait_for()
-    for _ in range(100):
+
+    def click():
         page.page.mouse.click(500, 240)
-        page.page.evaluate('() => new Promise(requestAnimationFrame)')
-        if 'root' not in facts.inner_text():
-            break
+        return facts.inner_text()
+
+    page.wait_for(click, lambda text: 'root' not in text)
     facts.filter(has_text='static').wait_for()
     page.page.set_viewport_size({'width': 640, 'height': 480})
 
@@ -235,10 +233,7 @@ def test_followed_frame_stays_where_it_is_on_the_page(page, robot, serving):
     page.turn_to('chosen')
     page.page.get_by_role('checkbox', name='follow').check()
     # Where it is to stay is what it was drawn at when the server heard of that.
-    end = time.monotonic() + PATIENCE_S
-    while not any(shown._anchor for shown, _ in list(serving._pages.values())):
-        assert time.monotonic() < end
-        page.page.evaluate('() => new Promise(requestAnimationFrame)')
+    page.wait_for(lambda: any(shown._anchor for shown, _ in list(serving._pages.values())))
     feed(robot, LAST, LAST + SECOND)
     robot.time = LAST + SECOND
     page.wait_for_axes(lambda now, _, __: np.allclose(now[gripper], position[gripper], atol=1e-5)
