@@ -14,6 +14,7 @@
 
 """The demo's fleet drives as its motions say, and ends when it is told to."""
 
+import os
 from pathlib import Path
 import sys
 
@@ -32,7 +33,8 @@ def start():
     programs = []
 
     def start(*arguments):
-        programs.append(Program(sys.executable, str(PROGRAM), *arguments))
+        programs.append(Program(sys.executable, str(PROGRAM), *arguments,
+                                env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}))
         return programs[-1]
 
     yield start

@@ -14,7 +14,6 @@
 
 """Pages in a real Chromium: what is drawn is read back from the browser's own scene."""
 
-
 import numpy as np
 from open_page import OpenPage
 import pytest

@@ -19,7 +19,7 @@ So a lookup finds poses as in any other edge, and costs no more. The original sa
 computed at any time, for the correction is known.
 """
 
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 import numpy as np
 
@@ -175,6 +175,11 @@ class CorrectedAidedSamples(CorrectedHistory, AidedHistory):
         return twin
 
 
+def can_be_corrected(history: History | None) -> TypeGuard[DynamicHistory]:
+    """Return whether an edge moves between samples, which a correction can move."""
+    return isinstance(history, DynamicHistory) and not isinstance(history, HeldHistory)
+
+
 def corrected(history: History | None, child: str) -> CorrectedHistory:
     """
     Return an edge's history as one that absorbs corrections: itself, or a new one.
@@ -188,7 +193,7 @@ def corrected(history: History | None, child: str) -> CorrectedHistory:
             'samples of an edge, and begins at the newest one. Insert one first')
     if isinstance(history, CorrectedHistory):
         return history
-    if not isinstance(history, DynamicHistory) or isinstance(history, HeldHistory):
+    if not can_be_corrected(history):
         what = ('is static, so answers for any stamp may have been given, and a correction would '
                 'change them' if history.is_static else f'is {history.kind}, not samples')
         raise InvalidArgumentException(

@@ -28,7 +28,7 @@ from .remarks import too_old
 from .tree import Tree
 from ..arrivals.incidents import Incident, Kind
 from ..arrivals.sample import Sample
-from ..edges.corrected import corrected, CorrectedHistory
+from ..edges.corrected import can_be_corrected, corrected, CorrectedHistory
 from ..edges.discrete import DynamicHistory
 from ..errors import InvalidArgumentException
 from ..geometry import se3
@@ -175,7 +175,7 @@ class Sources:
         """Return whether a source began early enough to go over to it."""
         edge = tree.histories.get(self.child)
         # A static edge, or a spline, may have taken the place of theirs.
-        return (isinstance(edge, DynamicHistory) and edge.latest_stamp is not None
+        return (can_be_corrected(edge) and edge.latest_stamp is not None
                 and _ends(self.histories[name])[0] <= edge.latest_stamp)
 
     # --- by rule
