@@ -39,7 +39,9 @@ class Program:
         self._own_terminal = own_terminal
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            text=True, env=env, start_new_session=own_terminal)
+            text=True, start_new_session=own_terminal,
+            # One that crashes says where.
+            env={**(os.environ if env is None else env), 'PYTHONFAULTHANDLER': '1'})
         self._lines = []
         self._printed = threading.Condition()
         self._ended = False

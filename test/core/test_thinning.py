@@ -199,30 +199,29 @@ def test_limits_that_cannot_be_are_refused(limits, sentence):
 
 @contextmanager
 def sent(thinning):
-    """Yield what takes samples, and what returns the next message that was sent of them."""
+    """Yield what sends samples, and what returns the next message that was sent of them."""
     messages = SimpleQueue()
     moving = Moving(messages.put, thinning)
-    yield moving.take, lambda: list(messages.get(timeout=PATIENCE_S))
+    yield moving, lambda: list(messages.get(timeout=PATIENCE_S))
     moving.close()
 
 
 def test_frame_of_a_high_rate_does_not_wait_for_one_of_a_low_rate():
-    thinning = Thinning(rates={'slow': 0.1, 'quick': 50.0})
-    with sent(thinning) as (take, next_message):
-        take([at(1, child='slow')])
-        slow_turn = thinning.next_turn
-        take([at(1, child='quick')])
+    with sent(Thinning(rates={'slow': 0.1, 'quick': 50.0})) as (moving, next_message):
+        moving.take([at(1, child='slow')])
+        slow_turn = moving.next_turn
+        moving.take([at(1, child='quick')])
         end = time.monotonic() + PATIENCE_S
-        while thinning.next_turn != slow_turn:  # so the thread sleeps until then
+        while moving.next_turn != slow_turn:  # so the thread sleeps until then
             assert time.monotonic() < end
         for sample in (at(2, child='slow'), at(2, child='quick'), at(3, child='quick')):
-            take([sample])
+            moving.take([sample])
         assert [next_message() for _ in range(4)] == [
             [at(1, child='slow')], *([at(stamp, child='quick')] for stamp in (1, 2, 3))]
 
 
 def test_last_pose_of_a_frame_that_is_heard_no_more_goes():
-    with sent(Thinning(min_move=1.0, max_silence=0.05)) as (take, next_message):
-        take([at(1)])
-        take([at(2)])
+    with sent(Thinning(min_move=1.0, max_silence=0.05)) as (moving, next_message):
+        moving.take([at(1)])
+        moving.take([at(2)])
         assert [next_message(), next_message()] == [[at(1)], [at(2)]]

@@ -98,9 +98,10 @@ def test_what_is_missing_is_said_once_and_again_when_it_stops(context, said):
         with publishing(context):
             assert 'xyz' in said.next_line()
         stopped = said.next_unlike('xyz')
-        assert stopped.startswith('no new data of world -> gripper: ')
-        assert ('world -> odom, odom -> base_link, base_link -> gripper, '
-                'sent by /five_frame_publisher, ended ') in stopped
+        # It asks for a moment, which may lie between the last samples of two edges.
+        assert re.match(
+            'no new data of world -> gripper: world -> odom(, odom -> base_link)?'
+            '(, base_link -> gripper)?, sent by /five_frame_publisher, ended ', stopped)
         with publishing(context):
             assert 'xyz' in said.next_line()
         assert said.next_unlike('xyz').startswith('no new data of')

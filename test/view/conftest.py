@@ -34,7 +34,9 @@ window.__THREE_DEVTOOLS__.addEventListener(
 """
 
 
-@pytest.fixture(scope='session')
+# Not of the whole session: as long as it is there playwright's event loop is, in which no test of
+# another folder can run asyncio.
+@pytest.fixture(scope='module')
 def chromium():
     """Return a headless Chromium."""
     pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")

@@ -46,14 +46,21 @@ class Moving:
             target=self._send_what_waited, name='thinning', daemon=True)
         self._thread.start()
 
+    @property
+    def next_turn(self) -> float:
+        """Return when it sends next by itself, of the monotonic clock; infinity: nothing waits."""
+        with self._changed:
+            turn = self._thinning.next_turn
+            return math.inf if turn is None else turn
+
     def take(self, samples: Collection[Sample]) -> None:
         """Send samples, now or when their frame may go again, or not at all."""
         with self._changed:
             if self._closed:
                 return
-            before = self._next_turn()
+            before = self.next_turn
             self._send(self._thinning.offer(samples, time.monotonic_ns()))
-            if self._next_turn() < before:
+            if self.next_turn < before:
                 self._changed.notify()
 
     def close(self) -> None:
@@ -69,11 +76,7 @@ class Moving:
                 now = time.monotonic_ns()
                 self._send(self._thinning.due(now))
                 self._changed.wait(min(
-                    (self._next_turn() - now) / NANOSECONDS_PER_SECOND, threading.TIMEOUT_MAX))
-
-    def _next_turn(self) -> float:
-        turn = self._thinning.next_turn
-        return math.inf if turn is None else turn
+                    (self.next_turn - now) / NANOSECONDS_PER_SECOND, threading.TIMEOUT_MAX))
 
     def _send(self, samples: Collection[Sample]) -> None:
         if samples:
