@@ -92,7 +92,8 @@ def _lookups(rows: dict[str, Row]) -> Any:
         panel.set_title(title, fontsize=10)
         panel.set_xlabel('moving edges between the frames')
     panels[0].set_ylabel('time of a lookup, µs')
-    panels[0].legend(frameon=False)
+    # Where no line is.
+    panels[-1].legend(frameon=False, loc='upper left', labelspacing=0.25)
     return figure
 
 
