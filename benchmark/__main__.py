@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 The benchmark's command line: ``python -m benchmark``, in ``scripts/bench``'s environment.
 
-Prints a table for each group of rows as it is done, and in the end every ratio with
-its target; writes JSON, Markdown and plots.
+Prints the table of each group of rows when the group is complete, and at the end every ratio
+with its target; writes JSON, Markdown and plots.
 """
 
 import argparse
@@ -30,7 +19,9 @@ from tf_tree_py.labs.progress import progress
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK
 from .groups import (
+    calibrating,
     continuous,
+    control,
     fleets,
     inserting,
     joints,
@@ -57,21 +48,23 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'many': many.many,
     'continuous': continuous.continuous,
     'uncertain': uncertain.uncertain,
+    'calibration': calibrating.calibration,
     'listener': listening.listening,
+    'control': control.control,
     'joints': joints.joints,
     'doctor': listening.watching,
     'wait': waiting.waiting,
     'insert': inserting.inserting,
     'memory': memory.memory,
     'bag': recordings.recordings,
-    'fleet': fleets.hearing,
+    'fleet': fleets.listening,
     'fleet_lag': fleets.lag,
     'fleet_link': fleets.link,
 }
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure what was asked for."""
+    """Run the requested measurements."""
     options = _parse(arguments)
     if options.redraw:
         _draw(_IMAGES, report.rows_of(_DOCUMENT))
@@ -100,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='scripts/bench', description='Measure tf_tree_py beside its peers.')
+        prog='scripts/bench', description='Measure tf_tree_py and its peers.')
     parser.add_argument('--quick', action='store_true',
                         help='fewer rounds, and a minute instead of an hour of traffic')
     parser.add_argument('--only', nargs='+', metavar='GROUP', choices=GROUPS,

@@ -1,25 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What reading an archive costs: python benchmark/archive_bench.py.
+Measure the cost of reading an archive: python benchmark/archive_bench.py.
 
-Takes the number of bags as an argument. Each is a minute of ten edges at 10 Hz; the
-doctor is asked about all of them by one and by two workers, and by a plain loop in one
-process, which is the peer; then once more, with a worker killed in the middle. Then a
-trajectory of 100,000 stamps over five edges is made, beside one lookup a stamp. On a
-machine that others use, too, CPU tells more than the rates.
+The argument is the number of bags. Each bag is one minute of ten edges at 10 Hz. The doctor
+examines all of them with one worker, with two workers, and in a plain loop in one process,
+which is the peer. A last run kills a worker in the middle. Then a trajectory of 100,000 stamps
+over five edges is computed, and compared with one lookup per stamp.
+On a shared machine, the CPU times are more meaningful than the rates.
 """
 
 from collections.abc import Callable, Iterator
@@ -36,19 +25,19 @@ from typing import Any
 
 import numpy as np
 from tf_tree_py import BufferCore, from_seconds, Pose, UNLIMITED
+from tf_tree_py.core.health.measures.thresholds import Thresholds
 from tf_tree_py.core.trajectory import stamps_at_rate, trajectory
-from tf_tree_py.core.vitals.limits import Limits
 from tf_tree_py.tools.archive.bags import BagPath, bags_in
 from tf_tree_py.tools.archive.cluster import client_of
 from tf_tree_py.tools.archive.jobs import done, ReportJob
 from tf_tree_py.tools.archive.running import results
 from tf_tree_py.tools.export.formats import FORMATS
 
-JOB = ReportJob(Limits())
+JOB = ReportJob(Thresholds())
 
 
 def moving(edges: int, rate_hz: int, seconds: int) -> BufferCore:
-    """Return a chain of edges that turn, and a camera at its end."""
+    """Return a chain of rotating edges with a camera at its end."""
     buffer = BufferCore(UNLIMITED)
     for number in range(seconds * rate_hz):
         t = number / rate_hz
@@ -62,7 +51,7 @@ def moving(edges: int, rate_hz: int, seconds: int) -> BufferCore:
 
 @contextmanager
 def archive(count: int) -> Iterator[list[BagPath]]:
-    """Make bags that are alike."""
+    """Write similar bags; yield their paths."""
     with TemporaryDirectory() as folder:
         first = Path(folder, 'run_0.mcap')
         moving(edges=10, rate_hz=10, seconds=60).record(first)
@@ -72,13 +61,13 @@ def archive(count: int) -> Iterator[list[BagPath]]:
 
 
 def by_loop(bags: list[BagPath]) -> None:
-    """Read them one after the other."""
+    """Examine the bags one after the other."""
     for bag in bags:
         assert done(JOB, bag.path).row['outcome'] == 'fine'
 
 
 def by_workers(client: Any, bags: list[BagPath], *, kill: bool = False) -> None:
-    """Read them on a cluster; kill a worker in the middle."""
+    """Examine the bags on a cluster; optionally kill a worker in the middle."""
     seen = set[BagPath]()
     for bag, result in results(client, JOB, bags):
         assert result.row['outcome'] == 'fine' and bag not in seen, result.row
@@ -89,25 +78,25 @@ def by_workers(client: Any, bags: list[BagPath], *, kill: bool = False) -> None:
 
 
 def cpu_of(call: Callable[[], object]) -> float:
-    """Return the seconds of CPU that a call takes in this process."""
+    """Return the CPU seconds that a call takes in this process."""
     begin = time.process_time()
     call()
     return time.process_time() - begin
 
 
 def workers_use(client: Any) -> tuple[float, float]:
-    """Return the seconds of CPU of all workers, and the memory of the largest, megabytes."""
+    """Return the CPU seconds of all workers, and the memory of the largest, megabytes."""
     return (sum(client.run(time.process_time).values()), max(client.run(resident_mb).values()))
 
 
 def resident_mb() -> float:
-    """Return the memory of this process."""
+    """Return the resident memory of this process, megabytes."""
     import psutil
     return float(psutil.Process().memory_info().rss / 1e6)
 
 
 def read_by_workers(workers: int, bags: list[BagPath], loop_s: float) -> None:
-    """Print what reading by workers takes, and what if one of them is killed."""
+    """Print the cost of reading with workers, and with one of them killed."""
     with client_of(None, workers) as client:
         by_workers(client, bags[:5])
         before, _ = workers_use(client)

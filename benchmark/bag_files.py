@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Bags to measure with: 38 moving edges in one message at 100 Hz, as MCAP."""
+"""Bags for measurements: 38 moving edges in one message at 100 Hz, as MCAP."""
 
 from pathlib import Path
 
@@ -27,7 +16,7 @@ TYPE = 'tf2_msgs/msg/TFMessage'
 
 
 def write_bag(folder: Path, seconds: int, *, compressed: bool) -> Path:
-    """Write a bag of so many seconds, and return its MCAP file."""
+    """Write a bag of a number of seconds; return its MCAP file."""
     writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
     if compressed:
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)

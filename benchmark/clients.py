@@ -1,22 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-How a buffer server bears many clients: ``python -m benchmark.clients``, in ``. scripts/env``.
+Measure the load of many clients on a server.
 
-Starts the server and processes full of clients, each on a node and with a connection of its own.
-All wait for one transform; then it is published. Afterwards one client asks in a loop.
+Run ``python -m benchmark.clients``, after ``. scripts/env``. It starts the server and processes
+with clients, each with its own connection. All clients wait for one transform, which is then
+published. Afterwards one client looks up in a loop.
 """
 
 import argparse
@@ -40,7 +30,7 @@ WAIT_S = 5.0
 
 
 def main() -> None:
-    """Measure, and print what was measured."""
+    """Measure, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--processes', type=int, default=20)
     parser.add_argument('--clients', type=int, default=5, help='in each process')
@@ -55,7 +45,7 @@ def main() -> None:
 
 
 def ask(count: int) -> None:
-    """Let so many clients wait, and print when each had its answer."""
+    """Make a number of clients wait; print the times of their responses."""
     node = rclpy.create_node('asking')
     clients = [BufferClient(node, ACTION) for _ in range(count)]
     assert all(client.wait_for_server(PATIENCE) for client in clients)
@@ -82,7 +72,7 @@ def ask(count: int) -> None:
 
 
 def measure(processes: int, count: int) -> None:
-    """Start everybody, and publish what all wait for."""
+    """Start all processes, and publish the transform for which all clients wait."""
     server = start('tf_tree_py.nodes.buffer_server')
     home = Path(f'/proc/{server.pid}')
     asking = [start('benchmark.clients', '--asking', '--clients', str(count))
@@ -94,7 +84,7 @@ def measure(processes: int, count: int) -> None:
     while broadcaster.pub_tf.get_subscription_count() < 1:
         time.sleep(0.01)
     idle = cpu_s(home)
-    tell(asking)
+    resume(asking)
     time.sleep(WAIT_S)
     asked = cpu_s(home)
     time.sleep(WAIT_S)
@@ -105,12 +95,12 @@ def measure(processes: int, count: int) -> None:
     latencies = [(float(text) - begin) * 1e3 for line in lines for text in line]
     answered = cpu_s(home)
     print(f'{processes} processes with {count} clients each, all waiting for one transform')
-    print(f'  from its publication to the answer: median {statistics.median(latencies):.0f} ms, '
+    print(f'  from its publication to the result: median {statistics.median(latencies):.0f} ms, '
           f'last {max(latencies):.0f} ms')
-    print(f'  CPU of the server: to be asked {asked - idle:.2f} s, while all wait '
+    print(f'  CPU of the server: to receive the goals {asked - idle:.2f} s, while all wait '
           f'{(waited - asked) / WAIT_S * 100.0:.1f} %, to answer {answered - waited:.2f} s')
     print(f'  threads of the server: {threads(home)}; its memory: {memory_mb(home):.0f} MB')
-    tell(asking)
+    resume(asking)
     for process in asking:
         process.wait()
     ask_in_a_loop(node, home)
@@ -119,7 +109,7 @@ def measure(processes: int, count: int) -> None:
 
 
 def ask_in_a_loop(node: Node, server: Path) -> None:
-    """Let one client ask again and again."""
+    """Look up repeatedly with one client."""
     with BufferClient(node, ACTION) as client:
         assert client.wait_for_server(PATIENCE)
         times, begin, cpu = [], time.monotonic(), cpu_s(server)
@@ -133,13 +123,13 @@ def ask_in_a_loop(node: Node, server: Path) -> None:
 
 
 def start(module: str, *arguments: str) -> 'subprocess.Popen[str]':
-    """Start a process that can be told to go on."""
+    """Start a process that pauses until ``resume``."""
     return subprocess.Popen([sys.executable, '-m', module, *arguments], stdin=subprocess.PIPE,
                             stdout=subprocess.PIPE, text=True)
 
 
-def tell(processes: 'list[subprocess.Popen[str]]') -> None:
-    """Let processes go on."""
+def resume(processes: 'list[subprocess.Popen[str]]') -> None:
+    """Resume processes."""
     for process in processes:
         assert process.stdin
         process.stdin.write('go\n')
@@ -147,7 +137,7 @@ def tell(processes: 'list[subprocess.Popen[str]]') -> None:
 
 
 def a_transform() -> TransformStamped:
-    """Return map -> base, at its birth."""
+    """Return the transform map -> base at 1 s."""
     transform = TransformStamped(child_frame_id='base')
     transform.header.frame_id = 'map'
     transform.header.stamp.sec = 1
@@ -161,7 +151,7 @@ def cpu_s(process: Path) -> float:
 
 
 def threads(process: Path) -> int:
-    """Return how many threads a process has, the middleware's too."""
+    """Return the number of threads of a process, including those of the middleware."""
     return len(list((process / 'task').iterdir()))
 
 

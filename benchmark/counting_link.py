@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A link over TCP that counts what goes through it."""
+"""A TCP proxy that counts the bytes that pass through it."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -23,7 +12,7 @@ from typing import Any
 
 
 def free_port() -> int:
-    """Return a port of this machine that nobody listens on."""
+    """Return an unused port of this machine."""
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         return int(probe.getsockname()[1])
@@ -31,10 +20,10 @@ def free_port() -> int:
 
 class CountingLink:
     """
-    Passes connections on, in a thread of its own.
+    Forwards connections in an internal thread.
 
-    :ivar port: where it listens, on this machine only.
-    :ivar sent: how many bytes went to the other side so far.
+    :ivar port: the port on which it listens, on this machine only.
+    :ivar sent: number of bytes sent to the other side so far.
     """
 
     def __init__(self, to_port: int) -> None:
@@ -61,7 +50,7 @@ class CountingLink:
         writer.close()
 
     def await_bytes(self, count: int, send: Callable[[], object]) -> bool:
-        """Send, and return whether so many bytes have gone; not in a second: False."""
+        """Send; return whether this number of bytes has passed within a second."""
         goal, end = self.sent + count, time.monotonic() + 1.0
         send()
         while self.sent < goal:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How much to measure."""
+"""The sizes of a benchmark run."""
 
 from typing import NamedTuple
 
@@ -21,13 +10,13 @@ class Effort(NamedTuple):
     """
     The sizes of a run.
 
-    :ivar rounds: how often all contestants take turns.
-    :ivar lookups: in a round.
-    :ivar stream_s: how long a stream of messages lasts.
-    :ivar streams: how many of each kind.
-    :ivar waits: how many blocked lookups to time.
-    :ivar simulated_s: how much traffic to simulate for the memory.
-    :ivar samples: how many to store for the memory.
+    :ivar rounds: number of turns of every contestant.
+    :ivar lookups: number per round.
+    :ivar stream_s: duration of a stream of messages.
+    :ivar streams: number of streams of each kind.
+    :ivar waits: number of blocked lookups to time.
+    :ivar simulated_s: duration of the traffic that is simulated for the memory.
+    :ivar samples: number to store for the memory.
     """
 
     rounds: int

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The lookups that every contestant has to do: one task, the same steps.
+The lookups that every contestant performs: the same task in the same steps.
 
-Standard library only, for a contestant in another Python imports this too.
+Uses the standard library only, because a contestant in another Python also imports this module.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,47 +19,47 @@ from .timing import clock, cost_of_clock, cpu_clock
 
 _SAMPLES_A_SECOND = 1_000_000_000 // PERIOD
 
-# Successive multiples of it fall evenly on an interval and never repeat.
+# The golden ratio: its successive multiples, modulo 1, are evenly distributed and never repeat.
 _GOLDEN = 0.6180339887498949
 
-# tf2 polls so often for what is not there yet: tf2_ros_py, Buffer.can_transform.
+# The period with which tf2 polls for missing data: tf2_ros_py, Buffer.can_transform.
 _TF2_POLLS_EVERY_S = 0.02
 
 
 class Unable(Exception):
-    """A contestant cannot do a task, and says why."""
+    """A contestant cannot do a task; the text gives the reason."""
 
 
 class Peer(Protocol):
-    """What a contestant has to be able to do."""
+    """The operations of a contestant."""
 
     def reset(self, robot: Robot, history_s: float) -> None:
         """
-        Begin anew, with an empty buffer for a robot.
+        Start again, with an empty buffer for a robot.
 
-        :raises Unable: this robot is not for this contestant.
+        :raises Unable: the contestant does not support this robot.
         """
 
     def message(self, edge: motion.Edge, stamp: int, pose: Pose) -> Any:
-        """Return one transform in the form that ``insert`` takes."""
+        """Return one transform in the form that ``insert`` accepts."""
 
     def insert(self, message: Any) -> object:
-        """Take a transform that moves."""
+        """Insert a moving transform."""
 
     def insert_static(self, message: Any) -> object:
-        """Take one that does not."""
+        """Insert a static transform."""
 
     def time(self, stamp: int) -> Any:
-        """Return a stamp in the form that ``lookup`` takes; 0 is the latest."""
+        """Return a stamp in the form that ``lookup`` accepts; 0 is the latest."""
 
     def lookup(self, target: str, source: str, stamp: Any) -> Any:
-        """Return what a user gets."""
+        """Return the result of a lookup in the form that users receive."""
 
     def lookup_tree(self, target: str, stamp: Any) -> dict[str, Any]:
         """Return all frames relative to one, by name."""
 
     def pose(self, answer: Any) -> Sequence[float]:
-        """Return x y z and quaternion x y z w of what ``lookup`` returned, or its tree holds."""
+        """Return x y z and quaternion x y z w of a result of ``lookup`` or ``lookup_tree``."""
 
 
 class Task(NamedTuple):
@@ -78,10 +67,10 @@ class Task(NamedTuple):
     Lookups of one kind.
 
     :ivar robot: see ``motion.robot``.
-    :ivar history_s: how much history the buffer holds.
-    :ivar latest: ask for the latest; else for stamps about the middle of the history.
-    :ivar count: lookups a round.
-    :ivar whole_tree: each time ask for all frames relative to the target.
+    :ivar history_s: the length of the history in the buffer.
+    :ivar latest: look up the latest; otherwise stamps near the middle of the history.
+    :ivar count: lookups per round.
+    :ivar whole_tree: look up all frames relative to the target each time.
     """
 
     robot: str
@@ -93,10 +82,10 @@ class Task(NamedTuple):
 
 class Exercise:
     """
-    One contestant at one task, which goes on where its last round ended.
+    One contestant performing one task; each round continues from the end of the last one.
 
-    Between every two lookups an insertion: the next sample of an edge on the way,
-    in turn. So the window slides, and no answer is the one before.
+    Between every two lookups, the next sample of an edge of the path is inserted, each edge in
+    turn. The window slides, so no earlier result can be reused.
     """
 
     def __init__(self, peer: Peer, task: Task) -> None:
@@ -116,7 +105,7 @@ class Exercise:
         self._ask = self._ask_tree if task.whole_tree else peer.lookup
 
     def answers(self) -> list[list[float]]:
-        """Return some answers, for comparison: at samples, between them, and the latest."""
+        """Return some results, for comparison: at samples, between them, and the latest."""
         # The latest is worth comparing when one edge is ahead. The others skip this sample.
         self.peer.insert(self._message(self.robot.moving[0], self._samples))
         self._samples += 1
@@ -129,7 +118,7 @@ class Exercise:
         return answers
 
     def answer(self, stamp: int) -> list[float]:
-        """Return one answer."""
+        """Return the pose of one lookup."""
         return self._numbers(self.peer.lookup(
             self.robot.target, self.robot.source, self.peer.time(stamp)))
 
@@ -137,7 +126,7 @@ class Exercise:
         return list(map(float, self.peer.pose(answer)))
 
     def take_turn(self) -> float:
-        """Return the seconds that a lookup took, the median of the turn."""
+        """Return the seconds per lookup, the median of the turn."""
         steps = list(itertools.islice(self._steps, self.task.count))
         target, source = self.robot.target, self.robot.source
         insert, ask = self.peer.insert, self._ask
@@ -150,7 +139,7 @@ class Exercise:
         return statistics.median(spent) - cost_of_clock()
 
     def loop(self, stamps: Sequence[int]) -> float:
-        """Return the seconds that a lookup takes in a loop over stamps."""
+        """Return the seconds per lookup in a loop over stamps."""
         target, source = self.robot.target, self.robot.source
         lookup = self.peer.lookup
         times = [self.peer.time(stamp) for stamp in stamps]
@@ -160,7 +149,7 @@ class Exercise:
         return (cpu_clock() - begin) / len(times)
 
     def insertions(self, batches: int) -> float:
-        """Return the seconds that an insertion takes: as many messages of every edge."""
+        """Return the seconds per insertion, measured over this many messages of every edge."""
         robot, insert = self.robot, self.peer.insert
         first, self._samples = self._samples, self._samples + batches
         messages = [self._message(edge, sample)
@@ -174,7 +163,7 @@ class Exercise:
         return self.peer.lookup_tree(target, stamp)
 
     def _steps_for_ever(self) -> Iterator[tuple[Any, Any]]:
-        """Yield a message to insert and the stamp to ask for then."""
+        """Yield, without end, a message to insert and the stamp to look up after it."""
         moving = self.robot.moving
         if self.task.whole_tree:
             moving = [edge for edge in self.robot.edges if not edge.static]
@@ -186,7 +175,7 @@ class Exercise:
                 stamp = 0
             else:
                 newest = START + (self._samples + number - 1) * PERIOD
-                # About the middle of what all edges have.
+                # Near the middle of the span in which all edges have data.
                 stamp = int(newest - half * (0.9 + 0.2 * (step * _GOLDEN % 1.0)))
             yield message, self.peer.time(stamp)
 
@@ -196,7 +185,7 @@ class Exercise:
 
 
 def poll_as_tf2_does(peer: Any, target: str, source: str, stamp: Any, timeout_s: float) -> Any:
-    """Return a lookup that may have to wait, the way that tf2's Python writes it."""
+    """Return a lookup that may wait, implemented like tf2's Python code."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end and not peer.can(target, source, stamp):
         time.sleep(_TF2_POLLS_EVERY_S)

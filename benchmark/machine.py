@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What the numbers were measured on."""
+"""A description of the machine that ran the benchmark."""
 
 import datetime
 import importlib.metadata
@@ -24,7 +13,7 @@ from typing import Any
 
 
 def describe() -> dict[str, Any]:
-    """Return the machine, the versions, the time, and how busy the machine is now."""
+    """Return the machine, the versions, the time, and the current load."""
     return {
         'commit': _commit(),
         'cpu': _cpu_model(),
@@ -46,7 +35,7 @@ def load() -> list[float]:
 
 
 def _commit() -> str | None:
-    """Return which version of tf_tree_py it is, if git can tell."""
+    """Return the commit of tf_tree_py; None if git cannot determine it."""
     try:
         commit = _git('rev-parse', '--short', 'HEAD')
         changes = _git('status', '--porcelain', '--', 'tf_tree_py')

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The robots and how they move: the same numbers for every contestant.
+The robots and their motion: the same numbers for every contestant.
 
-Standard library only, for a contestant in another Python imports this too.
+Uses the standard library only, because a contestant in another Python also imports this module.
 """
 
 import math
@@ -31,8 +20,9 @@ _AXES = [(0.6, 0.0, 0.8), (0.8, 0.6, 0.0), (0.0, -0.8, 0.6), (0.48, -0.6, 0.64)]
 
 class Edge(NamedTuple):
     """
-    An edge; its number makes its motion its own.
+    An edge.
 
+    :ivar number: determines the motion, which is different for each edge.
     :ivar offset: how much later than others it is sampled, nanoseconds.
     """
 
@@ -43,13 +33,13 @@ class Edge(NamedTuple):
     offset: int = 0
 
     def stamp_of(self, sample: int) -> int:
-        """Return when a sample is taken, nanoseconds."""
+        """Return the stamp of a sample, nanoseconds."""
         return START + self.offset + sample * PERIOD
 
 
 class Robot(NamedTuple):
     """
-    A tree of frames, and the two that are asked about.
+    A tree of frames, and the two frames of its lookups.
 
     :ivar edges: parents before children.
     """
@@ -60,7 +50,7 @@ class Robot(NamedTuple):
 
     @property
     def moving(self) -> list[Edge]:
-        """Return the edges on the way from target to source that move."""
+        """Return the moving edges on the path from target to source."""
         by_child = {edge.child: edge for edge in self.edges}
         way = []
         frame = self.source
@@ -71,7 +61,7 @@ class Robot(NamedTuple):
 
 
 def pose_at(edge: Edge, stamp: int) -> Pose:
-    """Return ``parent_T_child``: x y z, quaternion x y z w. It turns by up to 1.7 rad/s."""
+    """Return ``parent_T_child``: x y z, quaternion x y z w. It rotates by up to 1.7 rad/s."""
     t = 0.0 if edge.static else (stamp - START) / 1e9
     phase = 0.7 * edge.number
     angle = phase + 0.3 * t + 0.8 * math.sin(1.7 * t + phase)
@@ -83,9 +73,9 @@ def pose_at(edge: Edge, stamp: int) -> Pose:
 
 def chain(depth: int, staggered: bool = False) -> Robot:
     """
-    Return frames hanging on each other, all of them moving.
+    Return a serial chain of moving frames.
 
-    :param staggered: no two are sampled at the same time.
+    :param staggered: no two edges are sampled at the same time.
     """
     edges = [Edge(f'frame_{i}', f'frame_{i + 1}', False, i, staggered * i * PERIOD // depth)
              for i in range(depth)]
@@ -96,8 +86,8 @@ def humanoid() -> Robot:
     """
     Return 38 edges: 30 joints, 4 cameras, a lidar, an IMU, map->odom, odom->base.
 
-    A joint is a pair of links, fixed ones too, as a URDF has them. The hand camera
-    hangs 12 edges below the map; 5 of those move.
+    A joint is a pair of links, fixed joints included, as in a URDF. The hand camera
+    is 12 edges below the map; 5 of those move.
     """
     edges = [Edge(parent, child, kind == 'fixed', number)
              for number, (parent, child, kind) in enumerate(_humanoid_links())]

@@ -1,27 +1,20 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What a page of many frames costs: python benchmark/pages.py [FRAMES] [SECONDS].
+Measure the cost of a page with many frames: ``python -m benchmark.pages [FRAMES] [SECONDS]``.
 
-Needs the extra view, playwright, and Chromium. Frames that all move are inserted 30 times a
-second, and looked at in a headless browser. Each row has the processor time of the
-server, in percent of a core, above that of inserting while nobody looks; that of the
-page's own thread in the browser; how many pictures a second the browser has drawn; and
-of ours the delay from an insertion to the picture that shows it. Without a graphics
-card the processor draws, outside of that thread. The peer draws the same frames
-with one node of viser for each, and neither names, lines nor ground.
+Needs the extra view, playwright, and Chromium. Moving frames are inserted 30 times a second and
+shown in a headless browser. Each row has
+
+- the CPU time of the server, in percent of a core, above that of inserting without pages,
+- the CPU time of the page's main thread in the browser,
+- the frames per second that the browser draws,
+- the delay from an insertion to the picture that shows it.
+
+Without a graphics card, the CPU also draws, outside of that thread. The peer draws the same
+frames with one viser node for each, without names, lines and ground. One row adds a scan of
+1,000 points at 10 Hz, in a moving frame.
 """
 
 from collections.abc import Callable, Iterator
@@ -33,9 +26,12 @@ import threading
 import time
 from typing import Any, NamedTuple
 
-from playwright.sync_api import Browser, CDPSession, sync_playwright
+import numpy as np
+from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.view.sensors.readings import Reading
+from tf_tree_py.view.sensors.sensor_source import NoSensors
 from tf_tree_py.view.serving import RATE_HZ, Serving
 from tf_tree_py.view.subject import Subject
 import viser
@@ -50,7 +46,7 @@ window.__THREE_DEVTOOLS__.addEventListener(
   'observe', event => event.detail.isScene && window.scenes.push(event.detail));
 """
 
-# The first frame stands as many metres along z as seconds have passed since the beginning.
+# The height of the first frame, metres, is the number of seconds since the start.
 WATCH = """([begin, seconds]) => new Promise(done => {
   const height = () => {
     let found = 0;
@@ -77,19 +73,20 @@ WATCH = """([begin, seconds]) => new Promise(done => {
 class Robot:
     """Frames that move, in a buffer."""
 
-    def __init__(self, frames: int) -> None:
+    def __init__(self, frames: int, cache_s: float = 10.0, rate_hz: float = RATE_HZ) -> None:
+        self._period_s = 1.0 / rate_hz
         self.names = [f'frame_{number}' for number in range(frames)]
-        self.buffer = BufferCore()
+        self.buffer = BufferCore(round(1e9 * cache_s))
         self.begin = time.time()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._move)
 
     def _move(self) -> None:
-        while not self._ended.wait(1.0 / RATE_HZ):
+        while not self._ended.wait(self._period_s):
             self.insert()
 
     def insert(self) -> None:
-        """Insert where all frames are now: in rows, the first one higher than the others."""
+        """Insert the current poses of all frames, in rows, the first frame above the others."""
         now = time.time()
         heights = [now - self.begin, *[(now - self.begin) / 2.0] * (len(self.names) - 1)]
         self.buffer.insert_many([
@@ -108,8 +105,38 @@ class Robot:
         self._thread.join()
 
 
+class Scan(NoSensors):
+    """A laser that turns with a frame, 10 times a second."""
+
+    _PERIOD = 100_000_000
+    _ANGLES = np.linspace(-np.pi, np.pi, 1000)
+
+    def topics(self) -> list[str]:
+        """Return the topic of the laser."""
+        return ['/scan']
+
+    def reading(self, topic: str, stamp: int) -> Reading | None:
+        """Return a scan that is at most a tenth of a second older than a stamp."""
+        begin = stamp - stamp % self._PERIOD
+        ranges = 2.0 + np.sin(5.0 * self._ANGLES + begin % 10**10 / 1e9)
+        points = np.stack([ranges * np.cos(self._ANGLES), ranges * np.sin(self._ANGLES),
+                           np.zeros(len(ranges))], axis=1)
+        return Reading('frame_1', begin, points)
+
+
+def subject_of(robot: Robot) -> Subject:
+    """Return the content of the pages: moving frames and a laser."""
+    return Subject(robot.buffer, True, time.time_ns, sensors=Scan())
+
+
+def show_scan(page: Page) -> None:
+    """Enable the scan of a page."""
+    page.get_by_role('tab', name='sensors').click()
+    page.get_by_role('checkbox', name='/scan').check()
+
+
 class Row(NamedTuple):
-    """What was measured of one way to draw."""
+    """The measurements of one way of drawing."""
 
     name: str
     server_percent: float
@@ -125,7 +152,7 @@ class Row(NamedTuple):
 
 @contextmanager
 def peer(robot: Robot) -> Iterator[str]:
-    """Serve a node of viser for each frame."""
+    """Serve one viser node for each frame."""
     server = viser.ViserServer(host='127.0.0.1', port=18400, verbose=False)
     nodes = {name: server.scene.add_frame(f'/{name}') for name in robot.names}
     ended = threading.Event()
@@ -150,26 +177,27 @@ def peer(robot: Robot) -> Iterator[str]:
 @contextmanager
 def ours(robot: Robot) -> Iterator[str]:
     """Serve pages as ``tf_view`` does."""
-    subject = Subject(robot.buffer, True, time.time_ns)
-    with Serving(subject, '127.0.0.1', 18500, 'benchmark') as serving:
+    with Serving(subject_of(robot), '127.0.0.1', 18500, 'benchmark') as serving:
         yield serving.url
 
 
 def busy(action: Callable[[], Any]) -> tuple[float, Any]:
-    """Return what share of a core this process takes meanwhile, and the action's result."""
+    """Return the share of a core that this process uses during an action, and its result."""
     cpu, wall = time.process_time(), time.monotonic()
     result = action()
     return (time.process_time() - cpu) / (time.monotonic() - wall), result
 
 
 def measure(name: str, robot: Robot, url: str, pages: int, browser: Browser,
-            seconds: float, idle: float) -> Row:
-    """Return what pages cost, of which the last is watched."""
+            seconds: float, idle: float, prepare: Callable[[Page], None] | None = None) -> Row:
+    """Return the cost of some pages. Pictures and delays are those of the last page."""
     context = browser.new_context(viewport={'width': 640, 'height': 480})
     context.add_init_script(LISTEN)
     opened = [context.new_page() for _ in range(pages)]
     for page in opened:
         page.goto(f'{url}/?fixedDpr=0.5')
+        if prepare is not None:
+            prepare(page)
         page.wait_for_timeout(4000)
     session = context.new_cdp_session(opened[-1])
     session.send('Performance.enable')
@@ -181,7 +209,7 @@ def measure(name: str, robot: Robot, url: str, pages: int, browser: Browser,
 
 
 def working(session: CDPSession) -> float:
-    """Return for how many seconds the page's thread has worked."""
+    """Return the seconds for which the page's main thread has worked."""
     metrics = session.send('Performance.getMetrics')['metrics']
     return next(each['value'] for each in metrics if each['name'] == 'TaskDuration')
 
@@ -201,6 +229,8 @@ def main(frames: int = 200, seconds: float = 10.0) -> None:
             for pages in (1, 2):
                 print(measure(f'tf_view, pages open: {pages}', robot, url, pages, browser,
                               seconds, idle), flush=True)
+            print(measure('tf_view, one page and a scan', robot, url, 1, browser, seconds, idle,
+                          show_scan), flush=True)
             share, _ = busy(lambda: time.sleep(seconds))
             print(f'{"tf_view, pages closed again":28} {100 * (share - idle):8.1f} %')
         browser.close()

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The plots of the results, readable in black and white."""
+"""Plots of the results, readable in black and white."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,17 +10,25 @@ from typing import Any
 from .rows import DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, TF2_ROS
 from .timing import spread
 
-# Each contestant looks the same everywhere: line, marker, fill, hatch.
+# Each contestant has the same style in all plots: line, marker, fill, hatch.
 _LOOKS = {
     OURS: {'color': 'black', 'linestyle': '-', 'marker': 'o'},
-    DEBIAN: {'color': '0.45', 'linestyle': '--', 'marker': 's'},
-    JAZZY: {'color': '0.45', 'linestyle': '-.', 'marker': '^'},
-    TF2_ROS: {'color': '0.3', 'linestyle': (0, (8, 2)), 'marker': 'v'},
-    RUST: {'color': '0.55', 'linestyle': ':', 'marker': 'D'},
+    TF2_ROS: {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
+    JAZZY: {'color': '#c84c00', 'linestyle': '-.', 'marker': '^'},
+    DEBIAN: {'color': '#c84c00', 'linestyle': ':', 'marker': 'v'},
+    RUST: {'color': '#007a5a', 'linestyle': ':', 'marker': 'D'},
+}
+# Longer names for the short names of the tables, for readers who have not seen the tables.
+_LONG_NAMES = {
+    TF2_ROS: 'tf2_ros (Python, Jazzy)',
+    JAZZY: "tf2's C++ buffer alone (Jazzy)",
+    DEBIAN: "tf2's C++ buffer alone (Debian)",
+    RUST: 'Rust (transform-tree)',
 }
 _FILLS = {
     OURS: {'color': 'black'},
     PLAIN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '///'},
+    TF2_ROS: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '...'},
 }
 
 # From the bottom to the top.
@@ -45,17 +42,17 @@ _MARKERS = {
 
 def draw(folder: Path, rows: Sequence[Row]) -> list[Path]:
     """
-    Draw what there is data for; return the files.
+    Draw the plots for which there is data; return the files.
 
-    :raises ImportError: there is no matplotlib.
+    :raises ImportError: matplotlib is not installed.
     """
     import matplotlib
     matplotlib.use('Agg')
-    # The same data gives the same file.
+    # Identical data produces identical files.
     matplotlib.rcParams.update({'svg.hashsalt': 'tf_tree_py', 'font.size': 10,
                                 'axes.spines.top': False, 'axes.spines.right': False})
     folder.mkdir(parents=True, exist_ok=True)
-    plots = {'lookups': _lookups, 'listener': _listener, 'many': _many}
+    plots = {'lookups': _lookups, 'listener': _listener, 'many': _many, 'control': _control}
     written = []
     for name, plot in plots.items():
         figure = plot({row.name: row for row in rows if row.group == _GROUPS[name]})
@@ -64,7 +61,7 @@ def draw(folder: Path, rows: Sequence[Row]) -> list[Path]:
     return written
 
 
-_GROUPS = {'lookups': 'depth', 'listener': 'listener', 'many': 'many'}
+_GROUPS = {'lookups': 'depth', 'listener': 'listener', 'many': 'many', 'control': 'control'}
 
 
 def _save(figure: Any, stem: Path) -> list[Path]:
@@ -75,25 +72,26 @@ def _save(figure: Any, stem: Path) -> list[Path]:
 
 
 def _lookups(rows: dict[str, Row]) -> Any:
-    """Return lookup time over depth."""
+    """Return a plot of the lookup time against the depth."""
     if not rows:
         return None
     from matplotlib import pyplot
-    figure, panels = pyplot.subplots(1, 2, figsize=(8.0, 3.6), sharey=True, layout='constrained')
+    figure, panels = pyplot.subplots(1, 2, figsize=(8.0, 4.2), sharey=True, layout='constrained')
     for panel, where, title in zip(panels, ('middle', 'latest'),
-                                   ('in the middle of 1 s', 'the latest'), strict=True):
+                                   ('at a stamp between samples', 'the latest'), strict=True):
         for name, look in _LOOKS.items():
             points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).median)
                       for row in rows.values()
                       if row.name.startswith(where) and name in row.values]
             if points:
-                panel.plot(*zip(*points, strict=True), label=name, markersize=4, **look)
+                panel.plot(*zip(*points, strict=True), label=_LONG_NAMES.get(name, name),
+                           markersize=4, **look)
         _scale(panel, [1, 2, 5, 10, 38])
         panel.set_title(title, fontsize=10)
         panel.set_xlabel('moving edges between the frames')
-    panels[0].set_ylabel('time of a lookup, µs')
-    # Where no line is.
-    panels[-1].legend(frameon=False, loc='upper left', labelspacing=0.25)
+    panels[0].set_ylabel('time of one lookup [µs], logarithmic')
+    figure.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=2,
+                  frameon=False, fontsize=9)
     return figure
 
 
@@ -107,7 +105,7 @@ def _scale(panel: Any, ticks: Sequence[int]) -> None:
 
 
 def _listener(rows: dict[str, Row]) -> Any:
-    """Return the CPU of listening, ours beside the plain one's."""
+    """Return a plot of the CPU of our listener and of a plain subscription."""
     rows = {name: row for name, row in rows.items() if PLAIN in row.values}
     if not rows:
         return None
@@ -132,8 +130,35 @@ def _percent(row: Row, way: str) -> float:
     return spread(row.values[way]).median * 1e-6 * rate_hz * 100.0
 
 
+def _control(rows: dict[str, Row]) -> Any:
+    """Return a plot of a control loop, one panel per measure, compared with tf2_ros."""
+    if not rows:
+        return None
+    from matplotlib import pyplot
+    streams, measures = (list(dict.fromkeys(name.split(': ')[part] for name in rows))
+                         for part in (0, 1))
+    chosen = [measure for measure in measures if not measure.endswith(('lookup, p99', 'p99.9'))]
+    figure, panels = pyplot.subplots(1, len(chosen), figsize=(9.0, 3.0), layout='constrained',
+                                     squeeze=False)
+    for panel, measure in zip(panels[0], chosen, strict=True):
+        of_measure = [rows[f'{stream}: {measure}'] for stream in streams
+                      if f'{stream}: {measure}' in rows]
+        for offset, way in ((-0.19, TF2_ROS), (0.19, OURS)):
+            heights = [spread(row.values[way]).median if way in row.values else 0.0
+                       for row in of_measure]
+            bars = panel.bar([number + offset for number in range(len(heights))], heights, 0.36,
+                             label=way, **_FILLS[way])
+            panel.bar_label(bars, [f'{height:.3g}' for height in heights], fontsize=8)
+        panel.set_xticks(range(len(streams)), [name.replace(' x ', ' × ') for name in streams],
+                         fontsize=8)
+        panel.set_title(f'{measure} [{of_measure[0].unit}]', fontsize=9)
+    figure.legend(*panels[0][0].get_legend_handles_labels(), loc='outside lower center', ncols=2,
+                  frameon=False, fontsize=8)
+    return figure
+
+
 def _many(rows: dict[str, Row]) -> Any:
-    """Return the times for 100,000 stamps, as dots: a logarithmic axis has no zero for bars."""
+    """Return a plot of the times for 100,000 stamps, as dots: bars need a zero on the axis."""
     chosen = [row for name, row in rows.items()
               if name in ('100,000 stamps, sorted', '100,000 stamps, shuffled')]
     if not chosen:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Rows as tables: in the terminal, as Markdown, as JSON."""
+"""Format rows: as tables in the terminal, as Markdown, as JSON."""
 
 from collections.abc import Iterable, Sequence
 import json
@@ -32,6 +21,8 @@ _TITLES = {
     'tree': 'All 38 frames of the humanoid relative to one',
     'many': 'Many stamps at depth 3, 10 s of history',
     'continuous': 'An edge on a spline: depth 3, its middle edge with 50 knots a second',
+    'calibration': "Calibrating an edge and a time offset, beside KinHEC's reference solvers",
+    'control': 'What a node feels: a loop of 100 Hz that looks up while /tf arrives',
     'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
     'joints': 'CPU of a process that makes transforms of joint states',
     'doctor': 'CPU of a listener that a doctor watches: transforms in a message x rate',
@@ -41,18 +32,18 @@ _TITLES = {
     'bag': 'Opening a bag: 38 edges in one message at 100 Hz, as MCAP',
 }
 
-# Between these comments of docs/performance.md stand the results.
+# The results are between these comments of docs/performance.md.
 _BEGIN, _END = '<!-- results: begin -->', '<!-- results: end -->'
 
 
 def group_tables(rows: Sequence[Row]) -> Iterable[str]:
-    """Yield a table of what was measured for each group."""
+    """Yield a table of the measurements of each group."""
     for group in dict.fromkeys(row.group for row in rows):
         yield group_table([row for row in rows if row.group == group])
 
 
 def group_table(rows: Sequence[Row]) -> str:
-    """Return what was measured in one group: median (least to greatest) of each contestant."""
+    """Return the measurements of one group: median (least to greatest) of each contestant."""
     names = list(dict.fromkeys(name for row in rows for name in row.values))
     lines = [[row.name, row.unit,
               *(_cell(row.values[name]) if name in row.values else '' for name in names)]
@@ -62,7 +53,7 @@ def group_table(rows: Sequence[Row]) -> str:
 
 
 def comparison_table(rows: Sequence[Row]) -> str:
-    """Return everything that was compared, and with which target."""
+    """Return all comparisons with their targets."""
     lines = [[row.group, comparison.name,
               f'{_number(comparison.spread.median)} {comparison.unit}'.strip(),
               f'{_number(comparison.spread.least)} to {_number(comparison.spread.greatest)}',
@@ -73,7 +64,7 @@ def comparison_table(rows: Sequence[Row]) -> str:
 
 
 def machine_lines(machine: Machine, absent: dict[str, str]) -> str:
-    """Return what it was measured on, and who was absent."""
+    """Return the description of the machine, and the absent contestants."""
     packages = ', '.join(f'{name} {machine[name]}' for name in (
         'python', 'numpy', 'scipy', 'rclpy', 'rmw', 'transform-tree', 'pytransform3d')
         if machine[name])
@@ -88,7 +79,7 @@ def machine_lines(machine: Machine, absent: dict[str, str]) -> str:
 
 
 def summary(rows: Sequence[Row], machine: Machine, absent: dict[str, str]) -> str:
-    """Return all of it as Markdown."""
+    """Return all results as Markdown."""
     parts = [machine_lines(machine, absent), '### Ratios and targets', comparison_table(rows),
              *group_tables(rows)]
     return '\n\n'.join(parts) + '\n'
@@ -103,7 +94,7 @@ def write(folder: Path, rows: Sequence[Row], machine: Machine, absent: dict[str,
 
 
 def update_document(document: Path, text: str) -> None:
-    """Put the results between the comments of a document that say where."""
+    """Replace the results between the comments of a document."""
     found = re.compile(f'{re.escape(_BEGIN)}.*{re.escape(_END)}', re.DOTALL)
     replaced, count = found.subn(
         lambda _: f'{_BEGIN}\n\n{text}\n{_END}', document.read_text())
@@ -114,9 +105,9 @@ def update_document(document: Path, text: str) -> None:
 
 def rows_of(document: Path) -> list[Row]:
     """
-    Return the rows that a document shows: of each contestant least, median and greatest.
+    Return the rows of a document: least, median and greatest of each contestant.
 
-    :raises ValueError: there are no results in it.
+    :raises ValueError: the document contains no results.
     """
     _, found, results = document.read_text().partition(_BEGIN)
     rows = []
@@ -136,7 +127,7 @@ def rows_of(document: Path) -> list[Row]:
 
 
 def _values(cell: str) -> list[float]:
-    """Return what ``_cell`` wrote."""
+    """Parse the values of a cell that ``_cell`` wrote."""
     median, *ends = map(float, re.findall(r'[\d.e+-]+', cell))
     return [median, *ends]
 
@@ -153,12 +144,12 @@ def _cell(values: Sequence[float]) -> str:
 
 
 def _number(value: float) -> str:
-    """Return three digits, or all before the point."""
+    """Format a number with three digits, or with all digits before the point."""
     return f'{value:.0f}' if abs(value) >= 100.0 else f'{value:.3g}'
 
 
 def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table that is also readable as it stands."""
+    """Return a Markdown table that is also readable as plain text."""
     widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
     rule = ['-' * max(3, width) for width in widths]
     return '\n'.join(

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a benchmark finds: rows of measurements, and what of them is compared with a target."""
+"""The results of a benchmark: rows of measurements, and comparisons with targets."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -20,7 +9,7 @@ from typing import Any
 
 from .timing import ratios, Rounds, Spread, spread
 
-# The contestants, by the names under which the report shows them.
+# The names of the contestants in the report.
 OURS = 'tf_tree_py'
 DOCTOR = 'with a doctor'
 TF_DOCTOR = 'tf_doctor'
@@ -34,18 +23,19 @@ PLAIN = 'plain rclpy'
 PLAIN_ZENOH = 'plain Zenoh'
 BY_HAND = 'by hand'
 TF2_ROS = 'tf2_ros'
+GTSAM = 'GTSAM'
 EMPTY = 'TransformStamped()'
 
 
 @dataclass
 class Comparison:
     """
-    A number that is judged, or at least worth telling.
+    A number that is compared with a target, or reported without one.
 
-    :ivar name: of what.
-    :ivar spread: of its rounds.
+    :ivar name: the name of the quantity.
+    :ivar spread: the spread over its rounds.
     :ivar unit: such as 'x C++ tf2' or 'ms'.
-    :ivar target: what it should not exceed; None if nothing was said.
+    :ivar target: the upper limit; None without a target.
     """
 
     name: str
@@ -55,19 +45,19 @@ class Comparison:
 
     @property
     def met(self) -> bool | None:
-        """Whether the target is met; None without one."""
+        """Return whether the target is met; None without one."""
         return None if self.target is None else self.spread.median <= self.target
 
 
 @dataclass
 class Row:
     """
-    One thing that several contestants did.
+    One measurement of several contestants.
 
-    :ivar group: the table it belongs to.
-    :ivar name: what they did.
+    :ivar group: the table that it belongs to.
+    :ivar name: the name of the measurement.
     :ivar unit: of the values, 'us', 'ms', 'bytes', ...
-    :ivar values: of each contestant, one a round.
+    :ivar values: of each contestant, one for each round.
     """
 
     group: str
@@ -78,7 +68,7 @@ class Row:
 
     def compare(self, ours: str, theirs: str, target: float | None = None, *,
                 name: str = '', unit: str = '') -> None:
-        """Note the ratio of two contestants, if both took part."""
+        """Add the ratio of two contestants, if both were measured."""
         if ours in self.values and theirs in self.values:
             found = spread(ratios(self.values[ours], self.values[theirs]))
             self.comparisons.append(Comparison(
@@ -86,7 +76,7 @@ class Row:
 
     def judge(self, contestant: str, target: float | None, *, name: str = '',
               unit: str | None = None) -> None:
-        """Note a contestant's own number."""
+        """Add a number of a single contestant."""
         self.comparisons.append(Comparison(
             name or self.name, spread(self.values[contestant]),
             self.unit if unit is None else unit, target))
@@ -103,5 +93,5 @@ def _comparison_as_dict(comparison: Comparison) -> dict[str, Any]:
 
 
 def scaled(values: Mapping[str, list[float]], factor: float) -> Rounds:
-    """Return seconds as microseconds, and the like."""
+    """Return values multiplied by a factor, such as seconds as microseconds."""
     return {name: [value * factor for value in rounds] for name, rounds in values.items()}

@@ -1,27 +1,16 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What transforming messages costs: OPENBLAS_NUM_THREADS=1 python benchmark/stamped_bench.py.
+Measure the transformation of messages: OPENBLAS_NUM_THREADS=1 python benchmark/stamped_bench.py.
 
-Takes the number of rounds as an argument. Without that variable the peer's product of
-small matrices is spread over threads, and on a busy machine waits for them.
+The argument is the number of rounds. Without that variable, the peer's product of small
+matrices is spread over threads, and waits for them on a busy machine.
 
-Each row is held against a peer in the same run, both in every round, one after the
-other; medians of all rounds. Two numbers have a target: a polygon of 100 points
-against a point (15), and a cloud of 300,000 points against the bare product of
-matrices on a packed float32 copy of it (2.5).
+Each row is compared with a peer in the same run. Both run in every round, one after the
+other; the results are medians of all rounds. Two ratios have a target: a polygon of 100 points
+to a point (15), and a cloud of 300,000 points to the bare matrix product on a packed float32
+copy of it (2.5).
 """
 
 from array import array
@@ -102,7 +91,7 @@ def small_messages() -> dict[str, object]:
 
 
 def filled_buffer() -> Buffer:
-    """Return map -> odom -> base -> lidar, 10 s of 100 Hz."""
+    """Return a buffer with map -> odom -> base -> lidar, 10 s at 100 Hz."""
     buffer = Buffer()
     for step in range(1000):
         stamp = step * NANOSECONDS_PER_SECOND // 100
@@ -114,7 +103,7 @@ def filled_buffer() -> Buffer:
 
 
 def bench_messages(rounds: int) -> None:
-    """Print what the small messages cost, with a transform at hand and through a buffer."""
+    """Print the cost of small messages, with a given transform and through a buffer."""
     transform = transform_stamped('map', 'base', 2 * NANOSECONDS_PER_SECOND, POSE)
     buffer, messages = filled_buffer(), small_messages()
     alone = {name: (lambda message=message: do_transform(message, transform))
@@ -131,7 +120,7 @@ def bench_messages(rounds: int) -> None:
 
 
 def cloud_of(point_step: int, code: str = '<f4') -> PointCloud2:
-    """Return a cloud of random points at the beginning of each point_step bytes, and times."""
+    """Return a cloud with random points and times, ``point_step`` bytes per point."""
     kind = np.dtype(code)
     record = np.zeros(POINTS, dtype={
         'names': ['x', 'y', 'z', 't'], 'formats': [kind, kind, kind, '<u4'],
@@ -152,7 +141,7 @@ def cloud_of(point_step: int, code: str = '<f4') -> PointCloud2:
 
 
 def bench_clouds(rounds: int) -> None:
-    """Print what clouds of several layouts cost, against the bare product."""
+    """Print the cost of clouds of several layouts, compared with the bare matrix product."""
     transform: TransformStamped = transform_stamped('map', 'lidar', 0, POSE)
     rotation = np.array(so3.as_matrix(POSE[3:]), dtype=np.float32)
     translation = np.array(POSE[:3], dtype=np.float32)

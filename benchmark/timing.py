@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Taking times, and comparing them fairly on a machine that does other things too.
+Measure times, and compare them fairly on a busy machine.
 
-Standard library only, for a contestant in another Python imports this too.
+Uses the standard library only, because a contestant in another Python also imports this module.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -24,16 +13,16 @@ import statistics
 import time
 from typing import NamedTuple
 
-# For single short calls: their median does not mind that others run in between.
+# For single short calls, whose median is robust against other processes.
 clock = time.perf_counter
-# For long stretches of one thread: what others do in between does not count.
+# For long spans of one thread, without the time of other processes.
 cpu_clock = time.thread_time
 
 Rounds = dict[str, list[float]]
 
 
 class Spread(NamedTuple):
-    """The least, the middle and the greatest of several rounds."""
+    """The least, the median and the greatest of several rounds."""
 
     least: float
     median: float
@@ -48,9 +37,9 @@ def spread(values: Iterable[float]) -> Spread:
 
 def interleave(contestants: Mapping[str, Callable[[], float]], rounds: int) -> Rounds:
     """
-    Let everybody run once a round, each round in another order.
+    Run every contestant once per round, each round in another order.
 
-    So whatever else the machine does falls on all of them.
+    Other load of the machine thus affects all contestants equally.
     """
     names = list(contestants)
     results: Rounds = {name: [] for name in names}
@@ -63,12 +52,12 @@ def interleave(contestants: Mapping[str, Callable[[], float]], rounds: int) -> R
 
 
 def ratios(ours: Iterable[float], theirs: Iterable[float]) -> list[float]:
-    """Return the ratio in each round: neighbours in time are compared."""
+    """Return the ratio in each round, in which both ran at about the same time."""
     return [a / b for a, b in zip(ours, theirs, strict=True)]
 
 
 def cost_of_clock() -> float:
-    """Return what a pair of clock readings adds to what is between them, seconds."""
+    """Return the time that two clock readings add to a measurement, seconds."""
     pairs = [-(clock() - clock()) for _ in range(2001)]
     return statistics.median(pairs)
 
@@ -81,7 +70,7 @@ def time_one(call: Callable[[], object]) -> float:
 
 
 def time_each(call: Callable[[], object], count: int) -> float:
-    """Return the seconds that a short call takes, of so many."""
+    """Return the seconds that a short call takes, measured over a number of calls."""
     begin = cpu_clock()
     for _ in range(count):
         call()

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Asking another process to do something: a line of JSON there, a line of JSON back.
+Remote calls to another process: a request and a response, each one line of JSON.
 
-Standard library only, for a contestant in another Python imports this too.
+Uses the standard library only, because a contestant in another Python also imports this module.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,17 +23,17 @@ class WorkerError(RuntimeError):
 
 class Worker:
     """
-    A process that ``serve``s.
+    A process that runs ``serve``.
 
-    It ends with ``close``, and also when this process does: its input closes.
+    It ends on ``close``. It also ends when this process ends, because its input closes.
     """
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] | None = None
                  ) -> None:
         """
-        Start it.
+        Start the process.
 
-        :param environment: all of it; None for this process's own.
+        :param environment: its complete environment; None: that of this process.
         """
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment,
@@ -52,15 +41,15 @@ class Worker:
 
     def call(self, verb: str, /, **arguments: Any) -> Any:
         """
-        Let it do something, and wait for the answer.
+        Call a function of the process, and wait for the result.
 
-        :raises WorkerError: it raised, or is gone.
+        :raises WorkerError: the function raised an exception, or the process has ended.
         """
         self.begin(verb, **arguments)
         return self.end()
 
     def begin(self, verb: str, /, **arguments: Any) -> None:
-        """Let it do something meanwhile; ``end`` waits for the answer."""
+        """Call a function of the process without waiting; ``end`` waits for the result."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(json.dumps([verb, arguments]) + '\n')
@@ -69,7 +58,7 @@ class Worker:
             raise WorkerError(f'{self._process.args} has ended') from None
 
     def end(self) -> Any:
-        """Return the answer to ``begin``."""
+        """Return the result of the call that ``begin`` started."""
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
@@ -79,8 +68,18 @@ class Worker:
             raise WorkerError(answer['error'])
         return answer['value']
 
+    @property
+    def pid(self) -> int:
+        """Return the id of the process."""
+        return self._process.pid
+
+    def kill(self) -> None:
+        """Kill the process at once, as a power failure would."""
+        self._process.kill()
+        self.close()
+
     def close(self) -> None:
-        """End it."""
+        """End the process."""
         assert self._process.stdin is not None and self._process.stdout is not None
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.close()
@@ -99,15 +98,15 @@ class Worker:
 
 
 def serve(verbs: Mapping[str, Callable[..., Any]]) -> None:
-    """Answer what a ``Worker`` asks until it closes the input."""
-    # What else prints is not to be taken for an answer.
+    """Serve the requests of a ``Worker`` until it closes the input."""
+    # Other output must not be mistaken for a response.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), 'w')
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     for line in sys.stdin:
         verb, arguments = json.loads(line)
         try:
             answer = {'value': verbs[verb](**arguments)}
-        except Exception:  # noqa: B902 - the one who asked is to know, whatever it is
+        except Exception:  # noqa: B902 - the caller receives any exception
             answer = {'error': traceback.format_exc()}
         answers.write(json.dumps(answer) + '\n')
         answers.flush()

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 # Three terminals: ros2 run tf_tree_py five_frame_publisher; python3 examples/detection_in_map.py;
 #   ros2 topic pub /detection geometry_msgs/msg/PointStamped \
 #     "{header: {stamp: now, frame_id: camera}, point: {x: 1.0}}"
-"""Takes points that a camera detected to the map, as everything was when the image was taken."""
+"""Transforms points that a camera detected to the map, at the stamp of the image."""
 from contextlib import suppress
 
 from geometry_msgs.msg import PointStamped
@@ -37,7 +26,7 @@ class DetectionInMap(Node):
 
     def detected(self, detection):
         header, p = detection.header, detection.point
-        try:  # Wait: the transforms of this stamp may come later than the detection does.
+        try:  # Wait: the transforms of this stamp may arrive later than the detection.
             map_T_camera = as_pose(self.buffer.lookup_transform(
                 'world', header.frame_id, header.stamp, timeout=Duration(seconds=0.5)))
         except TransformException as error:

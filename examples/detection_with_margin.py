@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 # Terminals: ros2 run tf_tree_py five_frame_publisher; python3 examples/detection_with_margin.py;
 # Odometry with covariances on odometry, and a camera's PoseWithCovarianceStamped on detection.
-"""Takes uncertain detections to the world, with what the way there may be off, for a planner."""
+"""Transforms uncertain detections to the world, including the uncertainty of the transform."""
 from contextlib import suppress
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -45,7 +34,7 @@ class DetectionWithMargin(Node):
             return self.get_logger().warning(f'Detection lost: {error}')
         self.publisher.publish(found)
         floor = np.reshape(found.pose.covariance, (6, 6))[:2, :2]
-        margin = 3.0 * np.sqrt(np.linalg.eigvalsh(floor)[-1])  # three sigma, the worst way
+        margin = 3.0 * np.sqrt(np.linalg.eigvalsh(floor)[-1])  # three sigma, worst direction
         self.get_logger().info(f'Keep {margin:.3f} m more away from it')
 
 

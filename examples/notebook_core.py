@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-# Run it as a whole, `python3 examples/notebook_core.py`, or cell by cell in an editor that knows
-# "# %%" (VS Code, PyCharm, Spyder; jupytext makes a notebook of it). It needs numpy, scipy and
-# tf_tree_py, and no ROS.
+# Run it as a whole, `python3 examples/notebook_core.py`, or cell by cell in an editor that
+# supports "# %%" (VS Code, PyCharm, Spyder; jupytext makes a notebook of it). It needs numpy,
+# scipy and tf_tree_py, and no ROS.
 """The transform tree without ROS, cell by cell."""
 
 # %% [markdown]
@@ -52,8 +41,8 @@ camera_points = np.array([[1.0, 0.0, 0.0], [2.0, 0.5, 0.0], [3.0, 0.0, 0.5]])
 print('three points in the map:', (map_T_camera @ camera_points).round(3).tolist())
 
 # %% [markdown]
-# Latest or stamped. What an image of 1.5 s shows was seen from where the camera was then, not
-# from where it is by now. Between two samples the buffer interpolates.
+# Latest or stamped: an image of 1.5 s was taken from the camera's pose at that time, not from its
+# current pose. Between two samples the buffer interpolates.
 
 # %%
 image_stamp = from_seconds(1.5)
@@ -61,10 +50,11 @@ stamped = buffer.lookup('map', 'camera', image_stamp) @ camera_p
 latest = buffer.lookup('map', 'camera', LATEST) @ camera_p
 print('with the stamp of the image:', stamped.round(3))
 print('with the latest transform:  ', latest.round(3))
-print(f'so far off: {np.linalg.norm(latest - stamped):.3f} m')
+print(f'the difference: {np.linalg.norm(latest - stamped):.3f} m')
 
 # %% [markdown]
-# What cannot be answered is an error that says why: the edge, what was asked, what there is.
+# A lookup that cannot be answered raises an error with the edge, the requested and the available
+# stamps.
 
 # %%
 try:
@@ -73,11 +63,11 @@ except TransformException as error:
     print(type(error).__name__, '-', error)
     too_new = error
 
-# Its facts are fields.
+# The facts are attributes of the error.
 print(too_new.parent, too_new.child, (too_new.requested - too_new.latest) / 1e9, 's too new')
 
 # %% [markdown]
-# The order of composition matters: first go, then turn is not first turn, then go.
+# The order of composition matters: moving and then turning is not turning and then moving.
 
 # %%
 go, turn = Pose(x=1.0), Pose.from_xyz_rpy(yaw=np.pi / 2)

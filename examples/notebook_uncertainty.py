@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 # Run it as a whole, `python3 examples/notebook_uncertainty.py [BAG]`, or cell by cell in an editor
-# that knows "# %%". It needs tf_tree_py[bag,plot], and no ROS. Without a bag it makes one.
-"""How sure is it where the camera was? From a bag with amcl_pose and odometry to a picture."""
+# that supports "# %%". It needs rosbags and matplotlib, and no ROS. Without a bag it makes one.
+"""The uncertainty of a camera's pose, from a bag with amcl_pose and odometry to a picture."""
 
 # %% [markdown]
 # This cell only makes a bag of a robot that drives: /tf, /tf_static, /amcl_pose, /odometry, and
-# what is known of the camera's mounting. You have one of your own: pass it, and go to the next.
+# the covariance of the camera's mounting. If you have a bag, pass it, and skip this cell.
 
 # %%
 from pathlib import Path
@@ -66,7 +55,7 @@ def odometry(second, parent, child, pose, covariance):
 
 
 def spread(along, across, turn, heading):
-    """Return a covariance of standard deviations on the floor; its driver knows no others."""
+    """Return a covariance from standard deviations on the floor, as drivers publish it."""
     c, s = np.cos(heading), np.sin(heading)
     covariance = np.diag([0.0, 0.0, 1e6, 1e6, 1e6, turn ** 2])
     turned = np.array([[c, -s], [s, c]])
@@ -75,12 +64,12 @@ def spread(along, across, turn, heading):
 
 
 def drive(second):
-    """Yield what is sent at a time, as (topic, type, message): half a lap around the block."""
+    """Yield the messages at a time, as (topic, type, message): half a lap around the block."""
     heading = np.pi * second / 30.0
     robot = Pose.from_xyz_rpy(x=6.0 * np.sin(heading), y=6.0 - 6.0 * np.cos(heading), yaw=heading)
     slip = Pose.from_xyz_rpy(x=0.01 * second, y=-0.02 * second, yaw=0.002 * second)
     odom_T_base = slip @ robot
-    # In the middle of the way there is only a long wall, along which nothing can be told apart.
+    # Halfway there is only a long wall, along which the position cannot be determined.
     along, across, turn = 0.05 + 0.35 * np.sin(heading) ** 4, 0.05, np.radians(1.0)
     off = Pose.from_xyz_rpy(x=0.5 * along * np.sin(0.3 * second), y=0.5 * across)
     amcl = robot @ off
@@ -97,7 +86,7 @@ def drive(second):
 
 
 def mounting():
-    """Yield what is told of the camera, once; static_transform_publisher does the same."""
+    """Yield the static messages of the camera, like static_transform_publisher."""
     base_T_camera, known = Pose(x=1.5, z=1.2), np.diag([9e-4, 9e-4, 9e-4, 1e-4, 1e-4, 1e-4])
     yield '/tf_static', 'tf2_msgs/TFMessage', message('tf2_msgs/TFMessage', [
         transform(0.0, 'base_link', 'camera', base_T_camera)])
@@ -106,7 +95,7 @@ def mounting():
 
 
 def recorded(path):
-    """Return the path of a bag with 30 s of it, which is written unless it is there."""
+    """Return the path of a bag with 30 s of the drive; write the bag if it does not exist."""
     if Path(path).exists():
         return path
     topics = {}
@@ -125,10 +114,11 @@ is_given = len(sys.argv) > 1 and 'ipykernel' not in sys.modules
 path = sys.argv[1] if is_given else recorded('uncertain_drive')
 
 # %% [markdown]
-# From the bag to the camera's trajectory and how far it may be off. A localisation says how unsure
-# the robot's pose in the map is; what it corrects, and so what is uncertain, is map -> odom.
-# `planar`, for of what a robot on a floor cannot do its driver says 1e6. How well the camera is
-# mounted is in the bag, too (/tf_static_covariance), and is found without a word.
+# From the bag to the camera's trajectory and its uncertainty. A localisation publishes the
+# covariance of the robot's pose in the map, but it corrects map -> odom: that edge is uncertain.
+# `planar` is set because drivers give a variance of 1e6 to the directions in which a robot on a
+# floor cannot move. The covariance of the camera's mounting is also in the bag
+# (/tf_static_covariance), and is found automatically.
 
 # %%
 buffer = open_bag(path, covariances={
@@ -155,20 +145,20 @@ figure, axes = plt.subplots(figsize=(8.0, 8.0))
 draw(axes, poses, covariances, 'tab:blue', 'camera in map, localised', alpha=0.4)
 
 # %% [markdown]
-# Where it is least sure: which edge is to blame?
+# The edges that cause the uncertainty where it is largest.
 
 # %%
 worst = int(np.trace(covariances[:, :2, :2], axis1=1, axis2=2).argmax())
-for name, number in ('At the beginning', 0), ('Where it is least sure', worst):
+for name, number in ('At the beginning', 0), ('Where it is least certain', worst):
     sigma = np.sqrt(np.linalg.eigvalsh(covariances[number, :2, :2])[-1])
-    print(f'{name} the camera may be {2.0 * sigma:.2f} m off (2 sigma):')
+    print(f"{name}, the error of the camera's position is up to {2.0 * sigma:.2f} m (2 sigma):")
     for share in buffer.lookup_budget('map', 'camera', int(stamps[number])):
         print(f'    {share.parent} -> {share.child} adds {share.position:.0%}')
 
 # %% [markdown]
-# And without the localisation? Odometry alone drifts, and says so. These are two recordings of one
-# bag on purpose: what the odometry loses, map -> odom makes up for, so their errors are not to be
-# added up.
+# Without the localisation, odometry alone drifts, and its covariance grows. The bag is opened a
+# second time on purpose: map -> odom compensates for the drift of the odometry, so their errors
+# must not be added.
 
 # %%
 alone = open_bag(path, covariances={'/odometry': Covariances(planar=True)})
@@ -176,9 +166,9 @@ poses, covariances = alone.lookup_uncertain_many('odom', 'camera', stamps)
 draw(axes, poses, covariances, 'tab:orange', 'camera in odom, by odometry alone', fill=False,
      alpha=0.6)
 sigma = np.sqrt(np.linalg.eigvalsh(covariances[-1, :2, :2])[-1])
-print(f'By odometry alone it may be {2.0 * sigma:.2f} m off in the end')
+print(f'With odometry alone, the error at the end is up to {2.0 * sigma:.2f} m (2 sigma)')
 
-axes.set(xlabel='x / m', ylabel='y / m', title='The camera, and 2 sigma of where it may be')
+axes.set(xlabel='x / m', ylabel='y / m', title='The camera, and 2 sigma of its position')
 axes.axis('equal')
 axes.legend()
 figure.savefig('camera_uncertainty.png')

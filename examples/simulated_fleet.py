@@ -1,19 +1,8 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-A fleet without robots: each drives its circle, and says so over Zenoh. No ROS.
+A simulated fleet: each robot drives a circle, and publishes over Zenoh, without ROS.
 
 python examples/simulated_fleet.py 20       then: tf_view --fleet tcp/127.0.0.1:7447
 """
@@ -33,7 +22,7 @@ RATE_HZ = 10.0
 
 
 def robot(number: int, columns: int) -> SimulatedRobot:
-    """Return a robot of five frames, the map among them, with a circle of its own."""
+    """Return a robot of five frames, including the map, which drives in a circle."""
     motion = FiveFrameMotion(lap_time=(15 + number) * 1_000_000_000)
     row, column = divmod(number, columns)
     map_T_world = Pose(x=SPACING_M * column, y=SPACING_M * row)
@@ -52,16 +41,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('robots', nargs='?', type=int, default=20, help='how many')
-    parser.add_argument('--listen', default='tcp/127.0.0.1:7447', help='where its router answers')
+    parser.add_argument('--listen', default='tcp/127.0.0.1:7447', help='the address of its router')
     arguments = parser.parse_args()
     if arguments.robots < 1:
-        parser.error('a fleet has at least one robot')
+        parser.error('a fleet must have at least one robot')
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
     columns = math.isqrt(max(0, arguments.robots - 1)) + 1
     robots = [robot(number, columns) for number in range(arguments.robots)]
-    # This session is the router, so nothing else has to run.
+    # This session is the router, so no other program is required.
     config = zenoh.Config.from_json5(f"""{{
         mode: 'router', listen: {{endpoints: ['{arguments.listen}']}},
         scouting: {{multicast: {{enabled: false}}}}, timestamping: {{enabled: true}}}}""")

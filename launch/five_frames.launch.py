@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The robot of five frames and who looks at it: ros2 launch tf_tree_py five_frames.launch.py."""
+"""The robot of five frames and its listeners: ros2 launch tf_tree_py five_frames.launch.py."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
@@ -53,7 +42,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def include(name: str) -> IncludeLaunchDescription:
-    """Return the inclusion of a launch file beside this one, with the arguments of this one."""
+    """Return the inclusion of a launch file of this folder, with the arguments of this one."""
     arguments = ('params_file', 'use_sim_time', 'namespace')
     return IncludeLaunchDescription(
         PythonLaunchDescriptionSource(PathJoinSubstitution([SHARE, 'launch', name])),

@@ -1,30 +1,49 @@
-# What the scripts share: where things are, how to speak, and how to enter and leave a ROS world.
+# Shared by the scripts: paths, messages, and entering and leaving ROS environments.
 # For bash; sourced, never run.
 # shellcheck shell=bash disable=SC2034
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-workspace=$(realpath -m "${TF_TREE_PY_WORKSPACE:-$repository/.workspace}")
+
+# For scripts with `--distro NAME` as first option, and their children: use that ROS 2's wheels.
+if [[ ${1-} == --distro ]]; then
+  export TF_TREE_PY_DISTRO=${2-}
+  shift 2 2>/dev/null || shift
+fi
+distro=${TF_TREE_PY_DISTRO-jazzy}
+case $distro in
+  jazzy) requirements_of_ros=ros.txt ;;
+  kilted) requirements_of_ros=kilted.txt ;;
+  *)
+    echo "tf_tree_py: --distro is jazzy or kilted, not '$distro': PyPI has the wheels of these" >&2
+    exit 2
+    ;;
+esac
+
+default_workspace=$repository/.workspace
+[[ $distro == jazzy ]] || default_workspace+=/$distro
+workspace=$(realpath -m "${TF_TREE_PY_WORKSPACE:-$default_workspace}")
 path_variables=(PATH PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH)
-# The last is the wheels' own: their Python restarts itself, libraries on the path, unless it is set.
+# The last one belongs to the wheels: unless it is set, their Python restarts itself with the
+# libraries on the path.
 marks_of_ros=(ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_COMPLETE)
 
-# Steps send their output to a log; what a person is to read goes to the terminal all the same.
+# The output of steps is written to a log; messages for the user go to the terminal.
 exec 3>&2
 say() { printf 'tf_tree_py: %s\n' "$*" >&3; }
 
-# made_here: was the workspace made by this clone, and where it lies now? Paths are built into it, so
-# a copy, or one that was moved, leads to the old place.
+# made_here: was the workspace made by this clone, at its current path? It contains absolute paths,
+# so a copied or moved workspace refers to the old place.
 made_here() {
   local stamp=$workspace/install/tf_tree_py/.stamp venv=$workspace/venv/.stamp
   [[ -e $stamp && $(<"$stamp") == *" $repository "* ]] || return
   [[ ! -e $venv || $(<"$venv") == "$workspace "* ]]
 }
 
-# domain_id_of PID: a DDS domain that no other program is likely to be in. Those from 101 to 214 have
-# ports that Linux may have given to somebody else.
+# domain_id_of PID: a DDS domain that no other program is likely to use. Domains from 101 to 214 have
+# ports that Linux may have assigned to other programs.
 domain_id_of() { echo $((1 + $1 % 100)); }
 
-# leave FOLDER NAME...: drop the entries that lie in FOLDER, and empty ones, from path variables.
+# leave FOLDER NAME...: remove the entries in FOLDER, and empty ones, from path variables.
 leave() {
   local folder=$1 name entry kept entries
   shift
@@ -41,19 +60,24 @@ leave() {
 # prepend NAME FOLDER: put FOLDER first in the path variable NAME.
 prepend() { export "$1=$2${!1:+:${!1}}"; }
 
-jazzy_is_sourced() { [[ ${ROS_DISTRO-} == jazzy ]] && python3 -c 'import rclpy' 2>/dev/null; }
+# A sourced ROS 2 is used if it is Jazzy or later (their names are in alphabetical order), unless
+# the wheels of another distribution are requested.
+ros_is_sourced() {
+  [[ ${ROS_DISTRO-} && ! $ROS_DISTRO < jazzy && ${TF_TREE_PY_DISTRO-$ROS_DISTRO} == "$ROS_DISTRO" ]] &&
+    python3 -c 'import rclpy' 2>/dev/null
+}
 
-# Leave the worlds this shell may be in, and enter the one that tf_tree_py is built upon: a sourced
-# ROS 2 Jazzy as it is, else the wheels in the workspace's venv. Sets `world` to its Python.
+# Leave the environments that this shell may be in, and enter the one on which tf_tree_py is built:
+# a sourced ROS 2, otherwise the wheels in the workspace's venv. Sets `world` to its Python.
 enter_ros() {
   local prefix prefixes
   leave "$repository/.workspace" "${path_variables[@]}"
   leave "$workspace" "${path_variables[@]}"
-  if jazzy_is_sourced; then
+  if ros_is_sourced; then
     world=$(command -v python3)
     return
   fi
-  # Another distribution, or another clone of this repository: its modules are not for our Python.
+  # Another distribution, or another clone of this repository: our Python cannot use its modules.
   IFS=: read -ra prefixes <<<"${AMENT_PREFIX_PATH-}"
   for prefix in "${prefixes[@]}"; do leave "$prefix" "${path_variables[@]:1}"; done
   unset "${marks_of_ros[@]}"
@@ -63,8 +87,8 @@ enter_ros() {
   prepend CMAKE_PREFIX_PATH "$workspace/venv"
 }
 
-# first_python CONDITION CANDIDATE...: the first that runs (a pyenv shim may exist and yet fail)
-# and for which the Python expression holds.
+# first_python CONDITION CANDIDATE...: print the first one that runs (a pyenv shim may exist and
+# still fail) and for which the Python expression is true.
 first_python() {
   local condition=$1 candidate
   shift
@@ -72,6 +96,7 @@ first_python() {
     "$candidate" -c "
 import os, sys, sysconfig
 cpython = sys.implementation.name == 'cpython'
+free_threaded = bool(sysconfig.get_config_var('Py_GIL_DISABLED'))
 version = sys.version_info[:2]
 headers = os.path.exists(os.path.join(sysconfig.get_paths()['include'], 'Python.h'))
 if not (cpython and $condition):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""rclpy's action client, without its race."""
+"""A correction of a race in rclpy's action client."""
 
 import functools
 import threading
@@ -20,11 +9,11 @@ import threading
 
 def close_race(client):
     """
-    Let an action client take no answer before it knows what it has asked.
+    Prevent an action client from taking a response before it has recorded the request.
 
-    In Jazzy it sends a request first, and notes its number after that. Where another thread spins
-    its node, an answer may be taken in between: it is dropped, and whoever waits for it waits for
-    ever.
+    In Jazzy, the client sends a request first, and records its number afterwards. If another
+    thread spins the node, it may take the response in between. The response is dropped, and its
+    future never completes.
     """
     lock = threading.RLock()
 

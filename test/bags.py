@@ -1,22 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Bags of every kind, written by rosbags, and what is in them."""
+"""Write bags of every kind with rosbags, with known content."""
 
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -62,7 +52,7 @@ class Message(NamedTuple):
 
 
 def random_pose(rng):
-    """Return any pose within a metre, as plain floats."""
+    """Return a random pose within a metre, as plain floats."""
     pose = rng.normal(size=7)
     pose[3:] /= np.linalg.norm(pose[3:])
     return tuple(pose.tolist())
@@ -83,7 +73,7 @@ ESTIMATE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 
 
 def estimate(topic, parent, child, stamp, pose, covariance, *, ros1=False, qos='', delay=0):
-    """Return a message with a covariance: an Odometry, or if it has no child what has none."""
+    """Return a message with a covariance: an Odometry, or a type without child if it has none."""
     store, type_name = NOETIC if ros1 else JAZZY, ODOMETRY if child else ESTIMATE
     made = store.types
     kinds = {name: made[f'geometry_msgs/msg/{name}'] for name in (
@@ -111,7 +101,7 @@ def profile(qos):
 
 
 def write_ros2(path, messages, storage='mcap', compression=None):
-    """Write a folder as rosbag2 does, and return it."""
+    """Write a folder like rosbag2; return it."""
     plugin = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}[storage]
     writer = Writer2(path, version=9, storage_plugin=plugin)
     if compression:
@@ -130,8 +120,24 @@ def write_ros2(path, messages, storage='mcap', compression=None):
     return path
 
 
+def write_mcap(path, messages, compression):
+    """Write a file with one chunk for each message on /tf; return it; needs mcap."""
+    mcap = pytest.importorskip('mcap.writer')
+    with path.open('wb') as file:
+        writer = mcap.Writer(file, chunk_size=1, enable_crcs=False,
+                             compression=mcap.CompressionType[compression.upper()])
+        writer.start('ros2', 'test')
+        channel = writer.register_channel('/tf', 'cdr', writer.register_schema(
+            'tf2_msgs/msg/TFMessage', 'ros2msg', b''))
+        for message in messages:
+            data = as_cdr(message.transforms) if message.data is None else message.data
+            writer.add_message(channel, message.received, data, message.received)
+        writer.finish()
+    return path
+
+
 def write_ros1(path, messages, compression=None):
-    """Write a file as ROS 1 does, and return it."""
+    """Write a file like ROS 1; return it."""
     writer = Writer1(path)
     if compression:
         writer.set_compression(Writer1.CompressionFormat[compression.upper()])
@@ -150,7 +156,7 @@ def write_ros1(path, messages, compression=None):
 
 
 def write_split(path, parts, **options):
-    """Write a bag of several files into one folder, as a recorder that splits does."""
+    """Write a bag of several files into one folder, like a recorder that splits bags."""
     path.mkdir()
     names = []
     for number, messages in enumerate(parts):
@@ -170,7 +176,7 @@ def file_of(folder):
 
 
 def without_index(path):
-    """Let a bag be as a recorder leaves it that is killed: it writes the index last."""
+    """Truncate a bag as if its recorder had been killed: a recorder writes the index last."""
     data = path.read_bytes()
     if path.suffix == '.bag':
         data = data.replace(b'index_pos=' + data.partition(b'index_pos=')[2][:8],
@@ -181,7 +187,7 @@ def without_index(path):
     return path
 
 
-# --- a recording, and what it is to answer
+# --- a recording, and its expected content
 
 START = 1_700_000_000 * SECOND
 PERIOD = SECOND // 50
@@ -192,7 +198,7 @@ STATIC = [Message(START + SECOND, '/tf_static', [
 
 
 def driving(prefix='', count=150, topic='/tf', publisher=''):
-    """Return messages of a robot that drives: odometry and an arm of two joints."""
+    """Return messages of a driving robot: odometry and an arm of two joints."""
     messages = []
     for number in range(count):
         stamp = START + number * PERIOD
@@ -209,7 +215,7 @@ RUN = sorted(driving() + STATIC, key=lambda message: message.received)
 
 
 def fed(messages, **options):
-    """Return a buffer that took them one after the other."""
+    """Return a buffer into which the messages were inserted one after the other."""
     buffer = BufferCore(UNLIMITED, **options)
     for message in messages:
         buffer.insert_many([Sample(*edge, stamp, pose) for *edge, stamp, pose
@@ -220,7 +226,7 @@ def fed(messages, **options):
 
 
 def assert_same(a, b):
-    """Hold two buffers to have the same edges, and the same answers between all frames."""
+    """Assert that two buffers have the same edges, and the same poses between all frames."""
     assert [edge._replace(authority='') for edge in a.edges()] == [
         edge._replace(authority='') for edge in b.edges()]
     frames = b.frames()

@@ -1,48 +1,56 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What holds for the tests of all folders."""
+"""Hooks for the tests of all folders."""
 
+from functools import cache
 from pathlib import Path
 import signal
 
 import effort  # noqa: F401 - it loads the profile of hypothesis
+import near
 import pytest
 
 _TESTS = Path(__file__).parent
 
-# Where files take long, or wait for programs that they start: where several workers share them
-# out, they begin with these, so that none has the longest for itself at the end.
+# The folders whose files are slow, or wait for programs that they start. Workers begin with these
+# files, so that no worker is left with the longest at the end.
 _BEGIN_WITH = ['jazzy', 'view', 'docs', 'labs', 'tools', 'nodes', 'dropin', 'ros']
+
+# The handlers of the signals with which every test begins.
+_HANDLERS = {}
 
 
 def pytest_configure(config):
     """
-    Let processes that tests start hear Ctrl-C, also where this one is to ignore it.
+    Let processes that tests start receive Ctrl-C, even if this process ignores it.
 
-    A shell makes what it runs in the background ignore SIGINT, and children inherit that.
-    They do not inherit a handler, so here is one that ignores it as well.
+    A shell makes background jobs ignore SIGINT, and child processes inherit that. They do not
+    inherit a handler, so this installs a handler that also ignores the signal.
     """
-    # Else pytest-xdist begins with the files that have the most tests.
+    # Otherwise pytest-xdist begins with the files that have the most tests.
     config.option.loadscopereorder = False
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda *_: None)
+    _HANDLERS.update({number: signal.getsignal(number)
+                      for number in (signal.SIGINT, signal.SIGTERM)})
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup():
+    """
+    Undo what the last test did to the signals.
+
+    A program that ends ignores them; if a test ran it in this process, all processes that later
+    tests start would inherit that.
+    """
+    for number, handler in _HANDLERS.items():
+        signal.signal(number, handler)
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Give a worker a file; or all that look at what the labs report, which run once for them."""
+    """Schedule by file; tests of the labs' reports share a worker, which runs the labs once."""
     from xdist.scheduler import LoadFileScheduling
 
     class Sharing(LoadFileScheduling):
@@ -56,9 +64,20 @@ def pytest_xdist_make_scheduler(config, log):
     return Sharing(config, log) if config.option.dist == 'loadfile' else None
 
 
-def pytest_collection_modifyitems(items):
-    """Put the folders whose files take longest first."""
-    items.sort(key=_turn_of)
+def pytest_collection_modifyitems(config, items):
+    """Mark tests that start processes or use DDS, and put the slowest folders first."""
+    for item in items:
+        for mark in _marks_of(item.path):
+            item.add_marker(mark)
+    # pytest runs files that are named on the command line in the order in which they are named.
+    if not any('::' in argument or argument.endswith('.py') for argument in config.args):
+        items.sort(key=_turn_of)
+
+
+@cache
+def _marks_of(path):
+    return [mark for mark, modules in (('processes', near.PROCESSES), ('dds', near.DDS))
+            if near.needs(path, modules)]
 
 
 def _turn_of(item):

@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-How many examples hypothesis tries: some in every run, ten times as many in a thorough one.
+The number of examples that hypothesis tries, ten times as many in a thorough run.
 
-``scripts/test --hypothesis-profile thorough`` makes it one. Examples are drawn anew in every
-run, so what a few of them miss is found by and by. Where the same tests run a second time, in
-another environment, a few are enough to meet what is different there.
+``scripts/test --hypothesis-profile thorough`` selects a thorough run. Every run draws new
+examples, so repeated runs eventually find what a few examples miss. Where the same tests run a
+second time in another environment, a few examples are enough to find its differences.
 """
 
 from hypothesis import HealthCheck, settings
@@ -30,5 +19,5 @@ settings.load_profile('ordinary')
 
 
 def examples(times: float, **options) -> settings:
-    """Return settings with so many times the examples that the profile gives to a test."""
+    """Return settings with a multiple of the number of examples of the profile."""
     return settings(max_examples=round(times * settings().max_examples), **options)

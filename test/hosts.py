@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Two hosts as far as the network can tell, and a link between them.
+Two separate hosts on one machine, and a link between them.
 
-Each is a network namespace of its own; a pair of virtual ports joins the two and nothing
-else, so no traffic leaves this machine. It needs root.
+Each host is a network namespace. A pair of virtual ports connects only these two, so no traffic
+leaves this machine. It needs root.
 """
 
 from contextlib import closing, contextmanager, ExitStack
@@ -25,8 +14,8 @@ import shutil
 import subprocess
 import sys
 import textwrap
-import time
 
+from conditions import until
 from programs import PATIENCE_S
 import pytest
 
@@ -34,13 +23,13 @@ LINK = 'link0'
 
 
 def ip(*arguments):
-    """Run the command; return what it prints."""
+    """Run the command; return its output."""
     return subprocess.run(['ip', *arguments], check=True, capture_output=True, text=True,
                           timeout=PATIENCE_S).stdout
 
 
 class Host:
-    """A network namespace, and the program that runs there: a line in, a line out."""
+    """A network namespace, and a program that reads lines and prints one line for each."""
 
     def __init__(self, number):
         self.number, self.name = number, f'tf_{os.getpid()}_{number}'
@@ -57,12 +46,12 @@ class Host:
         assert self._process.stdout.readline()
 
     def tell(self, line):
-        """Give the program a line; return what it answers."""
+        """Send a line to the program; return the line that it prints."""
         print(line, file=self._process.stdin, flush=True)
         return self._process.stdout.readline().strip()
 
     def raise_link(self):
-        """Give the port of the link the host's address, and set it up."""
+        """Give the host's address to the port of the link, and set the port up."""
         ip('-n', self.name, 'address', 'add', f'{self.address}/24', 'dev', LINK)
         self.set_link('up')
 
@@ -90,7 +79,7 @@ class Host:
 
 @contextmanager
 def two_apart():
-    """Yield two hosts that nothing joins; skip where they cannot be."""
+    """Yield two unconnected hosts; skip the test where they cannot be created."""
     if shutil.which('ip') is None:
         pytest.skip('two hosts need the command ip (of iproute2), which is not installed')
     with ExitStack() as stack:
@@ -105,7 +94,7 @@ def two_apart():
 
 @contextmanager
 def two_hosts():
-    """Yield two hosts, joined by a link; skip where they cannot be."""
+    """Yield two hosts connected by a link; skip the test where they cannot be created."""
     with two_apart() as made:
         ip('-n', made[0].name, 'link', 'add', LINK, 'type', 'veth',
            'peer', LINK, 'netns', made[1].name)
@@ -117,8 +106,5 @@ def two_hosts():
 
 
 def _await_link(host):
-    # DDS takes a port that is not up yet for one that never will be.
-    end = time.monotonic() + PATIENCE_S
-    while 'state UP' not in ip('-n', host.name, 'link', 'show', LINK):
-        assert time.monotonic() < end, 'the link never came up'
-        time.sleep(0.002)
+    # DDS permanently ignores a port that is not up yet.
+    until(lambda: 'state UP' in ip('-n', host.name, 'link', 'show', LINK))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Tests that go through many inputs of one kind: one test, which names the input it fails with."""
+"""Parametrization in a single test, whose failure message contains the input."""
 
 from collections.abc import Callable, Iterable
 import functools
@@ -25,17 +14,17 @@ def for_each(**inputs: Iterable[Any]) -> Callable[[Callable[..., None]], Callabl
     """
     Run a test with every input; with every combination, if several arguments have inputs.
 
-    All of them share the test's fixtures, which therefore must not remember anything. The
-    other decorators of the test stand above this one, except for those of hypothesis.
+    All inputs share the test's fixtures, which therefore must not keep state. The other
+    decorators of the test go above this one, except for those of hypothesis.
 
-    :param inputs: what each argument takes.
+    :param inputs: the values of each argument.
     """
     names = list(inputs)
     combinations = list(itertools.product(*inputs.values()))
-    assert combinations, 'a test without inputs holds nothing'
+    assert combinations, 'a test without inputs checks nothing'
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
-        # Without what hypothesis has noted down: it ends below here.
+        # Do not copy the attributes of hypothesis: it has already run inside ``test``.
         @functools.wraps(test, updated=())
         def run(**fixtures: Any) -> None:
             for values in combinations:

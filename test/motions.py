@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Buffers of frames that move in a known way, for 2 s."""
+"""Buffers of frames with known motion, for 2 s."""
 
 import numpy as np
 from tf_tree_py.core import BufferCore
@@ -46,7 +35,7 @@ def flat(velocity):
 
 
 def wobble(seed):
-    """Return a smooth motion that is no screw."""
+    """Return a smooth motion that is not a screw motion."""
     rng = np.random.default_rng(seed)
     phases, sizes, rates = rng.uniform(0, 6, 6), rng.uniform(0.3, 1.0, 6), rng.uniform(0.5, 2, 6)
 

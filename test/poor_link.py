@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A link between two ``hosts`` that is slow and loses packets, as one over the air does."""
+"""A slow link between two ``hosts`` that loses packets, like a wireless link."""
 
 import fcntl
 import heapq
@@ -33,17 +22,17 @@ _LONGEST_PACKET = 65536
 
 class PoorLink:
     """
-    Carries packets, late, and not all of them: in a thread, from one virtual port to the other.
+    Forwards packets between two virtual ports in a thread, with a delay and losses.
 
-    :ivar carries: whether it carries any at all.
+    :ivar carries: whether it forwards packets at all.
     """
 
     def __init__(self, hosts, delay_s, loss):
         """
-        Join two hosts.
+        Connect two hosts.
 
         :param delay_s: one way.
-        :param loss: which part of all packets does not arrive.
+        :param loss: the fraction of lost packets.
         """
         self.carries = True
         self._delay_s, self._loss = delay_s, loss
@@ -78,7 +67,7 @@ class PoorLink:
 
 
 def _port(host):
-    """Return a new virtual port in a host, as what reads and writes its packets."""
+    """Create a virtual port in a host; return the file to read and write its packets."""
     name = f'port{os.getpid() % 100_000}_{host.number}'
     port = os.open('/dev/net/tun', os.O_RDWR)
     fcntl.ioctl(port, _TUNSETIFF, struct.pack('16sH', name.encode(), _IFF_TUN | _IFF_NO_PI))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Executables as processes of their own, watched by what they print: nothing here sleeps."""
+"""Executables in child processes, observed by their output: nothing here sleeps."""
 
 from contextlib import suppress
 import os
@@ -22,17 +11,16 @@ import sys
 import threading
 import time
 
-# Nothing takes this long unless it is broken. Two processes need up to four seconds to find each
-# other (Fast DDS announces itself every three), and a process up to forty to begin where ten share
-# a processor.
+# Only a fault takes this long. Two processes need up to four seconds to find each other (Fast DDS
+# announces itself every three), and a process up to forty to start where ten share a processor.
 PATIENCE_S = 180.0
 
 
 class Program:
     """
-    A process, and all that it has printed so far, both streams in one.
+    A process and its output so far, both streams in one.
 
-    With a terminal of its own, signals go to all that it started too, as Ctrl-C does.
+    With its own terminal, signals also go to all its children, as with Ctrl-C.
     """
 
     def __init__(self, *command, env=None, own_terminal=False):
@@ -40,7 +28,7 @@ class Program:
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, start_new_session=own_terminal,
-            # One that crashes says where.
+            # A process that crashes prints where.
             env={**(os.environ if env is None else env), 'PYTHONFAULTHANDLER': '1'})
         self._lines = []
         self._printed = threading.Condition()
@@ -63,7 +51,7 @@ class Program:
             return ''.join(self._lines)
 
     def wait_for(self, text, count=1):
-        """Return as soon as so many lines have the text in them."""
+        """Return as soon as this number of lines contain the text."""
         deadline = time.monotonic() + PATIENCE_S
         with self._printed:
             while sum(text in line for line in self._lines) < count:
@@ -83,14 +71,14 @@ class Program:
             self.interrupt()
 
     def end(self):
-        """Wait for the process to end, and return its exit status."""
+        """Wait for the process to end; return its exit status."""
         status = self._process.wait(PATIENCE_S)
         self._reader.join()
         return status
 
     def kill(self):
         if self._own_terminal and self._process.poll() is None:
-            # What it started may be in a terminal of its own again, and ends with it if asked.
+            # Its children may have terminals of their own; they end when it is interrupted.
             self.interrupt()
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(PATIENCE_S)

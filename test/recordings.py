@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The recorded answers of tf2's C++ buffer, replayed operation by operation.
+Replay the recorded results of tf2's C++ buffer, operation by operation.
 
-Against the core and against messages; only how a buffer is asked differs.
+Against the core and against messages; only the calls of the buffer differ.
 """
 
 from collections.abc import Iterator
@@ -37,7 +26,7 @@ def pose_of(operation):
 
 
 class Replay:
-    """One buffer, and the recording's operations as calls on it; a pose comes back as it is."""
+    """One buffer, and the recording's operations as calls on it; poses are returned unchanged."""
 
     def run(self, operation):
         return getattr(self, 'run_' + operation['op'])(operation)
@@ -74,7 +63,7 @@ class Replay:
 
 
 def problems_of(replay: Replay, recording: Path) -> tuple[int, list[str]]:
-    """Return how many answers a recording has, and which of a replay's differ from them."""
+    """Return the number of results in a recording, and the differences of a replay from them."""
     answers, problems = 0, []
     for number, operation in _operations(recording):
         answers += 'error' in operation or 'result' in operation
@@ -103,7 +92,7 @@ def _problem(replay, operation):
 
 
 def difference(expected, answer):
-    """Return how an answer differs from the recorded one; '' if it does not."""
+    """Return the difference of a result from the recorded one; '' if there is none."""
     if not isinstance(expected, dict):
         return '' if answer == expected else f'{answer} instead of {expected}'
     stamp, pose = answer
@@ -119,7 +108,7 @@ def difference(expected, answer):
 
 
 def is_next_to_a_tie(q):
-    """Return whether rounding decides which sign tf2 gives to a quaternion."""
+    """Return whether rounding decides the sign of the quaternion that tf2 returns."""
     x, y, z, w = (value * value for value in q)
     middle, largest = sorted((x, y, z))[1:]
     return (abs(w - 0.25) < TOLERANCE

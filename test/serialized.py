@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A TFMessage as CDR bytes, in either byte order, as other publishers send it; and as ROS 1's.
 
-It shares no code with ``core.arrivals.layout``: a fault there must not be made here too.
+It shares no code with ``core.ingest.message_layout``, so that it cannot repeat a fault there.
 """
 
 import struct
@@ -45,7 +34,7 @@ def serialize(transforms, order='<'):
 
 
 def serialize_ros1(transforms):
-    """Write (parent, child, sec, nanosec, pose) as ROS 1 does, field by field."""
+    """Write (parent, child, sec, nanosec, pose) in ROS 1's format, field by field."""
     data = bytearray(struct.pack('<I', len(transforms)))
     for seq, (parent, child, sec, nanosec, pose) in enumerate(transforms):
         data += struct.pack('<III', 1_000_000 + seq, sec, nanosec)

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 An installed ROS 2 Jazzy, with the real tf2 and the ``ros2`` command, and this package built on it.
 
-That is the one that is sourced; or one that scripts/test made, which stands in for it
-beside the wheels. Tests start processes in it. Where there is none, they skip.
+It is the sourced one, or one that scripts/test made as a substitute beside the wheels. Tests
+start processes in it. Where there is none, they skip.
 """
 
 from functools import cache
@@ -30,7 +19,7 @@ import textwrap
 from programs import PATIENCE_S
 import pytest
 
-# Set by scripts/test: what a shell sources to enter the one that was made.
+# Set by scripts/test: the file that a shell sources to enter the Jazzy that was made.
 _ENTRANCE = 'TF_TREE_PY_INSTALLED'
 
 _NEEDED = ('needs an installed ROS 2 Jazzy (the ros2 command and tf2_ros): source one, or let '
@@ -41,24 +30,24 @@ def standin_env() -> dict[str, str]:
     """
     Return the environment variables of a shell in which Jazzy and this package are sourced.
 
-    Processes that get it are found on its PATH; its Python is ``python3``, which may be
-    another than the one that runs the tests. Without an installed Jazzy the test skips.
+    Its executables are on its PATH. Its Python is ``python3``, which may differ from the one that
+    runs the tests. Without an installed Jazzy, the test skips.
     """
     if _is_sourced():
         variables = dict(os.environ)
     elif _ENTRANCE in os.environ:
         variables = dict(_entered(os.environ[_ENTRANCE]))
-        # Those that tests set since.
+        # The variables that tests have set since.
         variables.update((name, value) for name, value in os.environ.items()
                          if name in {'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'})
     else:
         pytest.skip(_NEEDED)
-    # So that what is imported is what was built, also if this is the folder of its source.
+    # Import the built package even if the current folder contains its source.
     return {**variables, 'PYTHONSAFEPATH': '1', 'PYTHONUNBUFFERED': '1'}
 
 
 def run_with_tf2(code: str, **variables: str) -> str:
-    """Run a program where tf2 is installed; return what it printed."""
+    """Run a program where tf2 is installed; return its output."""
     done = subprocess.run(
         ['python3', '-c', textwrap.dedent(code)], env={**standin_env(), **variables},
         capture_output=True, text=True, timeout=PATIENCE_S, check=False)

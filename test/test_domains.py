@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Every domain that this package chooses has ports of its own: Linux gives them to nobody else."""
+"""The ports of every domain that this package chooses are outside of Linux' ephemeral range."""
 
 from contextlib import ExitStack
 import os
@@ -28,7 +17,7 @@ from tf_tree_py.labs.live.domain import DOMAINS, FIRST_DOMAIN, own_domain
 SCRIPTS = Path(__file__).parents[1] / 'scripts'
 RANGE = Path('/proc/sys/net/ipv4/ip_local_port_range')
 
-# All of them begin to look at the same domain, and hold theirs until they are told to end.
+# All processes try the same domain first, and hold theirs until their input closes.
 CLAIM = """
 import os
 os.getpid = lambda: 7
@@ -50,7 +39,7 @@ def test_ports_are_those_of_the_standard():
 @needs_the_usual_range
 def test_safe_domains_are_those_that_ros_recommends_for_linux():
     safe = [domain_id for domain_id in range(233) if is_safe(domain_id)]
-    # Its page on ROS_DOMAIN_ID adds 101, whose first participants alone are safe.
+    # Its page on ROS_DOMAIN_ID adds 101, of which only the first participants are safe.
     assert safe == [*range(101), *range(215, 233)]
 
 

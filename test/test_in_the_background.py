@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Tests that press Ctrl-C do so for the processes that they started, however they are run."""
+"""Tests that press Ctrl-C reach the processes that they started."""
 
 from pathlib import Path
 import subprocess
@@ -21,12 +10,22 @@ import sys
 from programs import PATIENCE_S
 
 TESTS = Path(__file__).parent
+PRESSED = 'ros/test_shutdown.py::test_ctrl_c_interrupts_a_lookup_of_the_main_thread'
+# It runs a program to its end, where programs ignore signals, in the process of the tests.
+ENDED_HERE = 'labs/test_tf_lab.py::test_every_lab_has_a_line'
+
+
+def assert_passes(*tests, begin=()):
+    done = subprocess.run(
+        [*begin, sys.executable, '-m', 'pytest', '-q', *(str(TESTS / test) for test in tests)],
+        cwd=TESTS.parent, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f'{len(tests)} passed' in done.stdout
 
 
 def test_ctrl_c_reaches_processes_of_tests_that_ignore_it():
-    test = TESTS / 'ros' / 'test_shutdown.py'
-    done = subprocess.run(
-        ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', sys.executable, '-m', 'pytest', '-q',
-         f'{test}::test_ctrl_c_interrupts_a_lookup_of_the_main_thread'],
-        cwd=TESTS.parent, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert_passes(PRESSED, begin=['sh', '-c', 'trap "" INT; exec "$@"', 'sh'])
+
+
+def test_ctrl_c_reaches_processes_of_tests_after_a_program_ended_in_theirs():
+    assert_passes(ENDED_HERE, PRESSED)

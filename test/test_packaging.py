@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a stranger installs: the wheel, what it says of itself, and what the manifest demands."""
+"""The installed package: the wheel, its metadata, and the manifest's dependencies."""
 
 import ast
 from importlib.metadata import distribution, metadata
@@ -38,7 +27,7 @@ LINK = re.compile(r'(!?)\[[^]]+\]\(([^)#]*)[^)]*\)')
 
 
 def requirements(extra=''):
-    """Return what the package says that it needs, or an extra of it does."""
+    """Return the declared requirements of the package, or of an extra."""
     ending = f'; extra == "{extra}"' if extra else ''
     return {text.removesuffix(ending).replace(' ', '') for text in PACKAGE.requires
             if (text.endswith(ending) if extra else 'extra ==' not in text)}
@@ -68,9 +57,9 @@ def test_executable_has_a_main(executable):
 @pytest.fixture(scope='module')
 def wheel(tmp_path_factory):
     """
-    Return what pip makes of a copy of the sources, in which an earlier build lies about.
+    Return the wheel that pip builds from a copy of the sources with leftovers of an earlier build.
 
-    The copy says where the repository is.
+    The copy declares the address of the repository.
     """
     pytest.importorskip('pip')
     source = tmp_path_factory.mktemp('wheel') / 'source'
@@ -117,9 +106,19 @@ def test_readme_links_to_the_repository_from_elsewhere(wheel):
 
 
 def test_readme_has_no_link_that_leads_nowhere():
-    """While nobody has said where the repository is, there is none."""
+    """Without the address of a repository, the readme has no relative link."""
     assert all(address.startswith('https://')
                for _, address in LINK.findall(metadata('tf_tree_py')['Description']))
+
+
+def test_addresses_stand_in_package_xml_alone():
+    """The owner's addresses are in one file only, so no other file can contain a stale one."""
+    mails = re.compile(r'[\w.+-]+@[\w-]+\.[\w.]+')
+    pages = [*REPOSITORY.glob('*.md'), *REPOSITORY.glob('docs/**/*.md')]
+    repeated = [page for page in pages if mails.search(page.read_text())]
+    assert not repeated
+    for page in ('README.md', 'CONTRIBUTING.md', 'SECURITY.md'):
+        assert '(package.xml)' in (REPOSITORY / page).read_text(), page
 
 
 def test_oldest_numerics_that_are_allowed_are_tried():
@@ -127,9 +126,11 @@ def test_oldest_numerics_that_are_allowed_are_tried():
     assert requirements() == {f'{name}>={version}' for name, version in oldest}
 
 
-def test_jazzy_of_the_extra_is_the_one_that_is_tested():
-    locked = set(re.findall('(?m)^ros-jazzy.*$', (REQUIREMENTS / 'ros.in').read_text()))
-    assert {name for name in requirements('jazzy') if name.startswith('ros-jazzy')} == locked
+@pytest.mark.parametrize(('distro', 'file'), [('jazzy', 'ros.in'), ('kilted', 'kilted.in')])
+def test_ros_of_an_extra_is_the_one_that_is_tested(distro, file):
+    locked = set(re.findall(f'(?m)^ros-{distro}.*$', (REQUIREMENTS / file).read_text()))
+    assert len(locked) > 10
+    assert {name for name in requirements(distro) if name.startswith('ros-')} == locked
 
 
 def test_extras_that_are_advised_are_there():
@@ -139,19 +140,20 @@ def test_extras_that_are_advised_are_there():
     advised = {extra for page in pages for extras in re.findall(
         r"""(?:tf_tree_py|install "?'?\.)\[([a-z0-9_,]+)\]""", page.read_text())
         for extra in extras.split(',')}
-    assert {'bag', 'jazzy', 'plot', 'view'} <= advised <= known
+    assert {'bag', 'jazzy', 'plot'} <= advised <= known
 
 
-# --- what rosdep installs
+# --- dependencies that rosdep installs
 
-# Names that Python packages are imported by, where rosdep's key is another.
+# Import names of Python packages whose rosdep key differs.
 _KEYS = {name: f'python3-{name}' for name in ('matplotlib', 'numpy', 'rich', 'scipy', 'yaml')}
 
-# What only some need and rosdep has no key for that Ubuntu 24.04 could follow: it comes with an
-# extra of pip's, and what lacks one says which. What has a fallback, or asks who uses it.
+# Only some users need these, and rosdep has no key for them on Ubuntu 24.04. An extra of pip
+# installs them, and the error of a missing one names the extra. Some have a fallback.
 _OPTIONAL = {
-    'apsw', 'distributed', 'jinja2', 'lz4', 'pandas', 'pyarrow', 'rosbags', 'ruamel', 'trimesh',
-    'viser', 'xacro', 'zenoh', 'backports', 'compression', 'ros2cli', 'tf2_ros'}
+    'PIL', 'apsw', 'distributed', 'jinja2', 'lz4', 'mcap', 'pandas', 'pyarrow', 'rosbags',
+    'ruamel', 'trimesh', 'viser', 'websockets', 'xacro', 'zenoh', 'backports', 'compression',
+    'ros2cli', 'tf2_ros'}
 
 
 def imported(path):

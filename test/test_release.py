@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A release: the files that it writes are those that bloom reads, by bloom's own reader."""
+"""A release writes files that bloom's own reader accepts."""
 
 from pathlib import Path
 import re
@@ -31,7 +20,7 @@ pytestmark = pytest.mark.filterwarnings('ignore:nodes.Node.traverse:DeprecationW
 
 @pytest.fixture
 def tree(tmp_path):
-    """Return a folder with what a release changes, as it is here."""
+    """Return a folder with a copy of the files that a release changes."""
     for name in FILES:
         shutil.copy(REPOSITORY / name, tmp_path)
     return tmp_path
@@ -57,7 +46,7 @@ def test_bloom_reads_what_a_release_writes(tree):
     assert (version, bool(date)) == ('7.8.9', True)
     written = re.findall('(?m)^(?:- |### )', (tree / 'CHANGELOG.md').read_text())
     assert '\n'.join(map(str, changes)).count('* ') == len(written)
-    # A mistake in the text, of any gravity, would be raised.
+    # The reader raises any mistake in the text, of any severity.
     text = (tree / 'CHANGELOG.rst').read_text()
     publish_doctree(text, settings_overrides={'halt_level': 1})
     assert get_forthcoming_label(text) is None
@@ -76,7 +65,7 @@ def test_next_release_keeps_the_last(tree):
 
 
 @pytest.mark.parametrize(('version', 'said'), [
-    ('v1', 'v1 is no version of the form X.Y.Z'),
+    ('v1', 'v1 is not a version of the form X.Y.Z'),
     ('7.8.9', 'CHANGELOG.md has nothing under "Unreleased"'),
 ])
 def test_release_that_cannot_be_writes_nothing(tree, version, said):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The scripts notice a workspace that was made for another folder."""
+"""The scripts detect a workspace that was made for another folder."""
 
 import os
 from pathlib import Path
@@ -27,7 +16,7 @@ SCRIPTS = Path(__file__).resolve().parents[1] / 'scripts'
 
 @pytest.fixture
 def clone(tmp_path):
-    """Return a clone with a workspace, of which there are only the stamps and what is sourced."""
+    """Return a clone with a workspace that contains only the stamps and the sourced files."""
     clone = tmp_path / 'clone'
     (clone / 'scripts').mkdir(parents=True)
     for name in ('lib.sh', 'print-env'):
@@ -45,7 +34,7 @@ def clone(tmp_path):
 
 
 def print_env(clone, **variables):
-    """Run scripts/print-env as somebody who has no ROS; return its two outputs."""
+    """Run scripts/print-env as a user without ROS; return its two outputs."""
     done = subprocess.run([clone / 'scripts' / 'print-env'], capture_output=True, text=True,
                           timeout=PATIENCE_S, check=True, env={'PATH': os.defpath, **variables})
     return done.stdout, done.stderr
@@ -59,7 +48,7 @@ def test_workspace_is_entered_as_it_is(clone):
 def test_workspace_that_was_copied_is_made_anew(clone):
     copy = shutil.copytree(clone, clone.with_name('copy'))
     out, err = print_env(copy)
-    assert 'was made for another folder (was this one copied, or moved?)' in err
+    assert 'was made for another folder (was this one copied or moved?)' in err
     assert 'set up anew' in err
     assert f'{copy}/.workspace/venv/bin' in out and str(clone) not in out
 

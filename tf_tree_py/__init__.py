@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The transform tree of ROS 2 in pure Python: tf2's names, and answers tf2 cannot give.
+The transform tree of ROS 2 in pure Python, with tf2's names and additional queries.
 
-``BufferCore``, ``Pose`` and the exceptions need no ROS. ``Buffer``,
-``TransformListener`` and the broadcasters need rclpy, and are loaded when they
-are first used (PEP 562), so that this import works where there is none.
+``BufferCore``, ``Pose`` and the exceptions do not need ROS. ``Buffer``, ``TransformListener``
+and the broadcasters need rclpy, and are loaded when they are first used (PEP 562), so that this
+import works without it.
 """
 
 import importlib
@@ -28,8 +17,13 @@ from tf_tree_py.core import (
     BufferCore,
     ClockJumpException,
     ConnectivityException,
+    ConstantTwist,
+    Curve,
     EdgeInfo,
     ExtrapolationException,
+    FramedPoints,
+    FramedPose,
+    FrameMismatchError,
     from_seconds,
     FutureExtrapolationException,
     Incident,
@@ -42,6 +36,7 @@ from tf_tree_py.core import (
     NoDataException,
     PastExtrapolationException,
     Pose,
+    Poses,
     RefusedException,
     Snapshot,
     Spline,
@@ -53,11 +48,12 @@ from tf_tree_py.core import (
     TreeFileError,
     UNLIMITED,
 )
+from tf_tree_py.core.deprecation import renamed
 from tf_tree_py.core.deskew import deskew
-from tf_tree_py.core.flight_recorder import FlightRecorder
 from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.health.flight_recorder import FlightRecorder
 
-if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
+if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these names
     from tf_tree_py.ros.buffer.buffer import Buffer
     from tf_tree_py.ros.buffer.interface import BufferInterface
     from tf_tree_py.ros.buffer.twists import velocity_stamped
@@ -80,8 +76,12 @@ if TYPE_CHECKING:  # __getattr__ below loads what this names for type checkers
     from tf_tree_py.ros.topics.covariances import CovarianceListener
     from tf_tree_py.ros.topics.gyro import GyroListener
     from tf_tree_py.ros.topics.listener import TransformListener
+    from tf_tree_py.ros.topics.shared_buffer import shared_buffer
 
-# Which module of the ROS layer has the name.
+# The present name for each old one; docs/stability.md says how long an old name is kept.
+_OLD_NAMES: dict[str, str] = {}
+
+# The module of the ROS layer for each name.
 _ROS_NAMES = {
     'as_matrix': 'messages.arrays',
     'as_points': 'messages.arrays',
@@ -98,6 +98,7 @@ _ROS_NAMES = {
     'GyroListener': 'topics.gyro',
     'MessageFilter': 'filtering.message_filter',
     'NotImplementedException': 'messages.registry',
+    'shared_buffer': 'topics.shared_buffer',
     'Stamped': 'messages.registry',
     'StaticTransformBroadcaster': 'topics.broadcaster',
     'TransformBroadcaster': 'topics.broadcaster',
@@ -119,15 +120,20 @@ __all__ = [
     'BufferServer',
     'ClockJumpException',
     'ConnectivityException',
+    'ConstantTwist',
     'convert',
     'ConvertRegistration',
     'CovarianceListener',
+    'Curve',
     'deskew',
     'deskew_cloud',
     'Drop',
     'EdgeInfo',
     'ExtrapolationException',
     'FlightRecorder',
+    'FramedPoints',
+    'FramedPose',
+    'FrameMismatchError',
     'from_seconds',
     'FutureExtrapolationException',
     'GyroListener',
@@ -143,8 +149,10 @@ __all__ = [
     'NotImplementedException',
     'PastExtrapolationException',
     'Pose',
+    'Poses',
     'RefusedException',
     'se3',
+    'shared_buffer',
     'Snapshot',
     'Spline',
     'SplineFitter',
@@ -172,13 +180,13 @@ def _ros_is_here() -> bool:
         return False
 
 
-# A star import takes all of these names, so those that cannot be had here are not among them.
+# A star import loads all of these names, so those that need ROS are removed without ROS.
 if not _ros_is_here():
     __all__[:] = [name for name in __all__ if name not in _ROS_NAMES]
 
 
 def _version() -> str:
-    # Importing this takes longer than anything else here, and few ask.
+    # Imported here, because it is the slowest import of this file, and rarely needed.
     from importlib.metadata import PackageNotFoundError, version
     try:
         return version(__name__)
@@ -188,7 +196,7 @@ def _version() -> str:
             'it with colcon') from None
 
 
-def __getattr__(name: str) -> Any:
+def _load(name: str) -> Any:
     if name == '__version__':
         return _version()
     if name not in _ROS_NAMES:
@@ -197,12 +205,16 @@ def __getattr__(name: str) -> Any:
         module = importlib.import_module(f'tf_tree_py.ros.{_ROS_NAMES[name]}')
     except ModuleNotFoundError as error:
         if error.name is None or '.' in error.name:
-            raise  # ROS is there, and something in it is not as expected.
+            raise  # ROS is installed, but a part of it is missing.
         raise ImportError(
             f'tf_tree_py.{name} needs ROS 2, and {error.name} is not installed: source a ROS 2 '
-            'installation, or let scripts/setup of the tf_tree_py repository make one from PyPI'
+            'installation, or run scripts/setup of the tf_tree_py repository, which installs one '
+            'from PyPI'
         ) from error
     return getattr(module, name)
+
+
+__getattr__ = renamed(__name__, _OLD_NAMES, until='0.3', otherwise=_load)
 
 
 def __dir__() -> list[str]:

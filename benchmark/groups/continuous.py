@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""An edge on a spline: an event camera's stamps, a single one, and what fitting takes."""
+"""An edge on a spline: an event camera's stamps, a single stamp, and the cost of fitting."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -44,7 +33,7 @@ _FIT_MS = 15.0
 
 
 def continuous(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure a path of depth 3, of which one edge is a spline."""
+    """Measure a path of depth 3 with one edge on a spline."""
     exercises = contestants.exercises(Task('chain3', _HISTORY_S, False, 1), (OURS, RUST))
     asks = {name: many_of(exercise) for name, exercise in exercises.items()}
     robot = motion.robot('chain3')
@@ -59,16 +48,16 @@ def continuous(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 
 
 def _with_a_spline(robot: motion.Robot) -> BufferCore:
-    """Return a buffer with the robot's samples, but of the middle edge their spline."""
+    """Return a buffer with the robot's samples, the middle edge replaced by their spline."""
     buffer = BufferCore(UNLIMITED)
     for edge in robot.edges:
         stamps, poses = _samples(edge, _SAMPLES, PERIOD)
         buffer.insert_track(edge.parent, edge.child, stamps, poses)
         if edge.number == 1:
             with warnings.catch_warnings():
-                warnings.simplefilter('ignore', TransformWarning)  # of another kind now
-                buffer.insert_spline(edge.parent, edge.child,
-                                     Spline.fit(stamps, poses, _KNOTS_HZ))
+                warnings.simplefilter('ignore', TransformWarning)  # now another kind of edge
+                buffer.insert_curve(edge.parent, edge.child,
+                                    Spline.fit(stamps, poses, _KNOTS_HZ))
     return buffer
 
 
@@ -79,7 +68,7 @@ def _samples(edge: motion.Edge, count: int, period: int) -> tuple[Any, npt.NDArr
 
 def _events(asks: dict[str, Callable[[Any], Any]], effort: Effort,
             draws: np.random.Generator, seconds: float) -> Row:
-    """Return how long a batch of events takes, other ones each time."""
+    """Return the time for a batch of events, different ones each time."""
     def turn(ask: Callable[[Any], Any]) -> float:
         begin = START + draws.integers(10**9, 10**9 * (_HISTORY_S - 1.0 - seconds))
         stamps = np.sort(begin + draws.integers(0, round(seconds * 1e9), _EVENTS))
@@ -94,7 +83,7 @@ def _events(asks: dict[str, Callable[[Any], Any]], effort: Effort,
 
 
 def _errors(asks: dict[str, Callable[[Any], Any]], robot: motion.Robot) -> Row:
-    """Return how far answers are from the motion that was sampled."""
+    """Return the deviation of the results from the motion that was sampled."""
     stamps = np.sort(np.random.default_rng(2).integers(
         START + 10**9, START + 9 * 10**9, 2_000))
     truth = np.tile(se3.IDENTITY, (len(stamps), 1))
@@ -113,7 +102,7 @@ def _errors(asks: dict[str, Callable[[Any], Any]], robot: motion.Robot) -> Row:
 
 
 def _one_stamp(straight: Any, curved: BufferCore, robot: motion.Robot, effort: Effort) -> Row:
-    """Return how long a lookup takes that meets a spline, and one that does not."""
+    """Return the time of a lookup over a path with a spline, and over one without."""
     stamp = START + 5 * 10**9 + 1234
     target, source = robot.target, robot.source
 
@@ -127,7 +116,7 @@ def _one_stamp(straight: Any, curved: BufferCore, robot: motion.Robot, effort: E
 
 
 def _fitting(effort: Effort) -> Iterator[Row]:
-    """Measure the fit of a second at 1 kHz, and that of poses as they come."""
+    """Measure the fit of a second at 1 kHz, and the incremental fit of arriving poses."""
     stamps, poses = _samples(motion.chain(1).edges[0], 1_001, _FIT_PERIOD)
     for on_se3 in False, True:
         group = 'SE(3)' if on_se3 else 'R3 x SO(3)'

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-One insertion: whole messages, from objects and from bytes, and one transform at a time.
+Insertion of whole messages, from objects and from bytes, and of single transforms.
 
-And many samples of one edge, from arrays.
+And of many samples of one edge, from arrays.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -28,8 +17,8 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, BufferCore, UNLIMITED
-from tf_tree_py.core.arrivals.frame_names import rename
-from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.ingest.frame_names import rename
+from tf_tree_py.core.ingest.wire import WireReader
 from tf_tree_py.ros.messages.convert import as_sample
 
 from .. import motion, wire
@@ -41,15 +30,15 @@ from ..peers.ours import OurBuffer
 from ..rows import CORE, DEBIAN, EMPTY, JAZZY, OURS, Row, RUST, scaled
 from ..timing import cpu_clock, interleave, time_each
 
-# Transforms in a message, and per transform, as a multiple of constructing an empty one:
-# from a message, from wire bytes.
+# By the number of transforms in a message: the targets per transform, as multiples of
+# constructing an empty one, from a message and from wire bytes.
 _TARGETS: dict[int, tuple[float | None, float | None]] = {
     1: (None, None), 5: (None, None), 38: (0.4, 0.17)}
 _HISTORY_S = 1.0
 
 
 def inserting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure a transform's insertion, beside the construction of an empty one."""
+    """Measure a transform's insertion, compared with the construction of an empty one."""
     for transforms, (of_message, of_wire) in _TARGETS.items():
         robot = motion.chain(transforms)
         _check_wire(robot)
@@ -80,7 +69,7 @@ def inserting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 
 
 def _arrays(effort: Effort) -> Row:
-    """Measure what it takes to insert arrays of one edge's samples, beside a loop and a copy."""
+    """Measure the insertion of one edge's samples as arrays, compared with a loop and a copy."""
     edge, = motion.chain(1).edges
     count = 25 * effort.lookups
     stamps = np.array([edge.stamp_of(sample) for sample in range(count)])
@@ -109,7 +98,7 @@ def _arrays(effort: Effort) -> Row:
 
 
 class _Turn:
-    """Messages one after the other, each with the next sample of every edge."""
+    """Successive messages, each with the next sample of every edge."""
 
     def __init__(self, robot: motion.Robot, messages: int,
                  make: Callable[[list[motion.Edge], int], Any],
@@ -117,8 +106,8 @@ class _Turn:
         """
         Fill a buffer.
 
-        :param make: returns a message of these edges' samples of a number.
-        :param insert: puts it into a buffer.
+        :param make: returns a message with the sample of a given number of each of these edges.
+        :param insert: inserts it into a buffer.
         """
         self._edges = robot.edges
         self._messages = messages
@@ -131,7 +120,7 @@ class _Turn:
         self._take(200)
 
     def __call__(self) -> float:
-        """Return the seconds that a transform took."""
+        """Return the seconds per transform."""
         return self._take(self._messages)
 
     def _take(self, count: int) -> float:
@@ -156,7 +145,7 @@ def _insert_message(buffer: Buffer, message: TFMessage) -> None:
 
 def _bytes_inserter(frame_filter: Collection[str] | None = None
                     ) -> Callable[[Buffer, bytes], None]:
-    """Return what a listener with this filter does with what it receives."""
+    """Return the function with which a listener with this filter processes received bytes."""
     read = WireReader(rename(frame_filter=frame_filter)).read
 
     def insert(buffer: Buffer, data: bytes) -> None:
@@ -166,7 +155,7 @@ def _bytes_inserter(frame_filter: Collection[str] | None = None
 
 
 def _check_wire(robot: motion.Robot) -> None:
-    """See that ROS reads our bytes as the messages they stand for."""
+    """Check that ROS deserializes our bytes to the intended messages."""
     if deserialize_message(wire.message_at(robot.edges, 0), TFMessage) != _message_at(
             robot.edges, 0):
         raise AssertionError('wire.message_at does not write what ROS does')

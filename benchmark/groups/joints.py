@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What the joint states of a robot cost: CPU of a process that makes transforms of them."""
+"""The CPU cost of turning a robot's joint states into transforms."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -23,7 +12,7 @@ from ..peers.finding import Contestants
 from ..rows import OURS, PLAIN, Row
 
 JOINTS, RATE_HZ = 40, 500
-# Every message goes out as transforms, or 20 a second, as by default.
+# Every message is sent as transforms, or 20 a second, the default.
 FREQUENCIES = (1000.0, 20.0)
 
 _OF_PLAIN = 1.0

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One lookup: over depth, over history, on a humanoid, and of a whole tree."""
+"""Single lookups: over depth, over history, on a humanoid, and of a whole tree."""
 
 from collections.abc import Iterator
 
@@ -33,7 +22,7 @@ _HISTORY_S = 1.0
 
 
 def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure lookups over depth, an insertion between every two."""
+    """Measure lookups over depth, with an insertion between every two."""
     for latest, targets in (False, _MIDDLE), (True, _LATEST):
         for depth, target in targets.items():
             where = 'latest' if latest else 'middle'
@@ -49,7 +38,7 @@ def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 
 
 def histories(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure lookups in the middle of ever longer histories."""
+    """Measure lookups in the middle of increasingly long histories."""
     for depth in 1, 5:
         turns = {
             f'{name}, {seconds:.0f} s': exercise.take_turn
@@ -67,7 +56,7 @@ def histories(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 
 
 def humanoid(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure a hand camera in the map: 12 edges, 5 of them moving."""
+    """Measure the pose of a hand camera in the map: 12 edges, 5 of them moving."""
     turns = {
         f'{name}, {label}': exercise.take_turn
         for robot, label in (('chain5', 'chain of 5'), ('humanoid', 'hand camera'))
@@ -83,7 +72,7 @@ def humanoid(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 
 
 def whole_tree(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure all frames of the humanoid relative to one."""
+    """Measure the poses of all frames of the humanoid relative to one."""
     count = max(1, effort.lookups // 10)
     one = contestants.exercises(Task('chain5', _HISTORY_S, False, effort.lookups), (OURS,))[OURS]
     trees = contestants.exercises(

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Many stamps at once, at depth 3: 100,000 and 1,000 of them, and a lidar's scan."""
+"""Many stamps at once, at depth 3: 100,000 and 1,000 stamps, and a lidar's scan."""
 
 from collections.abc import Callable, Iterator
 import tracemalloc
@@ -35,9 +24,9 @@ Stamps = npt.NDArray[np.int64]
 _COUNT = 100_000
 _HISTORY_S = 10.0
 _SAMPLES = round(_HISTORY_S * 1e9) // PERIOD
-# A loop over all of them would take half a second a round.
+# A loop over all of them would take half a second per round.
 _IN_A_LOOP = 2_000
-# A lidar's scan: a column of points in every 50 us of a tenth of a second.
+# A lidar's scan: a column of points every 50 us for a tenth of a second.
 _SCAN, _SCAN_TIME = 2_000, 100_000_000
 
 _ATTEMPTS = 3
@@ -49,17 +38,18 @@ _PEAK_MEMORY = 3.0
 
 class _Draws:
     """
-    The stamps of each round, the same for all, and new ones each time.
+    The stamps of each round, the same for all contestants, and new ones in every round.
 
-    The window slides by one sample a round, for every contestant inserts one on each
-    edge before it is asked: nothing that was computed for the last round is of use.
+    The window slides by one sample per round, because every contestant inserts one on each edge
+    before its lookup. Results of the last round cannot be reused.
     """
 
     def __init__(self, count: int, shuffled: bool, within: int | None = None) -> None:
         """
-        Take how many, and over how much time.
+        Store the number of stamps and their distribution.
 
-        :param within: nanoseconds: as evenly as a lidar takes its points; None: anywhere.
+        :param within: nanoseconds over which they are spaced evenly, like a lidar's points; None:
+            anywhere in the history.
         """
         self._count = count
         self._shuffled = shuffled
@@ -67,7 +57,7 @@ class _Draws:
 
     def of(self, round_number: int, attempt: int = 0) -> Stamps:
         """Return the stamps of an attempt in a round, counted from 1."""
-        # What every edge has, and has still after the next insertion.
+        # The span that every edge covers, including after the next insertion.
         first = START + (round_number + 2) * PERIOD
         last = START + (_SAMPLES + round_number - 2) * PERIOD
         generator = np.random.default_rng([round_number, attempt])
@@ -79,7 +69,7 @@ class _Draws:
 
 
 def many(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure all who can do it."""
+    """Measure all contestants that support it."""
     yield _row(contestants, effort, 'chain3', _COUNT, shuffled=False, judged=True)
     yield _row(contestants, effort, 'chain3', _COUNT, shuffled=True, judged=True)
     yield _row(contestants, effort, 'staggered3', _COUNT, shuffled=False)
@@ -116,8 +106,8 @@ class _Turn:
     """
     One contestant's turn: an insertion on each edge, then all stamps, which is timed.
 
-    The best of three attempts counts, each with stamps of its own: whoever uses several
-    threads is to be seen by the wall's clock, which also sees what else the machine does.
+    The best of three attempts counts, each with different stamps. Contestants with several
+    threads need the wall clock, which also measures other load of the machine.
     """
 
     def __init__(self, exercise: Any, draws: _Draws, way: Callable[[Stamps], float]) -> None:
@@ -134,16 +124,16 @@ class _Turn:
 
 
 def _way_of(name: str, exercise: Any) -> Callable[[Stamps], float]:
-    """Return how a contestant is asked for many stamps: gives the seconds it took."""
+    """Return a function that looks up many stamps and returns the seconds it took."""
     if name in (OURS, RUST):
         ask = many_of(exercise)
         return lambda stamps: time_one(lambda: ask(stamps))
-    # Each is asked for some of them, at most, and the time taken for all.
+    # They look up at most some of the stamps; the time is scaled to all.
     return lambda stamps: len(stamps) * float(exercise.loop(stamps=_some(stamps)))
 
 
 def many_of(exercise: Exercise) -> Callable[[Stamps], Any]:
-    """Return how a contestant of ours or Rust's is asked for many stamps."""
+    """Return our or Rust's lookup of many stamps."""
     peer, robot = exercise.peer, exercise.robot
     if hasattr(peer, 'lookup_many'):
         return peer.lookup_many
@@ -156,7 +146,7 @@ def _some(stamps: Stamps) -> list[int]:
 
 
 def _check(turns: dict[str, _Turn], draws: _Draws) -> None:
-    """Compare what all say before there were insertions."""
+    """Compare all results before there are insertions."""
     stamps = draws.of(0)
     picked = np.linspace(0, len(stamps) - 1, 20).astype(int)
     answers = {}
@@ -174,11 +164,11 @@ def _check(turns: dict[str, _Turn], draws: _Draws) -> None:
 
 def _pytransform(contestants: Contestants, ours: _Turn, draws: _Draws,
                  rounds: int) -> Callable[[], float]:
-    """Return the turn of pytransform3d, which takes all samples beforehand."""
+    """Return the turn of pytransform3d, which receives all samples beforehand."""
     samples = START + np.arange(_SAMPLES + rounds) * PERIOD
     manager = contestants.pytransform(motion.chain(3), samples)
     robot = ours.exercise.robot
-    # Between samples it moves on screws, so it is compared at samples.
+    # Between samples it interpolates screw motions, so results are compared at samples.
     known = samples[10:_SAMPLES - 10:50]
     agree({OURS: ours.exercise.peer.buffer.lookup_many(robot.target, robot.source, known).tolist(),
            PYTRANSFORM: se3.from_matrix_many(manager.lookup_many(known)).tolist()})
@@ -192,7 +182,7 @@ def _pytransform(contestants: Contestants, ours: _Turn, draws: _Draws,
 
 
 def _memory(contestants: Contestants) -> Row:
-    """Return the most memory that an answer takes while it is computed."""
+    """Return the peak memory of a lookup."""
     exercise = contestants.exercises(Task('chain3', _HISTORY_S, False, 1), (OURS,))[OURS]
     ask = many_of(exercise)
     values: dict[str, list[float]] = {OURS: []}

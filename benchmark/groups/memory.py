@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How much memory a sample takes, and whether the memory stays the same."""
+"""The memory per sample, and whether the memory use is constant."""
 
 from collections.abc import Iterator
 
@@ -22,13 +11,13 @@ from ..peers.finding import Contestants
 from ..rows import DEBIAN, OURS, Row
 
 _BYTES_A_SAMPLE = 80
-# The most that the process grows to, once its buffer is full.
+# The maximum growth of the process once its buffer is full.
 _STEADY = 1.02
 _WARM_UP_S = 30
 
 
 def memory(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure with very many samples, and over very much traffic."""
+    """Measure with very many samples, and over a long time of traffic."""
     values = {OURS: [_hoard(effort.samples)]}
     if contestants.debian:
         values[DEBIAN] = [contestants.debian.alone('hoard', samples=effort.samples)]

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Opening a recording: the time and the memory of a transform, and frozen trees."""
+"""Opening a recording: time and memory per transform, and frozen trees."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -28,17 +17,17 @@ from ..timing import interleave
 
 RAW, LOOP = 'rosbags, raw', 'rosbags, a loop'
 _OF_RUST = 0.6
-# A quarter of the raw rate, and half of it where decompressing takes most of the time.
+# A quarter of the raw rate, or half of it where decompression takes most of the time.
 _OF_RAW = {'uncompressed': 4.0, 'zstd': 2.0}
 _BYTES_A_TRANSFORM = 80
 _PEAK = 1.3
 _FROZEN_MS = 50
-# In a shorter one, what a process needs anyway would count as the recording's.
+# In a shorter one, the process's own memory would count as the recording's.
 _SHORTEST_S = 300
 
 
 def recordings(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure all ways to read a bag, and a frozen tree made of it."""
+    """Measure all ways of reading a bag, and a frozen tree made from it."""
     seconds = max(effort.simulated_s, _SHORTEST_S)
     with TemporaryDirectory() as folder:
         for kind, of_raw in _OF_RAW.items():
@@ -73,7 +62,7 @@ def _opening(path: Path, name: str, transforms: int, of_raw: float, contestants:
 
 def _measure(way: str, path: Path, transforms: int,
              memory: list[dict[str, float]] | None = None) -> float:
-    """Return the microseconds of a transform, one way to read all."""
+    """Return the microseconds per transform of one way of reading."""
     with start('ingest') as process:
         found = process.call(way, path=str(path))
     if memory is not None:

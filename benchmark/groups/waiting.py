@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How long after its transform has come a blocked lookup returns."""
+"""The delay from the arrival of a transform to the return of a blocked lookup."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -38,13 +27,13 @@ _TURNS = 5
 
 
 def waiting(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure within a process, and from another over DDS."""
+    """Measure within a process, and from another process over DDS."""
     yield from _rows('in process', _in_process(contestants, effort.waits))
     yield from _rows('over DDS', _over_dds(contestants, effort.waits))
 
 
 def _rows(where: str, waits: list[dict[str, list[float]]]) -> Iterator[Row]:
-    """Return the middle and the 99th percentile of each turn."""
+    """Return the median and the 99th percentile of each turn."""
     for name, pick, target in (('p50', statistics.median, _P50_MS), ('p99', _p99, _P99_MS)):
         values: Rounds = {way: [pick(turn[way]) for turn in waits] for way in waits[0]}
         row = Row('wait', f'{where}, {name}', 'ms', scaled(values, 1e3))
@@ -64,7 +53,7 @@ def _in_process(contestants: Contestants, count: int) -> list[dict[str, list[flo
     for _ in range(_TURNS):
         turns.append({OURS: _wait_often(count // _TURNS)})
         if contestants.debian:
-            # Polling takes ten times as long, and needs no more than a few.
+            # Polling takes ten times as long, so a few are enough.
             turns[-1][DEBIAN] = contestants.debian.worker.call(
                 'wait_often', count=count // _TURNS // 4)
     return turns
@@ -107,13 +96,13 @@ def _over_dds(contestants: Contestants, count: int) -> list[dict[str, list[float
 
 
 def _wait_for_another(way: str, count: int) -> list[float]:
-    """Return how long it takes from another process's publishing."""
+    """Return the seconds from publication in another process."""
     with ExitStack() as processes:
         publisher = processes.enter_context(start('publisher'))
         waiter = processes.enter_context(start('waiter', way))
         while not waiter.call('publishers'):
             time.sleep(0.05)
-        # Both ends must know each other, not only one.
+        # Both processes must discover each other, not only one.
         time.sleep(0.5)
         waiter.begin('wait_often', count=count)
         publisher.call('send_timed', count=count)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Debian's python3-tf2, driven from here: its Python is the system's, so it is a process."""
+"""Debian's python3-tf2, run in a process because it needs the system's Python."""
 
 import itertools
 import os
@@ -31,7 +20,7 @@ class Debian:
 
     def __init__(self) -> None:
         """
-        Start it.
+        Start the process.
 
         :raises WorkerError: python3-tf2 is not installed.
         """
@@ -39,17 +28,17 @@ class Debian:
         self._names = map(str, itertools.count())
 
     def exercise(self, task: Task) -> 'RemoteExercise':
-        """Return an exercise that the process does."""
+        """Return an exercise that runs in the process."""
         return RemoteExercise(self.worker, next(self._names), task)
 
     def alone(self, verb: str, **arguments: Any) -> Any:
-        """Let a process of its own do something."""
+        """Call one function in a new process."""
         with _start() as worker:
             return worker.call(verb, **arguments)
 
 
 class RemoteExercise:
-    """``exercise.Exercise``, done by a worker."""
+    """``exercise.Exercise``, run by a worker."""
 
     def __init__(self, worker: Worker, name: str, task: Task) -> None:
         self._worker = worker
@@ -57,12 +46,12 @@ class RemoteExercise:
         worker.call('begin', name=name, task=list(task))
 
     def __getattr__(self, verb: str) -> Any:
-        """Return what calls the worker's verb on this exercise."""
+        """Return a function that calls the worker's verb on this exercise."""
         return lambda **arguments: self._worker.call(verb, name=self._name, **arguments)
 
 
 def _start() -> Worker:
-    # Nothing of the ROS 2 environment is for the system's Python.
+    # The system's Python must not use anything of the ROS 2 environment.
     environment = {name: os.environ[name] for name in ('PATH', 'HOME') if name in os.environ}
     return Worker([_SYSTEM_PYTHON, '-m', 'benchmark.peers.debian_worker'], environment)
 
@@ -71,7 +60,7 @@ def find() -> Debian:
     """
     Return the process.
 
-    :raises ImportError: with what to do about it.
+    :raises ImportError: it is not installed; the message contains the remedy.
     """
     if not os.path.exists(_SYSTEM_PYTHON):
         raise ImportError(f'there is no {_SYSTEM_PYTHON}')

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Debian's python3-tf2, in the system's Python: ROS 1's C++ tf2 with its binding.
 
-Run by ``debian.DebianBuffer``; its imports are the standard library and ROS 1.
+Run by ``debian.Debian``; it imports only the standard library and ROS 1.
 """
 
 import os
@@ -64,7 +53,7 @@ class Ros1Buffer(CppBuffer):
 
 
 def begin(name: str, task: list[Any]) -> None:
-    """Make an exercise."""
+    """Create an exercise."""
     _exercises[name] = Exercise(Ros1Buffer(), Task(*task))
 
 
@@ -97,7 +86,7 @@ def wait_often(count: int) -> list[float]:
 
 
 def hoard(samples: int) -> float:
-    """Return how many bytes of memory a sample takes, when there are so many."""
+    """Return the bytes of memory per sample, measured with this number of samples."""
     robot = motion.chain(10)
     peer = Ros1Buffer()
     peer.reset(robot, 1e6)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Which contestants are here, and why the others are not."""
+"""Determine which contestants are available, and why the others are not."""
 
 from collections.abc import Callable, Collection, Mapping
 import importlib
@@ -21,7 +10,7 @@ from typing import Any
 from . import debian
 from .ours import OurBuffer, OurCore
 from ..exercise import Exercise, Task, Unable
-from ..rows import CORE, DEBIAN, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
+from ..rows import CORE, DEBIAN, GTSAM, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
 
 _TOLERANCE = 1e-9
 
@@ -30,14 +19,14 @@ _CURES = dict.fromkeys(
 
 
 class Disagreement(Exception):
-    """Two contestants gave different answers: there is nothing to compare."""
+    """Two contestants returned different results, so they cannot be compared."""
 
 
 class Contestants:
     """
-    Everybody who can take part.
+    All available contestants.
 
-    :ivar absent: why the others cannot, by name.
+    :ivar absent: why each other contestant is unavailable, by name.
     """
 
     def __init__(self) -> None:
@@ -47,6 +36,7 @@ class Contestants:
         self.rust = self._try(RUST, lambda: _load('rust').RustTree)
         self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
         self.tf2_ros = self._try(TF2_ROS, lambda: _load('jazzy').Tf2RosBuffer)
+        self.gtsam = self._try(GTSAM, lambda: _load('factor_graph').FactorGraph)
         here = {RUST: self.rust, TF2_ROS: self.tf2_ros,
                 JAZZY: self._try(JAZZY, lambda: _load('jazzy').JazzyBuffer)}
         self._makers |= {name: maker for name, maker in here.items() if maker is not None}
@@ -55,9 +45,9 @@ class Contestants:
             self, task: Task,
             names: Collection[str] = (OURS, CORE, DEBIAN, TF2_ROS, JAZZY, RUST)) -> dict[str, Any]:
         """
-        Return an exercise for each of these who is here, all giving the same answers.
+        Return an exercise for each of these contestants that is available; all agree.
 
-        :raises Disagreement: they do not.
+        :raises Disagreement: their results differ.
         """
         exercises: dict[str, Any] = {}
         for name in names:
@@ -92,15 +82,15 @@ class Contestants:
 
 def agree(answers: Mapping[str, list[list[float]]]) -> None:
     """
-    Compare what contestants answered: poses, equal up to the quaternion's sign.
+    Compare the poses of the contestants, up to the quaternion's sign.
 
-    :raises Disagreement: naming the two.
+    :raises Disagreement: two differ; the message names them.
     """
     names = list(answers)
     for name in names[1:]:
         for one, other in zip(answers[names[0]], answers[name], strict=True):
             if _distance(one, other) > _TOLERANCE:
-                raise Disagreement(f'{names[0]} says {one} and {name} {other}')
+                raise Disagreement(f'{names[0]} returned {one}, and {name} returned {other}')
 
 
 def _distance(one: list[float], other: list[float]) -> float:

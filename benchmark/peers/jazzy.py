@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Jazzy's own tf2: the C++ buffer with its binding, and the Python that calls that."""
+"""Jazzy's own tf2: the C++ buffer with its binding, and the Python code that calls it."""
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
@@ -46,10 +35,10 @@ class JazzyBuffer(CppBuffer):
 
 
 class Tf2RosBuffer(JazzyBuffer):
-    """``tf2_ros.Buffer``: what a node in Python calls, which asks ``can_transform`` as well."""
+    """``tf2_ros.Buffer``, as a Python node calls it; also calls ``can_transform``."""
 
     def reset(self, robot: Robot, history_s: float) -> None:
-        """Begin anew."""
+        """Start again with an empty buffer."""
         super().reset(robot, history_s)
         self.buffer = tf2_ros.Buffer(self.duration(history_s))
         self.lookup = self.buffer.lookup_transform

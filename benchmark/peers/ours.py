@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """tf_tree_py itself: the buffer with messages, and its core with plain numbers."""
 
@@ -31,10 +20,10 @@ from ..motion import Robot
 
 
 class OurBuffer:
-    """``Buffer``: what a tf2 user calls, a full ``TransformStamped`` each time."""
+    """``Buffer``, as a tf2 user calls it: a full ``TransformStamped`` each time."""
 
     def reset(self, robot: Robot, history_s: float) -> None:
-        """Begin anew."""
+        """Start again with an empty buffer."""
         self.buffer = Buffer(Duration(seconds=history_s))
         self.insert = self.buffer.set_transform
         self.insert_static = self.buffer.set_transform_static
@@ -45,11 +34,11 @@ class OurBuffer:
         return transform_stamped(edge, stamp, pose)
 
     def time(self, stamp: int) -> Time:
-        """Return a time as the header of a message has it."""
+        """Return a time as in the header of a message."""
         return time_message(stamp)
 
     def lookup_tree(self, target: str, time: Time) -> dict[str, Pose]:
-        """Return all frames relative to one."""
+        """Return the poses of all frames relative to one."""
         return self.buffer.lookup_tree(target, as_nanoseconds(time))
 
     def pose(self, answer: TransformStamped | Pose) -> Sequence[float]:
@@ -61,7 +50,7 @@ class OurCore:
     """``BufferCore``: without ROS, integer nanoseconds and a ``Pose``."""
 
     def reset(self, robot: Robot, history_s: float) -> None:
-        """Begin anew."""
+        """Start again with an empty buffer."""
         self.buffer = BufferCore(round(history_s * 1e9))
         self.lookup = self.buffer.lookup
         self.lookup_tree = self.buffer.lookup_tree
@@ -71,17 +60,17 @@ class OurCore:
         return edge.parent, edge.child, stamp, pose
 
     def insert(self, message: Any) -> None:
-        """Take a transform that moves."""
+        """Insert a moving transform."""
         self.buffer.insert(*message)
 
     def insert_static(self, message: Any) -> None:
-        """Take one that does not."""
+        """Insert a static transform."""
         self.buffer.insert(*message, static=True)
 
     def time(self, stamp: int) -> int:
-        """Return the stamp as it is."""
+        """Return the stamp unchanged."""
         return stamp
 
     def pose(self, answer: Pose) -> Pose:
-        """Return the pose as it is."""
+        """Return the pose unchanged."""
         return answer

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """transform-tree, a transform tree in Rust (imports as ``tf_tree``)."""
 
@@ -30,14 +19,14 @@ _SAMPLES_A_SECOND = 1_000_000_000 // motion.PERIOD
 
 class RustTree:
     """
-    A tree whose edges interpolate as tf2's do.
+    A tree whose edges interpolate like tf2's.
 
-    Its plan, which is its path, is made once; its edges have rings of fixed size, so
-    its history is only about as long as asked for.
+    Its plan, which is its path, is made once. Its edges have rings of fixed size, so the length
+    of its history is only approximately the requested one.
     """
 
     def reset(self, robot: Robot, history_s: float) -> None:
-        """Begin anew."""
+        """Start again with an empty tree."""
         if any(edge.static for edge in robot.edges):
             raise Unable('an edge list makes every edge moving')
         capacity = max(2048, 1 << round(history_s * _SAMPLES_A_SECOND).bit_length())
@@ -54,21 +43,21 @@ class RustTree:
         return edge.child, edge.parent, stamp, [qw, qx, qy, qz, x, y, z]
 
     def insert(self, message: Any) -> None:
-        """Take a transform."""
+        """Insert a transform."""
         tf_tree.push(self._tree, *message)
 
     def insert_static(self, message: Any) -> None:
-        """Refuse."""
+        """Not supported."""
         raise NotImplementedError
 
     def time(self, stamp: int) -> int:
-        """Return the stamp as it is."""
+        """Return the stamp unchanged."""
         return stamp
 
     def lookup(self, target: str, source: str, stamp: int) -> npt.NDArray[np.float64]:
         """Return qw qx qy qz x y z."""
         if not stamp:
-            # Its own ``latest`` takes the newest of each edge, which is no pose of any time.
+            # Its own ``latest`` takes the newest sample of each edge: no pose at any single time.
             stamp = self._tree.span(target, source)[1]
         return self._plan.at(stamp, layout='quat')
 
@@ -77,7 +66,7 @@ class RustTree:
         return self._plan.at(stamps, layout='quat')
 
     def lookup_tree(self, target: str, stamp: Any) -> dict[str, Any]:
-        """Refuse."""
+        """Not supported."""
         raise NotImplementedError
 
     def pose(self, answer: npt.NDArray[np.float64]) -> Sequence[float]:

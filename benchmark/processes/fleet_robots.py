@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Simulated robots of a fleet: ``python -m benchmark.processes.fleet_robots ROUTER``.
@@ -23,7 +12,7 @@ import math
 import sys
 import threading
 
-from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.ingest.sample import Sample
 from tf_tree_py.fleet import configuration, open_session
 from tf_tree_py.fleet.simulated import drive, SimulatedRobot
 import zenoh
@@ -34,7 +23,7 @@ MOVING, STATIC = 25, 15
 
 
 def robot(number: int) -> SimulatedRobot:
-    """Return a robot; its frames hang one below the other, those that move first."""
+    """Return a robot whose frames are a chain, the moving ones first."""
     names = ['map', *(f'link_{frame}' for frame in range(MOVING + STATIC))]
     edges = list(zip(names, names[1:], strict=False))
 
@@ -49,7 +38,7 @@ def robot(number: int) -> SimulatedRobot:
 
 
 def send_for_a_while(session: zenoh.Session, count: int, rate_hz: float, seconds: float) -> int:
-    """Let so many robots drive; return how many messages they have sent."""
+    """Send as a number of robots for a time; return the number of messages sent."""
     ended = threading.Event()
     threading.Timer(seconds, ended.set).start()
     return drive(session, [robot(number) for number in range(count)], rate_hz, ended)

@@ -1,27 +1,16 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-A buffer that is given very much: ``python -m benchmark.processes.hoard``.
+A buffer with very many samples: ``python -m benchmark.processes.hoard``.
 
-In a process of its own, so that the process's memory is the buffer's.
+Runs in a separate process, so that the process's memory is the buffer's.
 """
 
 import os
 
-from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.ingest.wire import WireReader
 
 from .. import motion, wire
 from ..worker import serve
@@ -32,7 +21,7 @@ _RATE_HZ = 500
 
 
 def hoard(samples: int) -> float:
-    """Return how many bytes of memory a sample takes, when there are so many."""
+    """Return the bytes of memory per sample, measured with this number of samples."""
     feed = _Feed(_EDGES, cache_s=1e6)
     feed.take(samples // _EDGES // 100)
     before, taken = resident_bytes(), feed.taken
@@ -41,7 +30,7 @@ def hoard(samples: int) -> float:
 
 
 def traffic(seconds: int) -> list[int]:
-    """Return the bytes of memory after each of so many seconds of traffic, simulated."""
+    """Return the bytes of memory after each of a number of seconds of simulated traffic."""
     feed = _Feed(_TRANSFORMS, cache_s=10.0)
     resident = []
     for _ in range(seconds):
@@ -51,13 +40,13 @@ def traffic(seconds: int) -> list[int]:
 
 
 def resident_bytes() -> int:
-    """Return how much memory this process has."""
+    """Return the resident memory of this process."""
     with open('/proc/self/statm') as file:
         return int(file.read().split()[1]) * os.sysconf('SC_PAGESIZE')
 
 
 class _Feed:
-    """Messages as from the wire, into a buffer, as fast as it takes them."""
+    """Serialized messages, inserted into a buffer as fast as possible."""
 
     def __init__(self, edges: int, cache_s: float) -> None:
         self.taken = 0
@@ -68,7 +57,7 @@ class _Feed:
         self._sent = 0
 
     def take(self, messages: int) -> None:
-        """Go on for so many messages."""
+        """Insert this number of further messages."""
         period = 1_000_000_000 // _RATE_HZ
         for _ in range(messages):
             stamp = motion.START + self._sent * period

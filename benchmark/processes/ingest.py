@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-One bag, read in one of several ways: ``python -m benchmark.processes.ingest``.
+Read one bag in one of several ways: ``python -m benchmark.processes.ingest``.
 
-In a process of its own each time, so that the process's memory is the recording's.
+Each reading runs in a new process, so that the process's memory is the recording's.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,19 +16,19 @@ from typing import Any
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 from tf_tree_py.bag import open_bag
-import tf_tree_py.bag.files.kinds  # noqa: F401 - else the first bag pays for the import
+import tf_tree_py.bag.files.file_kinds  # noqa: F401 - otherwise the first bag includes the import
 from tf_tree_py.core import load
 
 from .hoard import resident_bytes
 from ..timing import cpu_clock
 from ..worker import serve
 
-# The obvious loop is so slow that a part of the bag tells enough.
+# The simple loop is so slow that a part of the bag is enough.
 _LOOP_MESSAGES = 3_000
 
 
 def ours(path: str) -> dict[str, float]:
-    """Open a bag; return seconds, and what it takes of memory, bytes."""
+    """Open a bag; return the seconds and the bytes of memory that it takes."""
     before = resident_bytes()
     kept: list[Any] = []
     seconds = _time(lambda: kept.append(open_bag(path)))
@@ -49,19 +38,19 @@ def ours(path: str) -> dict[str, float]:
 
 
 def rust(path: str) -> dict[str, float]:
-    """Let the Rust tree ingest it."""
+    """Read the bag with the Rust tree."""
     import tf_tree
     kept: list[Any] = []
     return {'seconds': _time(lambda: kept.append(tf_tree.ingest_bag(Path(path))))}
 
 
 def raw(path: str) -> dict[str, float]:
-    """Let rosbags hand out all messages."""
+    """Iterate over all raw messages with rosbags."""
     return {'seconds': _time(lambda: [None for _ in _messages(path)])}
 
 
 def loop(path: str) -> dict[str, float]:
-    """Deserialise each message, as a script does that needs two transforms."""
+    """Deserialize each message, like a script that needs two transforms."""
     types = get_typestore(Stores.ROS2_JAZZY)
     poses: dict[str, list[Any]] = {}
 
@@ -76,7 +65,7 @@ def loop(path: str) -> dict[str, float]:
 
 
 def frozen(path: str) -> dict[str, float]:
-    """Open a frozen tree, and look one transform up."""
+    """Open a frozen tree, and look up one transform."""
     def look() -> None:
         buffer = load(path)
         buffer.lookup('frame_0', 'frame_5')
@@ -90,7 +79,7 @@ def freeze(path: str, target: str) -> None:
 
 
 def _time(call: Callable[[], object]) -> float:
-    """Return the seconds of CPU that a call takes; all contestants have one thread."""
+    """Return the CPU seconds that a call takes; all contestants use one thread."""
     begin = cpu_clock()
     call()
     return cpu_clock() - begin

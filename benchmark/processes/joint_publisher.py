@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A publisher of joint states: ``python -m benchmark.processes.joint_publisher``.
 
-It sends bytes that were made beforehand, so that it keeps its pace.
+It sends bytes that were serialized beforehand, so that it keeps its rate.
 """
 
 import math
@@ -40,11 +29,11 @@ class JointPublisher:
 
     def send(self, first: int, count: int, transforms: int, rate_hz: float) -> int:
         """
-        Send messages at a rate, as nearly as the machine lets it.
+        Send messages at a rate, as precisely as the machine permits.
 
-        :param first: number of the first.
-        :param transforms: how many joints are in each.
-        :return: how many messages were late by more than a period.
+        :param first: number of the first message.
+        :param transforms: number of joints per message.
+        :return: the number of messages that were late by more than a period.
         """
         message = JointState(name=[f'joint_{number}' for number in range(transforms)])
         messages = []

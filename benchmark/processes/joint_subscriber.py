@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Who hears joint states: ``python -m benchmark.processes.joint_subscriber WAY FREQUENCY``.
+A subscriber of joint states: ``python -m benchmark.processes.joint_subscriber WAY FREQUENCY``.
 
-WAY is ours, urdf_broadcaster on a chain of joints that sends no more often than FREQUENCY;
-or a subscription with an empty callback. Both count what they hear.
+WAY is ours (urdf_broadcaster on a chain of joints, sending at most at FREQUENCY) or a
+subscription with an empty callback. Both count the messages.
 """
 
 import sys
@@ -36,8 +25,8 @@ from ..rows import OURS
 from ..worker import serve
 
 
-class OurEar(UrdfBroadcaster):
-    """The node, with a count."""
+class OurSubscriber(UrdfBroadcaster):
+    """The node, with a message counter."""
 
     def __init__(self, frequency: float) -> None:
         self.count = 0
@@ -50,8 +39,8 @@ class OurEar(UrdfBroadcaster):
         self.count += 1
 
 
-class PlainEar(Node):
-    """A subscription whose callback counts, and is otherwise empty."""
+class PlainSubscriber(Node):
+    """A subscription whose callback only counts."""
 
     def __init__(self) -> None:
         super().__init__('benchmark_plain')
@@ -63,18 +52,18 @@ class PlainEar(Node):
 
 
 class Count:
-    """What ``usage`` asks for."""
+    """The count in the form that ``usage`` requires."""
 
-    def __init__(self, ear: Any) -> None:
-        self._ear = ear
+    def __init__(self, subscriber: Any) -> None:
+        self._subscriber = subscriber
 
     def received(self, _: int) -> int:
-        """Return how many messages arrived."""
-        return self._ear.count  # type: ignore[no-any-return]
+        """Return the number of messages that arrived."""
+        return self._subscriber.count  # type: ignore[no-any-return]
 
 
 def _chain() -> str:
-    """Return a robot with its joints one on the other."""
+    """Return the URDF of a serial chain of joints."""
     return '\n'.join([
         '<robot name="chain">', *(f'<link name="link_{number}"/>' for number in range(JOINTS + 1)),
         *(f'<joint name="joint_{number}" type="revolute"><parent link="link_{number}"/>'
@@ -85,11 +74,11 @@ def _chain() -> str:
 def main() -> None:
     rclpy.init()
     way, frequency = sys.argv[1:]
-    ear = OurEar(float(frequency)) if way == OURS else PlainEar()
-    spin_beside(ear)
-    count = Count(ear)
+    subscriber = OurSubscriber(float(frequency)) if way == OURS else PlainSubscriber()
+    spin_beside(subscriber)
+    count = Count(subscriber)
     serve({'usage': lambda transforms: usage(count, transforms)})
-    ear.destroy_node()
+    subscriber.destroy_node()
     rclpy.try_shutdown()
 
 

@@ -1,34 +1,29 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A publisher on /tf: ``python -m benchmark.processes.publisher``.
 
-It sends bytes that were made beforehand, so that it keeps its pace.
+It sends bytes that were serialized beforehand, so that it keeps its rate.
 """
 
 from collections.abc import Callable, Sequence
 import random
 import time
+from typing import TypeVar
 
 import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.ingest.wire import WireWriter
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .. import motion, wire
 from ..worker import serve
+
+_Message = TypeVar('_Message')
 
 
 class Publisher:
@@ -39,27 +34,46 @@ class Publisher:
 
     def send(self, first: int, count: int, transforms: int, rate_hz: float) -> int:
         """
-        Send messages at a rate, as nearly as the machine lets it.
+        Send messages at a rate, as precisely as the machine permits.
 
         :param first: number of the first sample.
-        :param transforms: in each message.
-        :return: how many messages were late by more than a period.
+        :param transforms: number per message.
+        :return: the number of messages that were late by more than a period.
         """
         edges = motion.chain(transforms).edges
         messages = [wire.message_at(edges, first + number) for number in range(count)]
         return keep_pace(self._publisher.publish, messages, rate_hz)
 
+    def send_now(self, seconds: float, transforms: int, rate_hz: float) -> int:
+        """
+        Send messages at a rate, stamped with the time at which they are sent.
+
+        :return: the number that were late by more than a period.
+        """
+        edges = motion.chain(transforms).edges
+        names = [(edge.parent, edge.child) for edge in edges]
+        rows = [[pack_pose(*motion.pose_at(edge, edge.stamp_of(number))) for edge in edges]
+                for number in range(round(seconds * rate_hz))]
+        writer = WireWriter()
+
+        def publish(poses: list[bytes]) -> None:
+            stamps = [time.time_ns()] * len(poses)
+            self._publisher.publish(writer.write(Batch(names, stamps, poses)))
+
+        return keep_pace(publish, rows, rate_hz)
+
     def send_timed(self, count: int) -> None:
-        """Send single transforms whose x is the time of sending, now and then."""
+        """Send single transforms at intervals; their x is the time of sending."""
         edge = motion.chain(1).edges[0]
         for sample in range(count):
             time.sleep(random.uniform(0.005, 0.015))
-            # The clock is the whole machine's.
+            # The clock is the same for all processes of the machine.
             pose = (time.monotonic(), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
             self._publisher.publish(wire.message([edge], [edge.stamp_of(sample)], [pose]))
 
 
-def keep_pace(publish: Callable[[bytes], None], messages: Sequence[bytes], rate_hz: float) -> int:
+def keep_pace(publish: Callable[[_Message], None], messages: Sequence[_Message],
+              rate_hz: float) -> int:
     """Publish at a rate; return how many were late by more than a period."""
     begin, late = time.monotonic(), 0
     for number, message in enumerate(messages):
@@ -74,5 +88,6 @@ def keep_pace(publish: Callable[[bytes], None], messages: Sequence[bytes], rate_
 if __name__ == '__main__':
     rclpy.init()
     publisher = Publisher(Node('benchmark_publisher'))
-    serve({'send': publisher.send, 'send_timed': publisher.send_timed})
+    serve({'send': publisher.send, 'send_now': publisher.send_now,
+           'send_timed': publisher.send_timed})
     rclpy.try_shutdown()

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Somebody who listens to /tf: ``python -m benchmark.processes.subscriber WAY``.
+A subscriber of /tf: ``python -m benchmark.processes.subscriber WAY``.
 
-WAY is one of ``WAYS``. The main thread waits for commands, and costs nothing; the
-listening is done by another thread.
+WAY is one of ``WAYS``. The main thread only waits for commands; another thread receives the
+messages.
 """
 
 import resource
@@ -27,7 +16,7 @@ import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
-from tf_tree_py.core.doctor import Doctor
+from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .spinning import spin_beside
@@ -35,7 +24,7 @@ from ..rows import DOCTOR, OURS, PLAIN, TF2_ROS
 from ..worker import serve
 
 
-class OurEar:
+class OurSubscriber:
     """``TransformListener``."""
 
     def __init__(self, node: Node) -> None:
@@ -43,20 +32,20 @@ class OurEar:
         self._listener = tf_tree_py.TransformListener(self._buffer, node)
 
     def received(self, transforms: int) -> float:
-        """Return how many messages of so many transforms the buffer took."""
+        """Return the number of inserted messages, each with this number of transforms."""
         return self._buffer.statistics().accepted / transforms
 
 
-class DoctorsEar(OurEar):
-    """The same, watched by a doctor."""
+class DoctorsSubscriber(OurSubscriber):
+    """The same, observed by a doctor."""
 
     def __init__(self, node: Node) -> None:
         super().__init__(node)
         self._buffer.observers.add(Doctor())
 
 
-class PlainEar:
-    """A subscription whose callback counts, and is otherwise empty."""
+class PlainSubscriber:
+    """A subscription whose callback only counts."""
 
     def __init__(self, node: Node) -> None:
         self._count = 0
@@ -68,12 +57,12 @@ class PlainEar:
         self._count += 1
 
     def received(self, transforms: int) -> float:
-        """Return how many messages arrived."""
+        """Return the number of messages that arrived."""
         return self._count
 
 
-class Tf2Ear:
-    """tf2's own listener, where it is installed; it does not count what its buffer takes."""
+class Tf2Subscriber:
+    """tf2's own listener, if it is installed; its buffer does not count insertions."""
 
     def __init__(self, node: Node) -> None:
         import tf2_ros
@@ -81,23 +70,24 @@ class Tf2Ear:
         self._listener = tf2_ros.TransformListener(self._buffer, node, spin_thread=True)
 
     def received(self, transforms: int) -> None:
-        """Return nothing."""
+        """Return None."""
 
 
-WAYS = {OURS: OurEar, DOCTOR: DoctorsEar, PLAIN: PlainEar, TF2_ROS: Tf2Ear}
+WAYS = {OURS: OurSubscriber, DOCTOR: DoctorsSubscriber, PLAIN: PlainSubscriber,
+        TF2_ROS: Tf2Subscriber}
 
 
-def usage(ear: Any, transforms: int) -> dict[str, float | None]:
-    """Return the seconds of CPU this process has had, and what has arrived."""
+def usage(subscriber: Any, transforms: int) -> dict[str, float | None]:
+    """Return the CPU time of this process, seconds, and the number of messages that arrived."""
     spent = resource.getrusage(resource.RUSAGE_SELF)
-    return {'cpu_s': spent.ru_utime + spent.ru_stime, 'received': ear.received(transforms)}
+    return {'cpu_s': spent.ru_utime + spent.ru_stime, 'received': subscriber.received(transforms)}
 
 
 def main() -> None:
     rclpy.init()
     node = Node('benchmark_subscriber')
-    ear = WAYS[sys.argv[1]](node)
-    serve({'usage': lambda transforms: usage(ear, transforms),
+    subscriber = WAYS[sys.argv[1]](node)
+    serve({'usage': lambda transforms: usage(subscriber, transforms),
            'publishers': lambda: node.count_publishers(TF_TOPIC)})
     rclpy.try_shutdown()
 

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Somebody who waits for transforms on /tf: ``python -m benchmark.processes.waiter WAY``.
+Wait for transforms on /tf: ``python -m benchmark.processes.waiter WAY``.
 
-Each transform's x is the time at which it was sent; this returns how long ago that
-was when the user's code went on.
+The x of each transform is the time at which it was sent. The results are the delays until the
+user's code continued.
 """
 
 from collections.abc import Callable
@@ -42,7 +31,7 @@ _TIMEOUT = Duration(seconds=20.0)
 
 
 class _Lookups:
-    """Lookups that block until their transform is here."""
+    """Lookups that block until their transform arrives."""
 
     def __init__(self, buffer: Any, listener: object) -> None:
         self._buffer = buffer
@@ -56,7 +45,7 @@ class _Lookups:
 
 
 class _Callback:
-    """A plain subscription: the least that anybody could wait with rclpy's executor."""
+    """A plain subscription: the shortest delay that rclpy's executor permits."""
 
     def __init__(self, node: Node) -> None:
         self._delays: queue.SimpleQueue[float] = queue.SimpleQueue()

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Writes the codes of docs/doctor.md anew: ``python docs/figures/doctor_codes.py``.
@@ -20,8 +9,8 @@ They are read from the catalogue that ``tf_doctor --list`` prints.
 
 from pathlib import Path
 
-from tf_tree_py.core.checks.catalogue import CODES
-from tf_tree_py.core.checks.finding import Code
+from tf_tree_py.core.health.checks.catalogue import CODES
+from tf_tree_py.core.health.checks.finding import Code
 
 PAGE = Path(__file__).parents[1] / 'doctor.md'
 BEGIN, END = '<!-- codes: begin -->\n', '<!-- codes: end -->\n'

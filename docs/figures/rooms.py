@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Draw docs/images/rooms.svg: the layers, their rooms, and which room imports which.
@@ -40,33 +29,34 @@ IMAGES = Path(__file__).parents[1] / 'images'
 # what lives there. Files that stand in no room go by the name of their box.
 LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
     'core': (0.0, 8.2, {
-        'doctor, monitor': (8.9, 7.35, 'watch, and tell what is wrong'),
-        'departures': (2.0, 7.35, 'what goes on to others, and when'),
-        'buffer': (2.0, 6.25, 'the lock, the way in, who waits'),
+        'health': (12.35, 6.25, 'measures, checks, doctor'),
+        'thinning': (2.0, 7.35, 'what is forwarded, and when'),
+        'buffer': (2.0, 6.25, 'the lock, the way in, waiters'),
         'deskew, twist': (5.45, 6.25, 'and trajectory, anchor'),
-        'telling': (8.9, 6.25, 'reports, diagnosis, audit'),
-        'checks': (12.35, 6.25, 'what can be wrong with a tree'),
-        'tree': (7.2, 5.05, 'who hangs on whom, queries'),
-        'vitals': (12.35, 5.05, 'what is measured of an edge'),
-        'arrivals': (7.2, 3.95, 'bytes, samples, refusals'),
+        'reports': (8.9, 6.25, 'explanations, diagnosis'),
+        'tree': (7.2, 5.05, 'frames, paths, queries'),
+        'ingest': (7.2, 3.95, 'bytes, samples, refusals'),
         'edges': (7.2, 2.85, "one edge's samples over time"),
         'geometry': (7.2, 1.75, 'formulas of rotations, poses'),
         'errors, stamp': (7.2, 0.65, 'and times, text, suggestions'),
     }),
-    'ros': (8.8, 7.5, {
-        'filtering': (2.2, 15.3, 'messages held back'),
-        'remote': (5.5, 15.3, 'buffer server and client'),
-        'diagnostics': (8.8, 15.3, 'the health of every edge'),
-        'topics': (2.2, 13.9, '/tf and /tf_static, who sends'),
-        'buffer': (5.5, 12.5, "tf2's buffer, with messages"),
-        'waiting': (5.5, 11.1, 'clocks, timeouts, futures'),
-        'threads': (2.9, 9.7, 'our own threads and nodes'),
+    'ros': (8.8, 8.5, {
+        'filtering': (2.2, 16.3, 'messages held back'),
+        'remote': (5.5, 16.3, 'buffer server and client'),
+        'diagnostics': (8.8, 16.3, 'the health of every edge'),
+        'topics': (2.2, 14.65, '/tf and /tf_static, who sends'),
+        'buffer': (5.5, 13.0, "tf2's buffer, with messages"),
+        'waiting': (5.5, 11.35, 'clocks, timeouts, futures'),
+        'threads': (2.9, 9.7, 'internal threads, nodes'),
         'messages': (8.1, 9.7, 'messages and plain numbers'),
     }),
-    'bag': (11.8, 4.5, {
-        'open_bag, record': (12.85, 15.25, 'a bag as a buffer, and back'),
-        'assembling': (12.85, 13.9, 'messages become a tree'),
-        'files': (12.85, 12.55, 'messages out of files'),
+    'calibration': (16.0, 1.3, {
+        'calibrate': (12.85, 16.5, 'mountings and time offsets'),
+    }),
+    'bag': (11.8, 4.0, {
+        'open_bag, record': (12.85, 14.8, 'a bag as a buffer, and back'),
+        'assembly': (12.85, 13.6, 'messages become a tree'),
+        'files': (12.85, 12.4, 'messages out of files'),
     }),
     'fleet': (10.3, 1.3, {
         'FleetListener': (12.85, 10.8, 'many robots, over Zenoh'),
@@ -75,18 +65,17 @@ LAYERS: dict[str, tuple[float, float, dict[str, tuple[float, float, str]]]] = {
         'Robot': (12.85, 9.3, 'descriptions, joint states'),
     }),
 }
-# Where each panel begins, and how wide it is; bag, fleet and urdf stand beside ros.
-SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), 'bag': (11.1, 3.5), 'fleet': (11.1, 3.5),
-         'urdf': (11.1, 3.5), '': (0.1, 14.5)}
-TOP, TOP_HEIGHT = 16.9, 0.9
+# Where each panel begins, and how wide it is; what uses no ROS stands beside ros.
+SIDES = {'core': (0.1, 14.5), 'ros': (0.1, 10.8), '': (0.1, 14.5),
+         **dict.fromkeys(('calibration', 'bag', 'fleet', 'urdf'), (11.1, 3.5))}
+TOP, TOP_HEIGHT = 17.9, 0.9
 ABOVE = (('nodes', 1.6, 'executables that stay up'), ('tools', 4.45, 'to look at a tree with'),
          ('view', 7.3, 'a page in the browser'), ('labs', 10.15, 'the labs of the course'),
          ('dropin', 13.0, 'runs what imports tf2_ros'))
 WIDTH, WIDTH_ABOVE, HEIGHT = 3.1, 2.65, 0.74
 # Which box the files outside of rooms belong to.
 LOOSE = {'core': dict.fromkeys(
-             ('deskew', 'twist', 'trajectory', 'anchor'), 'deskew, twist') | dict.fromkeys(
-             ('doctor', 'monitor', 'flight_recorder'), 'doctor, monitor'),
+             ('deskew', 'twist', 'trajectory', 'anchor'), 'deskew, twist'),
          'ros': {'diagnostics': 'diagnostics'},
          'bag': dict.fromkeys(('joints', 'opening', 'stamps', 'recorder'), 'open_bag, record')}
 
@@ -187,7 +176,7 @@ def draw_layer(axes: Axes, layer: str, shade: str) -> None:
 
 def main() -> None:
     """Write the picture, as SVG."""
-    figure = Figure(figsize=(12.0, 14.3))
+    figure = Figure(figsize=(12.0, 15.1))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0.0, 14.7)
     axes.set_ylim(-0.1, TOP + TOP_HEIGHT + 0.1)
@@ -196,13 +185,16 @@ def main() -> None:
     for name, x, text in ABOVE:
         draw_box(axes, x, TOP + TOP_HEIGHT / 2, name, text, WIDTH_ABOVE)
     draw_layer(axes, 'ros', '0.9')
-    draw_layer(axes, 'bag', '0.9')
-    draw_layer(axes, 'fleet', '0.9')
-    draw_layer(axes, 'urdf', '0.9')
+    for layer in ('calibration', 'bag', 'fleet', 'urdf'):
+        draw_layer(axes, layer, '0.9')
     draw_layer(axes, 'core', '0.86')
     for above, below in ((TOP, sum(LAYERS['ros'][:2])), (LAYERS['ros'][0], LAYERS['core'][1])):
         for x in (5.5, 12.85):
             draw_arrow(axes, (x, above), (x, below), 'layers', width=3.0)
+    calibration, bag = (LAYERS[layer][2][room] for layer, room in (
+        ('calibration', 'calibrate'), ('bag', 'open_bag, record')))
+    draw_arrow(axes, (calibration[0], calibration[1] - HEIGHT / 2),
+               (bag[0], bag[1] + HEIGHT / 2), 'layers')
     figure.savefig(IMAGES / 'rooms.svg', metadata={'Date': None})
 
 

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Tells mkdocs which documents make the site.
@@ -91,7 +80,7 @@ def _inside(path: Path) -> list[Path]:
 def _source_page(path: str) -> str:
     """Return the page of a file, or of a folder with links to what is inside."""
     source = REPOSITORY / path
-    top = f'---\nsearch:\n  boost: 0.5\n---\n\n# {path}\n\n'  # found behind what explains it
+    top = f'---\nsearch:\n  boost: 0.005\n---\n\n# {path}\n\n'  # found after what explains it
     if source.is_dir():
         return top + ''.join(f'- [{inside.name}]({source.name}/{inside.name})\n'
                              for inside in _inside(source))

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 The simulated cell: a table, an arm, blocks and a tray in PyBullet, and a camera on the wrist.
 
-It stands for the real world. A program knows of it what a robot knows: the time, its
-joints and links, and images. Where the block really is, only judges ask.
+It represents the real world. A program receives what a robot receives: the time, its joints
+and links, and images. Only the evaluation uses the true pose of the block.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,13 +26,13 @@ STEP = from_seconds(0.004)
 """From one step of the simulation to the next, nanoseconds."""
 
 BEGIN = from_seconds(1.0)
-"""The first stamp; the stamp zero would ask for the latest."""
+"""The first stamp; a stamp of zero would mean the latest."""
 
 HAND_T_CAMERA = Pose.from_xyz_rpy(x=0.08, z=0.02, yaw=np.pi / 2)
-"""Where the camera is screwed to the hand: it looks along the fingers, past them."""
+"""The mounting of the camera on the hand: it points along the fingers, past them."""
 
 OPEN, CLOSED = 0.039, 0.0
-"""How far each finger is to be from the middle, metres."""
+"""The goal of each finger, as its distance from the middle, metres."""
 
 BASE, HAND = 'panda_link0', 'panda_hand'
 _ARM_JOINTS = range(7)
@@ -53,7 +42,7 @@ _GRIP, _FINGER_SPEED = 30.0, 0.1
 
 
 class Link(NamedTuple):
-    """One link of the arm, and the one that it hangs on."""
+    """One link of the arm, and its parent link."""
 
     parent: str
     name: str
@@ -62,13 +51,13 @@ class Link(NamedTuple):
 
 class Cell:
     """
-    The world, step by step.
+    The simulated world, advanced step by step.
 
-    :param joints: how the arm stands at first, radians.
+    :param joints: the initial angles, radians.
     :param step: nanoseconds.
     :param begin: the first stamp.
-    :ivar links: the arm's, each after its parent.
-    :ivar watchers: what is called after each step.
+    :ivar links: the arm's links, each after its parent.
+    :ivar watchers: functions that are called after each step.
     """
 
     def __init__(self, scene: Scene, joints: Joints, step: int = STEP,
@@ -95,25 +84,25 @@ class Cell:
         """End the simulator."""
         self._bullet.close()
 
-    # --- what a robot does
+    # --- actions of the robot
 
     def step(self) -> None:
-        """Let one step of time pass."""
+        """Simulate one step."""
         self._bullet.stepSimulation()
         self.stamp += self._step
         for watcher in self.watchers:
             watcher()
 
     def wait(self, seconds: float) -> None:
-        """Let time pass."""
+        """Simulate for a time."""
         for _ in range(from_seconds(seconds) // self._step):
             self.step()
 
     def moving_to(self, goal: Joints, speed: float) -> Iterator[None]:
         """
-        Move the arm, one step for each turn of the caller's loop.
+        Move the arm, one step for each iteration of the caller's loop.
 
-        :param speed: that of the fastest joint, radians a second.
+        :param speed: the speed of the fastest joint, radians a second.
         """
         for joints in trapezoid(self.joints(), goal, speed, self._step / 1e9):
             self._drive(joints)
@@ -121,7 +110,7 @@ class Cell:
             yield
 
     def grip(self, width: float) -> None:
-        """Tell the fingers where to go; they go there while time passes."""
+        """Set the target width of the fingers, which move during the following steps."""
         for finger in _FINGERS:
             self._bullet.setJointMotorControl2(
                 self._arm, finger, pybullet.POSITION_CONTROL, targetPosition=width,
@@ -129,12 +118,12 @@ class Cell:
                 positionGain=1.0, velocityGain=1.0)
 
     def _drive(self, joints: Joints) -> None:
-        # With both gains at one, the motors choose the speeds that reach the goal in one step.
+        # With both gains at one, the motors choose the speeds that reach the target in one step.
         self._bullet.setJointMotorControlArray(
             self._arm, _ARM_JOINTS, pybullet.POSITION_CONTROL, targetPositions=list(joints),
             forces=_EFFORTS, positionGains=[1.0] * 7, velocityGains=[1.0] * 7)
 
-    # --- what a robot knows
+    # --- measurements of the robot
 
     def joints(self) -> Joints:
         """Return the seven angles, radians."""
@@ -142,7 +131,7 @@ class Cell:
                          self._bullet.getJointStates(self._arm, _ARM_JOINTS)])
 
     def joint_states(self) -> dict[str, float]:
-        """Return the position of everything that moves, radians and metres."""
+        """Return the positions of all moving joints, radians and metres."""
         numbers = [*_ARM_JOINTS, *_FINGERS]
         states = self._bullet.getJointStates(self._arm, numbers)
         return {self._bullet.getJointInfo(self._arm, number)[1].decode(): state[0]
@@ -157,21 +146,21 @@ class Cell:
             for link, state in zip(self.links, states, strict=True)}
 
     def take_image(self) -> Image:
-        """Return what the camera on the wrist sees now."""
+        """Return a current image of the camera on the wrist."""
         return self.take_image_from(self.link_poses()[HAND] @ HAND_T_CAMERA, INTRINSICS)
 
-    # --- what only a judge may know
+    # --- only for the evaluation
 
     def world_T_top(self) -> Pose:
-        """Return where the middle of the block's top really is."""
+        """Return the true pose of the middle of the block's top."""
         position, rotation = self._bullet.getBasePositionAndOrientation(self._block)
         return Pose(*position, *rotation) @ Pose(z=BLOCK_SIZE[2] / 2)
 
     def take_image_from(self, world_T_camera: Pose, intrinsics: Intrinsics) -> Image:
-        """Return what any camera sees now."""
+        """Return a current image of any camera."""
         return render(self._bullet, world_T_camera, intrinsics, self.stamp)
 
-    # --- building it
+    # --- construction
 
     def _read_links(self) -> list[Link]:
         infos = [self._bullet.getJointInfo(self._arm, number)
@@ -182,7 +171,7 @@ class Cell:
                 for name, info in zip(names, infos, strict=True)]
 
     def _couple_fingers(self) -> None:
-        """Let the fingers move as one, as the real ones do; PyBullet does not read `mimic`."""
+        """Couple the fingers like the real ones, because PyBullet ignores `mimic`."""
         gear = self._bullet.createConstraint(
             self._arm, _FINGERS[0], self._arm, _FINGERS[1], pybullet.JOINT_GEAR,
             jointAxis=(1, 0, 0), parentFramePosition=(0, 0, 0), childFramePosition=(0, 0, 0))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What ``scripts/arm`` does without ROS: all runs, in the ways asked for, and the pictures."""
+"""The command ``scripts/arm`` without ROS: all runs, in the selected ways, and the pictures."""
 
 import argparse
 from collections.abc import Sequence
@@ -34,7 +23,7 @@ ALL = 'all'
 
 
 def run(argv: Sequence[str] | None = None) -> int:
-    """Read the command line, and do what it says; return the exit status."""
+    """Run the command line; return the exit status."""
     arguments = _parser().parse_args(argv)
     mistake = arguments.mistake
     names = {None: ['right'], ALL: ['right', *MISTAKES]}.get(mistake, [mistake])
@@ -58,14 +47,15 @@ def run(argv: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     options = parser()
     options.add_argument('--mistake', choices=[*MISTAKES, ALL],
-                         help='do it wrongly; with "all", rightly and then in each wrong way')
+                         help='make this mistake; with "all", run correctly and then with each '
+                              'mistake')
     options.add_argument('--out', type=Path, metavar='DIR',
-                         help='draw the pictures into a folder, too')
+                         help='also draw the pictures into a folder')
     return options
 
 
 def _trials(name: str, arguments: argparse.Namespace) -> list[Trial]:
-    """Do all runs in one way; tell each when it is over, if the answer is not JSON."""
+    """Do all runs in one way; print the result of each, unless the output is JSON."""
     tell = _be_silent if arguments.json else partial(print, flush=True)
     tell(f'{name}: {WAYS[name].summary}')
     trials = []
@@ -82,7 +72,7 @@ def _be_silent(line: str) -> None:
 
 
 def _draw(trials: Sequence[Trial], arguments: argparse.Namespace) -> None:
-    # Imported here, because it takes a while.
+    # A late import, because it is slow.
     from .film import film
     from .pictures import draw_all
     with progress(f'{NAME}: the pictures'):

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The animation of docs/pick_and_place.md: one run, from outside and from the wrist."""
 
@@ -33,7 +22,7 @@ _WRIST = (240, 180)
 
 
 def _world_T_onlooker() -> Pose:
-    """Return where somebody stands who looks at the cell from the front; an optical frame."""
+    """Return the pose of an observer in front of the cell; an optical frame."""
     eye, at = np.array([1.25, 0.75, 0.85]), np.array([0.25, -0.05, 0.15])
     ahead = (at - eye) / np.linalg.norm(at - eye)
     right = np.cross(ahead, (0.0, 0.0, 1.0))
@@ -44,7 +33,7 @@ def _world_T_onlooker() -> Pose:
 
 
 def film(seed: int, path: Path) -> Path:
-    """Write the first run of a seed as an animated GIF."""
+    """Write the first run of a seed as an animated GIF; return its path."""
     frames: list[Picture.Image] = []
 
     def watch(cell: Cell) -> None:

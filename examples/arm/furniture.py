@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What stands around the arm: a table, a tray, and blocks."""
+"""The objects around the arm: a table, a tray, and blocks."""
 
 from collections.abc import Sequence
 
@@ -27,7 +16,7 @@ _BLOCK_MASS = 0.1
 
 
 def furnish(bullet: Simulator, scene: Scene) -> int:
-    """Put everything where a scene has it; return the red block's number."""
+    """Place all objects of a scene; return the id of the red block."""
     bullet.loadURDF('table/table.urdf', _TABLE, useFixedBase=True)
     bullet.loadURDF('tray/traybox.urdf', TRAY.translation, useFixedBase=True,
                     globalScaling=TRAY_SCALE)
@@ -37,7 +26,7 @@ def furnish(bullet: Simulator, scene: Scene) -> int:
 
 
 def add_block(bullet: Simulator, pose: Pose, color: Sequence[float]) -> int:
-    """Add a block that can be grasped; return its number."""
+    """Add a block that can be grasped; return its id."""
     half = [size / 2 for size in BLOCK_SIZE]
     shape = bullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
     looks = bullet.createVisualShape(

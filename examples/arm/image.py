@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """An RGB-D image, and the pinhole camera that took it."""
 
@@ -23,9 +12,9 @@ import numpy.typing as npt
 
 class Intrinsics(NamedTuple):
     """
-    A pinhole camera without distortion, its pixels square; all in pixels.
+    A pinhole camera without distortion, with square pixels; all in pixels.
 
-    Its frame is ROS' optical one: x to the right of the image, y down, z ahead.
+    Its frame is ROS' optical frame: x to the right of the image, y down, z ahead.
     """
 
     width: int
@@ -37,9 +26,9 @@ class Intrinsics(NamedTuple):
 
 class Image(NamedTuple):
     """
-    What the camera saw at one time.
+    One image of the camera.
 
-    :ivar stamp: when, nanoseconds.
+    :ivar stamp: nanoseconds.
     :ivar color: (height, width, 3) uint8, red green blue.
     :ivar depth: (height, width) metres along the optical axis.
     """
@@ -51,13 +40,13 @@ class Image(NamedTuple):
 
 
 def back_project(image: Image) -> npt.NDArray[np.float64]:
-    """Return the point (height, width, 3) that each pixel shows, in the camera's frame."""
+    """Return the point of each pixel (height, width, 3), in the camera's frame."""
     return _rays(image.intrinsics) * image.depth[..., None]
 
 
 @lru_cache
 def _rays(intrinsics: Intrinsics) -> npt.NDArray[np.float64]:
-    """Return for each pixel the point that it shows at a depth of one metre."""
+    """Return the point of each pixel at a depth of one metre."""
     cx, cy = intrinsics.center
     v, u = np.mgrid[:intrinsics.height, :intrinsics.width]
     return np.stack([(u - cx) / intrinsics.focal, (v - cy) / intrinsics.focal,

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Inverse kinematics: which joints bring the gripper to a pose."""
+"""Inverse kinematics: the joints that bring the gripper to a pose."""
 
 import numpy as np
 from tf_tree_py.core import Pose
@@ -29,11 +18,11 @@ REST = np.array([0.0, -0.33, 0.0, -2.28, 0.0, 1.95, np.pi / 4])
 
 
 class OutOfReach(Exception):
-    """The arm cannot bring its gripper there."""
+    """The arm cannot reach the pose of the gripper."""
 
 
 class Kinematics:
-    """The arm alone, in a simulator of its own, in which joints can be tried out."""
+    """The arm alone, in a separate simulator, in which joints can be tried out."""
 
     def __init__(self) -> None:
         self._bullet = Simulator()
@@ -49,9 +38,9 @@ class Kinematics:
         """
         Return the joints that bring the middle between the fingertips to a pose.
 
-        Seven joints have one to spare: of the solutions, one near to the arm at rest is found.
+        Seven joints are one more than necessary; the solution is close to the arm's rest position.
 
-        :raises OutOfReach: none was found.
+        :raises OutOfReach: no solution was found.
         """
         joints = REST.copy()
         joints[0] = np.arctan2(world_T_grasp.y, world_T_grasp.x)
@@ -62,7 +51,7 @@ class Kinematics:
             joints = np.clip(self._bullet.calculateInverseKinematics(
                 self._arm, _GRASP_LINK, world_T_grasp.translation, world_T_grasp.rotation,
                 maxNumIterations=100)[:7], self._lowest, self._highest)
-        raise OutOfReach(f'the gripper cannot get to {world_T_grasp}')
+        raise OutOfReach(f'the gripper cannot reach {world_T_grasp}')
 
     def _put(self, joints: Joints) -> None:
         for number, angle in enumerate(joints):

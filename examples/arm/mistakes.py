@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Three ways to break it; each changes one line of what is right."""
+"""Three mistakes, each of which changes one line of the correct program."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -26,31 +15,31 @@ Locate = Callable[[BufferCore, Image, Pose], Pose]
 
 
 def locate_at_latest(tree: BufferCore, image: Image, camera_T_block: Pose) -> Pose:
-    """Take where the camera is by now for where it was."""
+    """Use the current pose of the camera instead of that at the image's stamp."""
     return tree.lookup('world', 'camera') @ camera_T_block
 
 
 def locate_swapped(tree: BufferCore, image: Image, camera_T_block: Pose) -> Pose:
-    """Look up the way from the world to the camera, and use it for the way back."""
+    """Look up the inverse transform, and use it as if it were the right one."""
     return tree.lookup('camera', 'world', image.stamp) @ camera_T_block
 
 
 def freeze_camera(tree: BufferCore) -> None:
-    """Tell once where the camera is in the world, as if it stood on a tripod."""
+    """Insert the pose of the camera in the world once, as if it stood on a tripod."""
     tree.insert('world', 'camera', 0, tree.lookup('world', 'camera'), static=True)
 
 
 def leave(tree: BufferCore) -> None:
-    """Leave the tree as it is."""
+    """Leave the tree unchanged."""
 
 
 class Way(NamedTuple):
     """
-    One way to do it.
+    One way to locate the block.
 
-    :ivar summary: what is done, in a few words.
-    :ivar prepare: what is done to the tree before the arm moves.
-    :ivar locate: how the detection gets into the world.
+    :ivar summary: a short description.
+    :ivar prepare: changes the tree before the arm moves.
+    :ivar locate: transforms the detection to the world.
     """
 
     summary: str

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What both commands can be told: how many runs, which, and in which form they are reported."""
+"""The options of both commands: the number of runs, the seed, and the form of the report."""
 
 import argparse
 
@@ -24,12 +13,12 @@ camera sees, the transform tree takes to the world: docs/pick_and_place.md goes 
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return a parser; a command adds what only it can be told."""
+    """Return a parser, to which each command adds its own options."""
     options = argparse.ArgumentParser(prog=NAME, description=_DESCRIPTION, allow_abbrev=False)
     options.add_argument('--runs', type=_positive, default=20, metavar='N',
-                         help='how many blocks, one after the other; 20 unless given')
+                         help='how many blocks, one after the other; default: 20')
     options.add_argument('--seed', type=_natural, default=0, metavar='N',
-                         help='which random blocks; 0 unless given')
+                         help='which random blocks; default: 0')
     options.add_argument('--json', action='store_true', help='print JSON instead')
     options.add_argument('--ros', action='store_true',
                          help='over DDS: the arm, perception and the tree in processes of their '

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Perception: where the top of the red block is, as an RGB-D image shows it.
+Perception: the pose of the top of the red block in an RGB-D image.
 
-It knows one image and the camera's intrinsics. Where the camera was is no business of
-its own, so all poses and points are in the camera's frame.
+It uses one image and the camera's intrinsics. It does not use the pose of the camera, so all
+poses and points are in the camera's frame.
 """
 
 import numpy as np
@@ -38,9 +27,9 @@ _SIZE_TOLERANCE = 0.008
 
 def find_block(image: Image) -> Pose | None:
     """
-    Return camera_T_block: the middle of the block's top, z out of it, x along its length.
+    Return camera_T_block: the middle of the block's top, z pointing out of it, x along its length.
 
-    :return: None unless the whole top is seen.
+    :return: None unless the whole top is visible.
     """
     red = segment(image.color)
     if red.sum() < _FEWEST_PIXELS or _touches_border(red):
@@ -54,7 +43,7 @@ def find_block(image: Image) -> Pose | None:
 
 
 def segment(color: npt.NDArray[np.uint8]) -> Mask:
-    """Return which pixels are red: in bright light and in shadow, for it is a matter of ratios."""
+    """Return the mask of red pixels. It uses ratios, so it works in bright light and in shadow."""
     red, green, blue = np.moveaxis(color[..., :3].astype(float), -1, 0)
     return (red > 60.0) & (red > 2.5 * green) & (red > 2.5 * blue)
 
@@ -68,13 +57,13 @@ def _normals(points: Array, mask: Mask) -> tuple[Array, Array]:
     across, down = points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1]
     inner = (mask[1:-1, 1:-1] & mask[1:-1, 2:] & mask[1:-1, :-2] & mask[2:, 1:-1]
              & mask[:-2, 1:-1])
-    # Down cross across: it points to the camera, as x is right and y is down.
+    # The cross product of down and across points to the camera, because x is right and y is down.
     normals = np.cross(down[inner], across[inner])
     return (normals / np.linalg.norm(normals, axis=1, keepdims=True), points[1:-1, 1:-1][inner])
 
 
 def _largest_face(normals: Array, seen: Array, points: Array) -> Array:
-    """Return those of the points that lie on the face with whose normal most pixels agree."""
+    """Return the points on the face with whose normal most pixels agree."""
     some = normals[::1 + len(normals) // _CANDIDATES]
     agree = normals @ some.T > _SAME_DIRECTION
     face = agree[:, agree.sum(axis=0).argmax()]

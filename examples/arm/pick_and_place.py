@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Pick a red block and place it in a tray, step by step as in the textbook.
+Pick a red block and place it in a tray, step by step as in a textbook.
 
-The camera sees the block in its own frame, at the time of its image. The arm is
-commanded in the frame `world`, some time later. The transform tree stands between them.
+The camera detects the block in its own frame, at the time of its image. The arm is
+commanded in the frame `world`, some time later. The transform tree connects the two.
 """
 
 from math import atan2, pi
@@ -45,14 +34,14 @@ _GRIP_S, _SETTLE_S = 0.5, 0.5
 
 
 class NothingFound(Exception):
-    """The block was in no image."""
+    """The block was not detected in any image."""
 
 
 def look(cell: Cell) -> tuple[Image, Pose]:
     """
-    Turn until the block is seen; return an image, and camera_T_block at the image's stamp.
+    Turn until the block is detected; return an image, and camera_T_block at the image's stamp.
 
-    By the time the answer is there, the camera is somewhere else.
+    When the result is available, the camera has moved on.
     """
     image = cell.take_image()
     for _ in cell.moving_to(LOOKED, LOOKING_SPEED):
@@ -61,11 +50,11 @@ def look(cell: Cell) -> tuple[Image, Pose]:
             if camera_T_block is not None:
                 return image, camera_T_block
             image = cell.take_image()
-    raise NothingFound('the block was in no image')
+    raise NothingFound('no image shows the block')
 
 
 def locate(tree: BufferCore, image: Image, camera_T_block: Pose) -> Pose:
-    """Return world_T_block: from where the camera was when it took the image."""
+    """Return world_T_block, using the pose of the camera at the image's stamp."""
     world_T_camera = tree.lookup('world', 'camera', image.stamp)
     return world_T_camera @ camera_T_block
 
@@ -80,7 +69,7 @@ def pick(cell: Cell, kinematics: Kinematics, world_T_block: Pose) -> None:
 
 
 def place(cell: Cell, kinematics: Kinematics) -> None:
-    """Put what the gripper holds into the middle of the tray."""
+    """Put the block in the gripper into the middle of the tray."""
     outwards = Pose.from_xyz_rpy(yaw=atan2(TRAY.y, TRAY.x))
     world_T_top = TRAY @ outwards @ _TRAY_T_TOP
     go(cell, kinematics, gripper_at(world_T_top, _ABOVE), SPEED)
@@ -92,14 +81,14 @@ def place(cell: Cell, kinematics: Kinematics) -> None:
 
 
 def gripper_at(world_T_top: Pose, height: float) -> Pose:
-    """Return world_T_grasp: so far above a block's top, fingers down, the wrist not twisted."""
+    """Return world_T_grasp at a height above a block's top: fingers down, wrist not twisted."""
     ahead = world_T_top @ (1.0, 0.0, 0.0) - world_T_top.translation
-    # A block that is turned by half a turn is the same block.
+    # A block that is rotated by 180 degrees is the same block.
     turn = 0.0 if ahead @ world_T_top.translation > 0.0 else pi
     return world_T_top @ Pose.from_xyz_rpy(z=height, roll=pi, yaw=turn)
 
 
 def go(cell: Cell, kinematics: Kinematics, world_T_grasp: Pose, speed: float) -> None:
-    """Bring the gripper to a pose."""
+    """Move the gripper to a pose."""
     for _ in cell.moving_to(kinematics.joints_for(world_T_grasp), speed):
         pass

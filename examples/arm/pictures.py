@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The pictures of docs/pick_and_place.md: error against speed, contact sheet, animation."""
 
@@ -71,7 +60,7 @@ def _draw_errors(figure: Any) -> None:
 
 
 def contact_sheet(trials: Sequence[Trial]) -> Picture.Image:
-    """Return what the camera saw in each run, the detection drawn in."""
+    """Return the image of each run, with the detection drawn in."""
     tiles = [detection(*trial.sight) for trial in trials if trial.sight is not None]
     width, height = _TILE[0] + _GAP, _TILE[1] + _GAP
     rows = -(-len(tiles) // _COLUMNS)
@@ -83,7 +72,7 @@ def contact_sheet(trials: Sequence[Trial]) -> Picture.Image:
 
 
 def detection(image: Image, camera_T_block: Pose) -> Picture.Image:
-    """Return an image with the outline of the block's top, and its axis of length."""
+    """Return an image with the outline of the block's top and its long axis."""
     picture = Picture.fromarray(image.color)
     x, y = BLOCK_SIZE[0] / 2, BLOCK_SIZE[1] / 2
     corners = ((x, y, 0.0), (-x, y, 0.0), (-x, -y, 0.0), (x, -y, 0.0))

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Images by PyBullet's software renderer, which needs no window and no graphics card."""
 
@@ -23,14 +12,14 @@ from tf_tree_py.core import Pose
 from .image import Image, Intrinsics
 from .simulator import Simulator
 
-# The middle is half a pixel off: this renderer samples a pixel at its lower left corner.
+# The middle is offset by half a pixel: this renderer samples a pixel at its lower left corner.
 INTRINSICS = Intrinsics(320, 240, 208.0, (160.0, 119.0))
 
 _NEAR, _FAR = 0.02, 3.0
 
 
 def render(bullet: Simulator, world_T_camera: Pose, intrinsics: Intrinsics, stamp: int) -> Image:
-    """Return what a camera sees from a pose; its frame is the optical one."""
+    """Return the image of a camera at a pose; its frame is the optical one."""
     _, _, rgba, buffer, _ = bullet.getCameraImage(
         intrinsics.width, intrinsics.height, _view(world_T_camera), _projection(intrinsics),
         lightDirection=(1.0, 1.0, 3.0), shadow=0, renderer=pybullet.ER_TINY_RENDERER,
@@ -41,7 +30,7 @@ def render(bullet: Simulator, world_T_camera: Pose, intrinsics: Intrinsics, stam
 
 
 def _view(world_T_camera: Pose) -> Any:
-    """Return OpenGL's view matrix: its camera looks along -z, and y is up."""
+    """Return OpenGL's view matrix: an OpenGL camera looks along -z, and y is up."""
     ahead, down = world_T_camera @ ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     eye = np.array(world_T_camera.translation)
     return pybullet.computeViewMatrix(eye.tolist(), ahead.tolist(), (eye - down).tolist())

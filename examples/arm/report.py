@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What came of the runs, as text and for JSON."""
+"""The results of the runs, as text and for JSON."""
 
 from collections.abc import Sequence
 from statistics import median
@@ -27,11 +16,11 @@ PLACED_WITHIN = 0.02
 
 class Trial(NamedTuple):
     """
-    What came of one run; metres.
+    The result of one run; metres.
 
-    :ivar error: between where the block's top was and where it was taken to be.
-    :ivar off: how far the block came to lie from the tray's middle.
-    :ivar remark: why it ended early.
+    :ivar error: the distance between the true and the estimated pose of the block's top.
+    :ivar off: the distance of the placed block from the tray's middle.
+    :ivar remark: the reason why it ended early.
     :ivar sight: the image, and camera_T_block.
     """
 
@@ -44,7 +33,7 @@ class Trial(NamedTuple):
     sight: tuple[Image, Pose] | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the result for JSON."""
         return {'run': self.number, 'detection_error_m': self.error, 'picked': self.picked,
                 'placed': self.placed, 'placed_off_m': self.off, 'remark': self.remark}
 
@@ -73,11 +62,11 @@ def row(trial: Trial) -> str:
 
 
 def summary(trials: Sequence[Trial]) -> str:
-    """Return all of them as one line."""
-    told = as_dict('', trials)
-    line = (f'{told["runs"]} runs: {told["picked"]} picked, {told["placed"]} placed within '
+    """Return all runs as one line."""
+    counts = as_dict('', trials)
+    line = (f'{counts["runs"]} runs: {counts["picked"]} picked, {counts["placed"]} placed within '
             f'{PLACED_WITHIN * 100:g} cm')
-    if told['detection_error_worst_m'] is None:
+    if counts['detection_error_worst_m'] is None:
         return f'{line}; nothing was seen'
-    return (f'{line}; detections {told["detection_error_median_m"] * 1e3:.2f} mm off (median), '
-            f'{told["detection_error_worst_m"] * 1e3:.2f} mm at worst')
+    return (f'{line}; detections {counts["detection_error_median_m"] * 1e3:.2f} mm off (median), '
+            f'{counts["detection_error_worst_m"] * 1e3:.2f} mm at worst')

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What stands on the table, and where: metres, in the frame `world`, whose z = 0 is the table."""
+"""The objects on the table and their poses: metres, in the frame `world`, the table at z = 0."""
 
 from typing import NamedTuple
 
@@ -35,14 +24,14 @@ _APART = 0.13
 
 
 class Scene(NamedTuple):
-    """Where the blocks stand; each pose is that of a block's middle."""
+    """The poses of the middles of the blocks."""
 
     block: Pose
     distractors: list[Pose]
 
 
 def random_scene(rng: np.random.Generator) -> Scene:
-    """Return a red block and two others, within the arm's reach and clear of each other."""
+    """Return a red block and two others, within the arm's reach and apart from each other."""
     placed: list[Pose] = []
     while len(placed) < 1 + len(DISTRACTOR_COLORS):
         radius, bearing = rng.uniform(*_RADII), rng.uniform(*_BEARINGS)

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """PyBullet, one simulator for each object, without a window."""
 
@@ -22,7 +11,7 @@ import pybullet_data
 
 
 class Simulator:
-    """All functions of ``pybullet``, on a simulator of its own; it finds PyBullet's models."""
+    """All functions of ``pybullet``, on a separate simulator; it finds PyBullet's models."""
 
     def __init__(self) -> None:
         self._id = pybullet.connect(pybullet.DIRECT)
@@ -32,9 +21,9 @@ class Simulator:
         return partial(getattr(pybullet, name), physicsClientId=self._id)
 
     def close(self) -> None:
-        """End it."""
+        """End the simulator."""
         self.disconnect()
 
     def load_arm(self) -> int:
-        """Load Franka Emika's Panda: seven joints and a gripper. Its base is the world."""
+        """Load Franka Emika's Panda: seven joints and a gripper. Its base is the world frame."""
         return int(self.loadURDF('franka_panda/panda.urdf', useFixedBase=True))

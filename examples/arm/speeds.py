@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How far off a detection is against the arm's speed, with the right and with the wrong stamp."""
+"""The error of detections by the arm's speed, with the right and with the wrong stamp."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -40,7 +29,7 @@ RADIUS = hypot(_BLOCK.x, _BLOCK.y)
 
 
 class Errors(NamedTuple):
-    """How far off one detection is, metres, by the stamp for which the tree was asked."""
+    """The errors of one detection, metres, by the stamp of the lookup."""
 
     stamped: float
     latest: float
@@ -48,7 +37,7 @@ class Errors(NamedTuple):
 
 def law(speed: float) -> float:
     """
-    Return how far off the latest is, metres: the speed at the block, times the latency.
+    Return the error with the latest transform, metres: speed at the block times latency.
 
     :param speed: metres a second.
     """
@@ -56,7 +45,7 @@ def law(speed: float) -> float:
 
 
 def errors_at(speed: float) -> list[Errors]:
-    """Turn over a block, and locate it in the first images in which it is seen."""
+    """Turn over a block, and locate it in the first images in which it is visible."""
     with closing(Cell(Scene(_BLOCK, []), LOOKOUT)) as cell:
         return list(islice(_errors(cell, ArmTree(cell), speed), _DETECTIONS))
 

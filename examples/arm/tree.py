@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The arm's transform tree, built by hand."""
 
@@ -21,10 +10,10 @@ from .cell import BASE, Cell, HAND, HAND_T_CAMERA
 
 class ArmTree(BufferCore):
     """
-    Where every link of the arm is, and was: the tree follows the cell step by step.
+    The current and past poses of the arm's links, updated at every step of the cell.
 
-    What does not move is told once. The camera is screwed to the hand, so one static edge
-    is all there is to tell of it: it moves because the hand does.
+    Static edges are inserted once. The camera is mounted on the hand, so it needs only one
+    static edge: it moves because the hand moves.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -37,7 +26,7 @@ class ArmTree(BufferCore):
         cell.watchers.append(self.follow)
 
     def follow(self) -> None:
-        """Tell where what moves is now, with the stamp of the simulation."""
+        """Insert the current moving transforms, with the stamp of the simulation."""
         self._insert_links(static=False)
 
     def _insert_links(self, static: bool) -> None:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One run, and its judge: whether the gripper has the block, and then the tray."""
+"""One run, and its evaluation: whether the block is in the gripper, and then in the tray."""
 
 from collections.abc import Callable
 from contextlib import closing
@@ -33,7 +22,7 @@ _LIFTED = 0.05
 
 
 def scene_of(seed: int, number: int) -> Scene:
-    """Return where the blocks stand in one run."""
+    """Return the poses of the blocks in one run."""
     return random_scene(np.random.default_rng((seed, number)))
 
 
@@ -42,7 +31,7 @@ def run(number: int, seed: int, way: Way = RIGHT,
     """
     Look, pick and place once.
 
-    :param watch: is given the cell before anything happens.
+    :param watch: called with the cell before the run.
     """
     with closing(Cell(scene_of(seed, number), LOOKOUT)) as cell:
         watch(cell)
@@ -57,7 +46,7 @@ def run(number: int, seed: int, way: Way = RIGHT,
 
 
 def judged(cell: Cell, world_T_block: Pose, trial: Trial) -> Trial:
-    """Pick and place the block where it is taken to be; return what came of it."""
+    """Pick and place the block at its estimated pose; return the result."""
     trial = trial._replace(
         error=dist(world_T_block.translation, cell.world_T_top().translation))
     try:

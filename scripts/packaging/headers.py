@@ -1,9 +1,12 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
-Put the notice of copyright and licence on top of every Python file that has none.
+Add the two SPDX lines, copyright and licence, to every Python file that lacks them.
 
 python scripts/packaging/headers.py [--check]
 
-It is the notice that ament_copyright looks for, and adds itself where it is installed.
+LICENSE contains the text of the licence.
 """
 
 import argparse
@@ -15,30 +18,19 @@ import sys
 REPOSITORY = Path(__file__).resolve().parents[2]
 
 HEADER = """\
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--check', action='store_true', help='only name the files that have none')
+    parser.add_argument('--check', action='store_true', help='only list the files that lack them')
     check = parser.parse_args().check
     without = [path for path in files() if HEADER not in path.read_text(encoding='utf-8')]
     for path in without:
         if check:
-            print(f'{path.relative_to(REPOSITORY)}: no notice of copyright and licence')
+            print(f'{path.relative_to(REPOSITORY)}: no SPDX lines')
         else:
             add(path)
     if check and without:
@@ -46,7 +38,7 @@ def main() -> None:
 
 
 def files() -> Iterator[Path]:
-    """Yield the files that ament_copyright reads: not setup.py, and none that is empty."""
+    """Yield every Python file that is not empty, except setup.py."""
     listed = subprocess.run(
         ['git', 'ls-files', '-z', '--cached', '--others', '--exclude-standard', '*.py'],
         cwd=REPOSITORY, stdout=subprocess.PIPE, text=True, check=True)
@@ -57,7 +49,7 @@ def files() -> Iterator[Path]:
 
 
 def add(path: Path) -> None:
-    """Put the notice in front of a file's first line, but behind one that starts a program."""
+    """Insert the two lines at the top of a file, after a shebang line if there is one."""
     text = path.read_text(encoding='utf-8')
     program, separator, rest = text.partition('\n') if text.startswith('#!') else ('', '', text)
     path.write_text(f'{program}{separator}{HEADER}\n{rest}', encoding='utf-8')

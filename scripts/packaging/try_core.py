@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a stranger tries first, in a venv that has this package and what it says it needs."""
+"""The first steps of a new user, in a venv with this package and its dependencies."""
 
 import sys
 
@@ -32,7 +21,7 @@ def main() -> None:
         except (ImportError, AttributeError) as error:
             assert needed in str(error), error
         else:
-            raise AssertionError(f'{name} is here')
+            raise AssertionError(f'{name} is available, but should not be')
 
 
 if __name__ == '__main__':

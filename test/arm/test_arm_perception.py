@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Perception, on rendered images whose truth is known."""
+"""Perception, on rendered images with known truth."""
 
 from contextlib import closing
 
@@ -31,7 +20,7 @@ TOP = Pose(z=BLOCK_SIZE[2] / 2)
 
 
 def looking(rng, at, distance, tilt):
-    """Return world_T_camera, so far away, so far tilted from straight down, anyhow turned."""
+    """Return world_T_camera at a distance and a tilt from straight down, randomly rotated."""
     bearing = rng.uniform(-np.pi, np.pi)
     ahead = -np.array([np.sin(tilt) * np.cos(bearing), np.sin(tilt) * np.sin(bearing),
                        np.cos(tilt)])
@@ -80,20 +69,20 @@ def test_top_is_found_to_three_millimetres_in_200_views(errors):
 
 
 def test_camera_is_calibrated(errors):
-    """A middle of the image that is half a pixel wrong would put everything 1 mm aside."""
+    """An image centre that is wrong by half a pixel would cause an error of 1 mm."""
     assert abs(np.mean([error.translation for error in errors], axis=0)).max() < 0.0001
 
 
 def test_top_is_turned_as_the_block_is(errors):
     roll, pitch, yaw = np.degrees([error.as_rpy() for error in errors]).T
     assert max(abs(roll).max(), abs(pitch).max()) < 1.0
-    # Half a turn makes no difference to a block.
+    # A block looks the same after half a turn.
     assert abs((yaw + 90.0) % 180.0 - 90.0).max() < 4.0
 
 
 ABOVE = Pose.from_xyz_rpy(x=0.5, z=0.5, roll=np.pi)
 MIDDLE = Pose(x=0.5, z=BLOCK_SIZE[2] / 2)
-# How far from the middle of what it sees this camera sees the top of a block.
+# The distance from the middle of the image to its border, at the height of a block's top.
 EDGE = (ABOVE.z - BLOCK_SIZE[2]) * INTRINSICS.width / 2 / INTRINSICS.focal
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The tree of the moving arm, against PyBullet's own poses of the links."""
+"""The tree of the moving arm, compared with PyBullet's own poses of the links."""
 
 from contextlib import closing
 
@@ -52,7 +41,7 @@ def test_tree_has_every_link_where_it_was_at_every_step():
     with closing(Cell(SCENE, LOOKOUT)) as cell:
         tree = ArmTree(cell)
         poses = recorded(cell, speed=0.8)
-    # Asked for now, when the arm has long gone on.
+    # The lookups are made now, when the arm has moved on.
     assert len(poses[cell.stamp]) == 13
     assert_agree(tree, poses)
 
@@ -69,10 +58,10 @@ def test_camera_goes_where_the_hand_goes():
 
 def test_half_way_between_steps_the_tree_is_right_too():
     """
-    Hold what is interpolated against a second simulation, of half the step.
+    Compare interpolated poses with a second simulation of half the step.
 
-    Where a joint speeds up by a, a straight line between two steps misses by a T^2 / 8 rad;
-    with steps of 2 ms and 1.2 rad/s^2 that is 0.6e-6.
+    Where a joint accelerates by a, a straight line between two steps has an error of
+    a T^2 / 8 rad; with steps of 2 ms and 1.2 rad/s^2 that is 0.6e-6.
     """
     step = STEP // 2
     with closing(Cell(SCENE, LOOKOUT, step)) as cell:

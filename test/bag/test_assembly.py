@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What is taken together and what at its turn makes no difference, but to the time it takes.
+Whether messages are inserted as a block or one by one only changes the time it takes.
 
-The answers are held against a buffer that was fed message by message; which way a message
-went, by counting.
+The results are compared with a buffer into which every message was inserted by itself. The
+number of calls shows how a message was inserted.
 """
 
 import math
@@ -27,16 +16,16 @@ from effort import examples
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.bag import Arrival, Decoder, Source
-from tf_tree_py.bag.assembling import assembly as assembling
-from tf_tree_py.bag.assembling.assembly import Assembly
+from tf_tree_py.bag import Decoder, MessageSource, RecordedMessage
+from tf_tree_py.bag.assembly import assembler as assembling
+from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import BufferCore, UNLIMITED
-from tf_tree_py.core.arrivals.frame_names import rename
-from tf_tree_py.core.arrivals.incidents import Incident
 from tf_tree_py.core.buffer.intake import Intake
+from tf_tree_py.core.ingest.frame_names import rename
+from tf_tree_py.core.ingest.incidents import Incident
 from tf_tree_py.core.tree.frozen import freeze
 
-TF = Source('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
+TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
 OTHER = TF._replace(topic='/other/tf')
 STATIC = TF._replace(topic='/tf_static', latched=True)
 ROS1 = TF._replace(publisher='/old', ros1=True)
@@ -45,21 +34,21 @@ ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def arrival(source, transforms, data=None):
-    """Return a message; transforms are (parent, child, stamp) or have a pose, too."""
+    """Return a message; transforms are (parent, child, stamp), optionally with a pose."""
     transforms = [each if len(each) == 4 else (*each, random_pose(RNG)) for each in transforms]
     if data is None:
         data = (as_ros1 if source.ros1 else as_cdr)(transforms)
-    return Arrival(0, source, data)
+    return RecordedMessage(0, source, data)
 
 
 def assembled(arrivals, cache_time=UNLIMITED, decoder=None):
-    result = Assembly(decoder or Decoder(), cache_time)
+    result = Assembler(decoder or Decoder(), cache_time)
     result.take(arrivals)
     return result
 
 
 def fed(arrivals, cache_time=UNLIMITED, decoder=None):
-    """Return a buffer that was given one message after the other."""
+    """Return a buffer into which the messages were inserted one after the other."""
     decoder, buffer = decoder or Decoder(), BufferCore(cache_time)
     for each in arrivals:
         batch = decoder.read(each)
@@ -71,17 +60,17 @@ def fed(arrivals, cache_time=UNLIMITED, decoder=None):
 
 
 def assert_same(result, buffer):
-    """Hold them to be equal in every byte, and in what was counted."""
+    """Assert that both are equal in every byte, and in their counts."""
     ours, theirs = freeze(result.tree), freeze(buffer._tree)
     assert ours.header == theirs.header
     assert ours.as_bytes() == theirs.as_bytes()
     assert result.intake.statistics() == buffer.statistics()
 
 
-# --- which way
+# --- how messages are inserted
 
 def ways(arrivals, before=()):
-    """Return how many messages were taken at their turn, and how many edges by the block."""
+    """Return how many messages were inserted singly, and how many edges as a block."""
     result = assembled(before)
     with calls() as of:
         result.take(arrivals)
@@ -129,9 +118,9 @@ def test_messages_of_ros1_and_of_either_byte_order_are_taken_together():
     (arrival(TF, [('odom', 'lidar', 30 * SECOND)]), 1),
     (arrival(TF, [('map', 'odom', SECOND // 2)]), 1),
     (arrival(STATIC, [('base', 'camera', 0)]), 1),
-    # Of a frame that has been hung elsewhere, all samples from then on.
+    # All later samples of a frame whose parent has changed.
     (arrival(TF, [('map', 'base', 30 * SECOND)]), 2),
-    # What is no message is refused before it is taken any way.
+    # Invalid messages are refused before both.
     (arrival(TF, [], b'\0\1\0\0 what is this?'), 0),
     (arrival(TF, [], b''), 0),
 ], ids=['new edge', 'older than all', 'static', 'other parent', 'unreadable', 'empty'])
@@ -149,21 +138,21 @@ def test_static_message_that_is_sent_again_interrupts_nothing():
     with calls() as of:
         assembled(messages)
         assert of(Intake.take_track) == 2
-        assert of(Assembly._first_other) < 5
+        assert of(Assembler._first_other) < 5
 
 
 def test_where_nothing_fits_looking_for_what_does_is_given_up_soon():
-    """An edge that closes a loop is refused for ever; the blocks are not tried at each message."""
+    """An edge that closes a loop is always refused; blocks are not tried at each message."""
     messages = [each for pair in zip(stream(count=400), stream(
         [('base', 'map')], count=400, source=OTHER), strict=True) for each in pair]
     with calls() as of:
         result = assembled(messages)
-        tried = of(Assembly._first_other)
+        tried = of(Assembler._first_other)
     assert tried < 20
     assert_same(result, fed(messages))
 
 
-# --- what comes out
+# --- results
 
 FRAMES = st.sampled_from(['a', 'b', 'c', 'd', '/e', ''])
 POSES = st.one_of(
@@ -178,7 +167,7 @@ SOURCES = st.sampled_from([TF, TF, TF, OTHER, ROS1, STATIC])
 
 @st.composite
 def recordings(draw):
-    """Return messages, many of them from publishers that go on as publishers do."""
+    """Return messages, many of them from publishers with a regular sequence."""
     messages = []
     for _ in range(draw(st.integers(1, 6))):
         if draw(st.booleans()):
@@ -216,7 +205,7 @@ def test_edges_that_are_left_out_leave_no_trace():
     assert_same(assembled(messages, decoder=decoder), fed(messages, decoder=again))
 
 
-# --- what is told
+# --- reports
 
 def told(arrivals):
     return {(oddity.reason, oddity.child): oddity for oddity in
@@ -231,7 +220,7 @@ def test_stamps_that_do_not_go_on_are_told_by_edge_and_counted():
     assert {key: oddity.times for key, oddity in odd.items()} == {
         ('repeated stamp', 'odom'): 1, ('jump back', 'odom'): 1, ('out of order', 'odom'): 1}
     assert odd['jump back', 'odom'].detail == (
-        '5.000000000 came behind 59.000000000, 54.000 s newer')
+        '5.000000000 arrived after 59.000000000, which is 54.000 s newer')
 
 
 def test_static_edge_with_another_value_is_told_with_both():

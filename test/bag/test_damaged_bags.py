@@ -1,37 +1,38 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Of a bag that is damaged, what can be read is there, and one warning says what is missing."""
+"""All readable parts of a damaged bag are read, and one warning describes the missing ones."""
+
+import re
+import warnings
 
 from bags import (
     assert_same,
     driving,
     fed,
     file_of,
+    Message,
     RUN,
     STATIC,
     without_index,
+    write_mcap,
     write_ros1,
     write_ros2,
     write_split,
 )
+from effort import examples
+from hypothesis import given, HealthCheck, strategies as st
 import pytest
-from tf_tree_py.bag import BagWarning, open_bag
+from rosbags.rosbag2 import storage_mcap
+from tf_tree_py.bag import BagError, BagWarning, open_bag
+from tf_tree_py.bag.files import size_limit, unpacking
+from tf_tree_py.bag.files.mcap_scan import McapScan
+from tf_tree_py.bag.files.rosbags_file import zstd
+from tf_tree_py.core.stamp import format_stamp
 
 
 def warned(path, **options):
-    """Open a bag that is odd; return the buffer and the one warning."""
+    """Open a bag with a problem; return the buffer and the single warning."""
     with pytest.warns(BagWarning) as told:
         buffer = open_bag(path, **options)
     assert len(told) == 1
@@ -39,7 +40,7 @@ def warned(path, **options):
 
 
 def cut(path, part=0.7):
-    """Cut a file off."""
+    """Truncate a file."""
     data = path.read_bytes()
     path.write_bytes(data[:int(part * len(data))])
     return path
@@ -87,7 +88,7 @@ def test_of_a_bag_that_is_cut_off_what_can_be_read_is_there(tmp_path, kind):
 def test_bag_without_an_index_is_read_to_its_end(tmp_path, write):
     buffer, told = warned(without_index(write(tmp_path / 'run')))
     assert_same(buffer, fed(RUN))
-    assert 'nothing is missing but its end with the index' in told
+    assert 'nothing is missing except the index at its end' in told
 
 
 def test_missing_split_is_told_and_the_others_are_read(tmp_path):
@@ -133,3 +134,172 @@ def test_mcap_of_another_tool_is_read_without_its_profile(tmp_path):
     buffer, told = warned(file)
     assert_same(buffer, fed(RUN))
     assert 'and nothing is missing' in told and 'index' not in told
+
+
+# --- no overstatement, no exception, no excessive memory
+
+@pytest.mark.parametrize('kind', CUT)
+def test_no_more_is_said_to_be_lost_than_there_is(tmp_path, kind):
+    _, told = warned(CUT[kind](tmp_path / 'run'))
+    for lost, size in re.findall(r'and ([0-9,]+) of its ([0-9,]+) bytes could not', told):
+        # All of the file except a piece of its last message is read.
+        assert int(lost.replace(',', '')) < 0.1 * int(size.replace(',', ''))
+
+
+def test_times_of_what_could_be_read_are_told(tmp_path):
+    _, told = warned(CUT['mcap'](tmp_path / 'run'))
+    assert f'received from {format_stamp(MANY[0].received)} to ' in told
+
+
+SMALL = sorted(driving(count=40) + STATIC, key=lambda message: message.received)
+WHOLE = {
+    'mcap': lambda path: file_of(write_ros2(path, SMALL)),
+    'mcap, compressed': lambda path: file_of(write_ros2(path, SMALL, compression='storage')),
+    'sqlite3': lambda path: file_of(write_ros2(path, SMALL, 'sqlite3')),
+    'ros1': lambda path: write_ros1(path.with_suffix('.bag'), SMALL),
+}
+
+
+@pytest.fixture(scope='module', params=WHOLE)
+def whole(request, tmp_path_factory):
+    """Return an undamaged file, and its bytes."""
+    file = WHOLE[request.param](tmp_path_factory.mktemp('whole') / 'run')
+    return file, file.read_bytes()
+
+
+@examples(0.4, suppress_health_check=[HealthCheck.too_slow])
+@given(places=st.lists(st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.integers(0, 255)),
+                       min_size=1, max_size=3))
+def test_whatever_bytes_are_damaged_it_is_a_bag_or_one_sentence(whole, places):
+    file, data = whole
+    damaged = bytearray(data)
+    for part, value in places:
+        damaged[int(part * len(damaged))] = value
+    other = file.with_name(f'damaged{file.suffix}')
+    other.write_bytes(damaged)
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', BagWarning)
+        try:
+            assert isinstance(open_bag(other).frames(), list)
+        except BagError as error:
+            assert len(str(error).splitlines()) == 1
+
+
+def test_length_of_a_record_that_no_memory_can_hold_is_damage(tmp_path):
+    file = file_of(write_ros2(tmp_path / 'run', SMALL))
+    data = bytearray(file.read_bytes())
+    first = len(b'\x89MCAP0\r\n')
+    data[first + 1:first + 9] = (2**60).to_bytes(8, 'little')
+    file.write_bytes(data)
+    with pytest.raises(BagError), warnings.catch_warnings():
+        warnings.simplefilter('error')
+        open_bag(file)
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_quality_of_service_that_is_no_yaml_costs_nothing_else(tmp_path, storage):
+    file = file_of(write_ros2(tmp_path / 'run', SMALL, storage))
+    # The lengths are unchanged.
+    file.write_bytes(file.read_bytes().replace(b'history: ', b'his{ory: '))
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', BagWarning)
+        assert open_bag(file).frames() == fed(SMALL).frames()
+
+
+def test_file_that_unpacks_to_a_thousand_times_its_size_is_refused_and_the_limit_can_be_set(
+        tmp_path, monkeypatch):
+    monkeypatch.setattr(size_limit, '_ALWAYS', 2**20)
+    file = tmp_path / 'zeros.db3.zstd'
+    file.write_bytes(zstd.compress(bytes(8 * 2**20)))
+    with pytest.raises(BagError, match='unpacks to more than 1,048,576; TF_TREE_PY_MAX_UNPACKED'):
+        open_bag(file)
+    monkeypatch.setenv('TF_TREE_PY_MAX_UNPACKED', str(2**30))
+    with pytest.raises(BagError) as told:
+        open_bag(file)
+    assert 'unpacks to' not in str(told.value)
+
+
+def test_chunk_that_unpacks_to_more_than_the_limit_is_left_out(tmp_path, monkeypatch):
+    file = file_of(write_ros2(tmp_path / 'run', MANY, compression='storage'))
+    whole = len(fed(MANY).frames())
+    monkeypatch.setenv('TF_TREE_PY_MAX_UNPACKED', '1000')
+    with pytest.raises(BagError, match='unpacks to more than 1,000'):
+        open_bag(file)
+    monkeypatch.delenv('TF_TREE_PY_MAX_UNPACKED')
+    assert len(open_bag(file).frames()) == whole
+
+
+ZEROS = bytes(8 * 2**20)
+FEW = sorted(driving(count=40), key=lambda message: message.received)
+
+
+@pytest.mark.parametrize('frames', [1, 2])
+def test_mcap_chunk_that_says_that_it_is_small_is_not_unpacked_whole(frames):
+    """Rosbags refuses a chunk of another size than its header's; that must also take little."""
+    packed = zstd.compress(ZEROS) * frames
+    assert len(packed) < 2000
+    assert len(storage_mcap.DECOMPRESSORS['zstd'](packed, 1000)) == 1001
+    honest = zstd.compress(b'transforms') * frames
+    assert storage_mcap.DECOMPRESSORS['zstd'](honest, 10 * frames) == b'transforms' * frames
+
+
+@pytest.mark.parametrize('compression', ['lz4', 'zstd'])
+def test_mcap_of_either_compression_is_read(tmp_path, compression):
+    file = write_mcap(tmp_path / 'run.mcap', FEW, compression)
+    assert open_bag(file).statistics.accepted == sum(len(each.transforms) for each in FEW)
+
+
+@pytest.mark.parametrize('compression', ['lz4', 'zstd'])
+@pytest.mark.parametrize('said', [1000, 2**20, 2**50])
+def test_mcap_chunk_whose_header_lies_about_its_size_is_left_out(
+        tmp_path, monkeypatch, compression, said):
+    huge = Message(FEW[-1].received + 1, '/tf', [], data=ZEROS)
+    file = write_mcap(tmp_path / 'run.mcap', [*FEW, huge], compression)
+    # The size in the chunk's header and in the index, but not the one in an lz4 frame.
+    size = len(ZEROS) + 31
+    file.write_bytes(re.sub(b'(?<!\x04\x22\x4d\x18..)' + re.escape(size.to_bytes(8, 'little')),
+                            said.to_bytes(8, 'little'), file.read_bytes(), flags=re.DOTALL))
+    assert file.stat().st_size < len(ZEROS) / 100
+    monkeypatch.setattr(size_limit, '_ALWAYS', 2**20)
+    sizes, unpack = [], unpacking._unpacked
+
+    def noted(*arguments):
+        unpacked = unpack(*arguments)
+        sizes.append(len(unpacked))
+        return unpacked
+
+    monkeypatch.setattr(unpacking, '_unpacked', noted)
+    buffer, told = warned(file)
+    assert 'Chunk size mismatch' in told or 'unpacks to more than ' in told
+    assert max(sizes, default=0) <= min(said, 2**20) + 1
+    assert buffer.statistics.accepted == sum(len(each.transforms) for each in FEW)
+
+
+def test_chunk_of_zeros_is_not_looked_through(tmp_path):
+    """Records of kind 0 are skipped: a chunk that unpacks to 8 MB of them takes no time."""
+    file = write_mcap(tmp_path / 'run.mcap', FEW, 'none')
+    data = file.read_bytes()
+    looked = []
+    file.write_bytes(data[:len(data) // 2] + ZEROS)
+    scan = McapScan(file)
+    scan._describe = lambda kind, content: looked.append(kind)
+    list(scan)
+    assert 0 not in looked
+
+
+def test_rosbags_without_a_place_for_the_limit_is_warned_of():
+    with pytest.warns(RuntimeWarning, match=r'rosbags [0-9.]+ has no place for a limit on chunks '
+                      'of MCAP.*TF_TREE_PY_MAX_UNPACKED has no effect'):
+        unpacking.limit_mcap(None)
+
+
+@pytest.mark.parametrize('compression', ['bz2', 'lz4'])
+def test_ros1_chunk_that_unpacks_to_more_than_the_limit_is_left_out(
+        tmp_path, monkeypatch, compression):
+    huge = Message(MANY[-1].received + 1, '/tf', [], data=ZEROS)
+    file = write_ros1(tmp_path / 'run.bag', [*MANY[:10], huge], compression)
+    assert file.stat().st_size < len(ZEROS) / 100
+    monkeypatch.setattr(size_limit, '_ALWAYS', 2**20)
+    buffer, told = warned(file)
+    assert 'unpacks to more than ' in told and 'TF_TREE_PY_MAX_UNPACKED' in told
+    assert buffer.frames() == []

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The notebook from a bag to the camera's uncertainty runs as it is, without ROS."""
+"""The notebook about the camera's uncertainty from a bag runs unchanged, without ROS."""
 
 import os
 from pathlib import Path
@@ -24,7 +13,7 @@ from programs import PATIENCE_S
 import pytest
 
 NOTEBOOK = Path(__file__).parents[2] / 'examples' / 'notebook_uncertainty.py'
-# Once with a bag of its own, and once, elsewhere, with that bag.
+# Once with a bag that it writes, and once, in another folder, with that bag.
 TWICE = """
 import os, runpy, sys
 sys.modules.update(dict.fromkeys(('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs')))
@@ -43,10 +32,10 @@ def test_notebook_tells_and_draws_how_sure_the_camera_is(tmp_path):
         env={**os.environ, 'MPLBACKEND': 'agg'}, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stdout
-    # Along the wall amcl is 0.4 m unsure, by far more than the camera's mounting and the turn.
-    assert re.search(r'least sure the camera may be 0\.8\d m off .*\n +map -> odom adds 9\d%\n'
+    # Along the wall, amcl has an error of 0.4 m, far more than those of the mounting and the turn.
+    assert re.search(r'least certain, the error .* is up to 0\.8\d m .*\n +map -> odom adds 9\d%\n'
                      r' +base_link -> camera adds \d%', done.stdout)
-    assert re.search(r'odometry alone it may be 1\.\d+ m off', done.stdout)
+    assert re.search(r'odometry alone, the error at the end is up to 1\.\d+ m ', done.stdout)
     assert 'Warning' not in done.stdout
     first, second = (done.stdout[part] for part in (slice(len(done.stdout) // 2),
                                                     slice(len(done.stdout) // 2, None)))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A bag of any kind opens as a buffer that answers as one that was fed message by message."""
+"""A bag of any kind opens as the buffer into which its messages were inserted one by one."""
 
 import copy
 import os
@@ -42,7 +31,8 @@ from bags import (
 import numpy as np
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.bag import BagError, open_bag, read_arrivals
+from tf_tree_py.bag import BagError, open_bag, read_messages
+from tf_tree_py.bag.errors import needs_extra
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -79,7 +69,7 @@ def test_bag_of_any_kind_answers_as_a_buffer_that_was_fed(tmp_path, kind):
     assert buffer.statistics.accepted == sum(len(message.transforms) for message in RUN)
 
 
-# --- what is no bag
+# --- invalid bags
 
 def test_what_is_no_bag_is_told_in_one_sentence(tmp_path):
     empty, wrong, text = (tmp_path / name for name in ('empty.mcap', 'wrong.bag', 'notes.txt'))
@@ -89,8 +79,8 @@ def test_what_is_no_bag_is_told_in_one_sentence(tmp_path):
     (tmp_path / 'folder').mkdir()
     for path, sentence in (
             (tmp_path / 'run.mcap', 'no such file or folder'),
-            (empty, 'no bag that can be read.*empty'),
-            (wrong, 'no bag that can be read'),
+            (empty, 'cannot be read as a bag.*empty'),
+            (wrong, 'cannot be read as a bag'),
             (text, 'its name ends in none of .mcap, .db3, .bag'),
             (tmp_path / 'folder', 'the folder has no file .mcap, .db3, .bag')):
         with pytest.raises(BagError, match=sentence) as raised:
@@ -133,7 +123,7 @@ def test_two_robots_are_told_apart_by_the_prefixes_of_their_topics(tmp_path):
 def test_topic_that_is_misspelt_in_the_prefixes_is_told(tmp_path):
     with pytest.raises(BagError, match='frame_prefix names /on/tf, .*has: /tf, /tf_static'):
         open_bag(write_ros2(tmp_path / 'run', RUN), frame_prefix={'/on/tf': 'one/'})
-    with pytest.raises(BagError, match='a text, or a dictionary of topics, not 5'):
+    with pytest.raises(BagError, match='has to be a string or a dictionary, not 5'):
         open_bag(tmp_path / 'run', frame_prefix=5)
 
 
@@ -183,13 +173,13 @@ def test_latched_topics_are_static_whatever_their_name(tmp_path):
 
 def test_arrivals_are_what_was_recorded(tmp_path):
     path = write_ros1(tmp_path / 'run.bag', driving(count=3, publisher='/drive') + STATIC)
-    arrivals = list(read_arrivals(path))
+    arrivals = list(read_messages(path))
     assert [arrival.received for arrival in arrivals] == sorted(
         arrival.received for arrival in arrivals)
     assert {(arrival.source.topic, arrival.source.static, arrival.source.latched,
              arrival.source.publisher) for arrival in arrivals} == {
         ('/tf', False, False, '/drive'), ('/tf_static', True, True, '/somebody')}
-    only = list(read_arrivals(path, ['/tf'], start=START + PERIOD, stop=START + 2 * PERIOD))
+    only = list(read_messages(path, ['/tf'], start=START + PERIOD, stop=START + 2 * PERIOD))
     assert len(only) == 2
 
 
@@ -230,6 +220,13 @@ def test_without_rosbags_one_sentence_says_what_to_install(tmp_path):
     first, *others = done.stdout.splitlines()
     assert first == '<Snapshot: empty>'
     assert len(others) == 2
-    assert all('needs rosbags' in line and "pip install 'tf_tree_py[bag]'" in line
+    assert all('needs rosbags' in line and 'pip install rosbags' in line
                for line in others)
     assert [path.name for path in tmp_path.iterdir()] == ['some.tftree']
+
+
+def test_missing_module_of_the_package_itself_is_not_blamed_on_rosbags():
+    error = ModuleNotFoundError('No module', name='tf_tree_py.bag.files.file_kinds')
+    with pytest.raises(ModuleNotFoundError) as raised:
+        needs_extra(error)
+    assert raised.value is error

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Covariances that were recorded go to the edges that they are of, and what is odd is told."""
+"""Recorded covariances are assigned to their edges, and problems are reported."""
 
 import warnings
 
@@ -22,6 +11,9 @@ from bags import (
     LATCHED,
     Message,
     ODOMETRY,
+    PERIOD,
+    random_pose,
+    RNG,
     SECOND,
     START,
     write_ros1,
@@ -32,12 +24,12 @@ import numpy as np
 import pytest
 from tf_tree_py.bag import BagError, BagWarning, Covariances, open_bag
 from tf_tree_py.core import Kind, Pose
-from tf_tree_py.core.arrivals.cursor import WireError
-from tf_tree_py.core.arrivals.estimate_bytes import read_estimate
+from tf_tree_py.core.ingest.byte_cursor import WireError
+from tf_tree_py.core.ingest.estimate_bytes import read_estimate
 
 NOW = START + SECOND
 ROBOT = Pose.from_xyz_rpy(x=5.0, yaw=np.pi / 2)
-# Of x, y and the rotation about z, as everything that drives on a floor.
+# Of x, y and the rotation about z, as of all robots on a floor.
 SURE = np.diag([1e-4, 4e-4, 0.0, 0.0, 0.0, 1e-4])
 UNKNOWN = SURE + np.diag([0.0, 0.0, 1e6, 1e6, 1e6, 0.0])
 AMCL = {'/amcl_pose': Covariances(child='base', edge=('map', 'odom'))}
@@ -64,7 +56,7 @@ def mounted(**options):
 
 
 def opened(folder, *messages, **options):
-    """Return the recording of the robot and some messages more; a warning is an error."""
+    """Return the recording of the robot and some more messages; a warning is an error."""
     path = write_ros2(folder / f'run{len(list(folder.iterdir()))}', [*RUN, *messages])
     with warnings.catch_warnings():
         warnings.simplefilter('error')
@@ -85,12 +77,12 @@ def on_the_floor(x, y, turn, x_turn=0.0, y_turn=0.0):
 
 @pytest.mark.parametrize('ros1', [False, True], ids=['ROS 2', 'ROS 1'])
 def test_localisation_and_odometry_are_the_numbers_by_hand(ros1, tmp_path):
-    """The robot is 3 m ahead of odom's origin and looks left; its camera is 1 m ahead of it."""
+    """The robot is 3 m ahead of odom's origin and faces left; its camera is 1 m ahead of it."""
     messages = [*RUN, localised(ros1=ros1), driven(ros1=ros1, covariance=UNKNOWN)]
     write = write_ros1 if ros1 else write_ros2
     path = write(tmp_path / ('run.bag' if ros1 else 'run'), messages)
     buffer = open_bag(path, covariances=AMCL)
-    # A turn about the robot moves odom's origin, 3 m behind, the other way.
+    # A rotation about the robot moves odom's origin, 3 m behind, in the opposite direction.
     for source, wanted in (('odom', on_the_floor(1e-4, 4e-4 + 9e-4, 1e-4, y_turn=-3e-4)),
                            ('base', SURE),
                            ('camera', on_the_floor(2e-4, 4e-4, 1e-4, x_turn=-1e-4))):
@@ -98,7 +90,7 @@ def test_localisation_and_odometry_are_the_numbers_by_hand(ros1, tmp_path):
     assert not covariance_of(buffer, 'odom', 'base').any()
     buffer = open_bag(path, covariances={'/odometry': Covariances(planar=True)})
     np.testing.assert_allclose(covariance_of(buffer, 'odom', 'base'), SURE)
-    # Its pose is another matter: that is on /tf.
+    # Its pose is not used: that is on /tf.
     assert buffer.lookup('odom', 'base', NOW).x == 3.0
     assert not covariance_of(buffer, 'map', 'odom').any()
 
@@ -113,7 +105,7 @@ def test_static_covariances_are_found_by_themselves(tmp_path):
     for options in {}, {'qos': LATCHED}:
         buffer = opened(tmp_path, mounted(**options), start=NOW)
         np.testing.assert_allclose(covariance_of(buffer, 'base', 'camera'), 1e-6 * np.eye(6))
-    # "These and no others."
+    # An explicit list of topics excludes others.
     buffer = opened(tmp_path, mounted(), topics=['/tf', '/tf_static'])
     assert not covariance_of(buffer, 'base', 'camera').any()
     buffer = opened(tmp_path, mounted()._replace(type_name='std_msgs/msg/String'))
@@ -124,7 +116,7 @@ def test_poses_are_taken_where_nothing_else_tells_them(tmp_path):
     path = write_ros2(tmp_path / 'run', [driven(), driven(NOW + SECOND), localised()])
     with pytest.raises(BagError, match='no topic with transforms'):
         open_bag(path, covariances=WHEELS)
-    # Of map -> odom, for which the robot's place in odom comes from the other topic, it has none.
+    # It has no map -> odom, for which the robot's pose in odom is on the other topic.
     with pytest.warns(BagWarning, match="covariances of no edge 'map' -> 'odom': once"):
         buffer = open_bag(path, covariances={
             **AMCL, '/odometry': Covariances(with_poses=True)})
@@ -160,18 +152,19 @@ def test_frames_are_called_as_those_of_the_transforms(tmp_path):
     assert set(buffer.frames()) == {'map', 'odom'} and not buffer.oddities
 
 
-# --- what is odd
+# --- problems
 
 @pytest.mark.parametrize(('message', 'reason', 'edge', 'sentence'), [
     (localised(covariance=UNKNOWN), Kind.BAD_COVARIANCE, ('map', 'base'),
      r'1e\+06 rad\^2.*planar=True'),
-    (localised(covariance=0 * SURE), Kind.BAD_COVARIANCE, ('map', 'base'), 'nobody filled it'),
-    (localised(covariance=-SURE), Kind.BAD_COVARIANCE, ('map', 'base'), '-1 means that it is'),
+    (localised(covariance=0 * SURE), Kind.BAD_COVARIANCE, ('map', 'base'),
+     'the sender did not set it'),
+    (localised(covariance=-SURE), Kind.BAD_COVARIANCE, ('map', 'base'), '-1 means unknown'),
     (localised(parent='world'), Kind.BAD_COVARIANCE, ('world', 'base'),
-     "a pose in 'world', and the edge .'map', 'odom'. begins elsewhere"),
+     "a pose in 'world', which is not the parent of the edge .'map', 'odom'."),
     (localised(parent=''), Kind.EMPTY_FRAME, ('', 'base'), 'frame_id is not set'),
     (localised(NOW + 9 * SECOND), Kind.BAD_COVARIANCE, ('map', 'base'),
-     "where 'odom' was then is not known: .* extrapolation into the future"),
+     "the pose of 'odom' at that time is not available: .* extrapolation into the future"),
     (localised()._replace(data=localised().data[:-300]), Kind.MALFORMED, ('', ''),
      '/amcl_pose: truncated at byte'),
 ])
@@ -214,7 +207,7 @@ def test_arguments_that_are_wrong_are_told(covariances, sentence, tmp_path):
     ({'edge': ('map', 'odom', 'base')}, 'edge is .parent, child.'),
     ({'edge': 5}, 'edge is .parent, child.'),
     ({'child': 5}, 'child is the name of a frame, not 5'),
-    ({'edge': ('map', 'odom'), 'with_poses': True}, 'and .* is another'),
+    ({'edge': ('map', 'odom'), 'with_poses': True}, 'is another edge'),
 ])
 def test_words_that_do_not_fit_together_are_told(words, sentence):
     with pytest.raises(ValueError, match=sentence):
@@ -252,3 +245,20 @@ def test_other_byte_order_is_read():
     assert found[:4] == ('odom', 'base', NOW, Pose(x=9.0))
     np.testing.assert_array_equal(found.covariance, SURE.ravel())
     assert found.covariance.dtype.isnative
+
+
+def test_odometry_moves_an_edge_of_a_bag_without_transforms(tmp_path):
+    messages = [estimate('/odom', 'odom', 'base', START + number * PERIOD, random_pose(RNG),
+                         np.eye(6)) for number in range(10)]
+    bag = write_ros2(tmp_path / 'run', messages)
+    with pytest.raises(BagError, match=r"odometry='/odom'\) makes an edge of its odometry"):
+        open_bag(bag)
+    tree = open_bag(bag, odometry='/odom')
+    assert [(edge.parent, edge.child, edge.samples) for edge in tree.edges()] == [
+        ('odom', 'base', 10)]
+
+
+def test_topic_named_tf_of_another_type_is_told(tmp_path):
+    message = estimate('/tf', 'odom', 'base', START, random_pose(RNG), np.eye(6))
+    with pytest.raises(BagError, match='/tf has messages of type nav_msgs/Odometry, not tf2_msgs'):
+        open_bag(write_ros2(tmp_path / 'run', [message]))

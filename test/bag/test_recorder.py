@@ -1,31 +1,20 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a buffer holds becomes a bag that opens as the same buffer, to the bit."""
+"""A buffer is recorded as a bag that opens as the same buffer, to the bit."""
 
 from bags import fed, random_pose, RNG, RUN, SECOND, START, write_ros2
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
-from tf_tree_py.bag import BagError, open_bag, read_arrivals
+from tf_tree_py.bag import BagError, open_bag, read_messages
 from tf_tree_py.core import BufferCore, load, Pose, se3, Spline, UNLIMITED
 from tf_tree_py.core.tree.frozen import freeze
 
 
 def content(buffer):
-    """Return what a buffer holds, as bytes; not who sent it, and in what order frames came."""
+    """Return the content of a buffer as bytes, without publishers and the order of frames."""
     tree = buffer.snapshot()._tree
     for history in tree.histories.values():
         history.authority = ''
@@ -88,7 +77,7 @@ def test_little_is_recorded_as_well(tmp_path, edges):
 
 def test_static_edges_come_first_and_are_kept_for_late_listeners(tmp_path):
     fed(RUN).record(tmp_path / 'incident')
-    arrivals = list(read_arrivals(tmp_path / 'incident'))
+    arrivals = list(read_messages(tmp_path / 'incident'))
     assert [arrival.source.topic for arrival in arrivals[:2]] == ['/tf_static', '/tf']
     received = [arrival.received for arrival in arrivals]
     assert received == sorted(received)
@@ -114,8 +103,8 @@ def test_other_readers_find_messages_of_the_official_type(tmp_path):
 def test_what_is_there_is_not_replaced_and_what_cannot_be_written_is_told(tmp_path):
     buffer = fed(RUN[:4])
     (tmp_path / 'there.mcap').write_text('precious')
-    for name, sentence in (('there.mcap', 'there already'),
-                           ('incident.bag', 'a file .mcap, or a folder'),
+    for name, sentence in (('there.mcap', 'exists already'),
+                           ('incident.bag', 'a .mcap file, or a folder'),
                            ('nowhere/incident.mcap', 'cannot be written: No such file')):
         with pytest.raises(BagError, match=sentence):
             buffer.record(tmp_path / name)
@@ -130,7 +119,7 @@ def test_spline_is_recorded_as_poses_that_follow_it(tmp_path):
     spline = Spline.fit(stamps, poses, 20.0)
     buffer = BufferCore(UNLIMITED)
     buffer.insert_track('map', 'odom', stamps[::4], poses[::4])
-    buffer.insert_spline('odom', 'base', spline)
+    buffer.insert_curve('odom', 'base', spline)
     buffer.record(tmp_path / 'incident.mcap')
     again = open_bag(tmp_path / 'incident.mcap')
     edges = [edge[1:2] + edge[4:] for edge in again.edges()]

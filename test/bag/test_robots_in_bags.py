@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Joint states of a bag and a robot's description become the edges that nobody recorded."""
+"""Joint states of a bag and a robot's description become edges that were not recorded."""
 
 import warnings
 
@@ -111,7 +100,7 @@ def test_recorded_transforms_win_and_names_and_times_are_the_options(tmp_path, r
 
 def test_of_several_topics_one_is_named(tmp_path, robot):
     bag = write_ros2(tmp_path / 'run', [*states(topic='/a/joints'), *states(topic='/b/joints')])
-    with pytest.raises(BagError, match='joint states on /a/joints, /b/joints: joint_topic says'):
+    with pytest.raises(BagError, match='joint states on /a/joints, /b/joints: choose those of'):
         open_bag(bag, robot=robot)
     with pytest.raises(BagError, match='no joint states on /c; topics with some: /a/joints, /b'):
         open_bag(bag, robot=robot, joint_topic='/c')
@@ -154,6 +143,6 @@ def test_reader_says_what_rosbags_says(names, positions, stamp, ros1, little_end
         data = as_bytes(ros1, stamp, some, positions, little_endian=little_endian)
         state = reader.read(data)
         assert (state.stamp, list(state.names), list(state.positions)) == (stamp, some, positions)
-        for end in range(len(data) - 8):  # two empty arrays stand at the end
+        for end in range(len(data) - 8):  # two empty arrays are at the end
             with pytest.raises(ValueError):
                 JointStateReader(ros1).read(data[:end])

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Threads that write and read one buffer, and what goes wrong in them."""
+"""Threads that write and read one buffer, and their exceptions."""
 
 import sys
 import threading
@@ -21,7 +10,7 @@ from programs import PATIENCE_S
 
 
 class Crew:
-    """Threads, which are switched a thousand times as often as usual; and what went wrong."""
+    """Threads, switched a thousand times as often as usual, and their exceptions."""
 
     def __init__(self):
         self.errors = []
@@ -33,7 +22,7 @@ class Crew:
             target=self._guard, args=(function, *arguments), daemon=True))
 
     def read(self, function, *arguments):
-        """Run a function once, and again and again until the writers are done."""
+        """Run a function at least once, and repeatedly until the writers are done."""
         def again_and_again():
             function(*arguments)
             while not self.done.is_set():
@@ -50,7 +39,7 @@ class Crew:
             self.done.set()
 
     def run(self):
-        """Let all begin, and return when the writers are done; raise what one of them raised."""
+        """Start all threads, and return when the writers are done; raise a thread's exception."""
         before = sys.getswitchinterval()
         sys.setswitchinterval(5e-6)
         try:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A gyroscope between the poses: what it adds, and what it leaves as it was."""
+"""A gyroscope between the poses: its effect, and the properties that it must not change."""
 
 import numpy as np
 import pytest
@@ -26,7 +15,7 @@ POSES = STAMPS[::50]  # 20 Hz
 
 
 def rate_at(stamps):
-    """Return angular velocities that swing fast about all axes, radians a second."""
+    """Return angular velocities that oscillate fast about all axes, radians a second."""
     t = np.asarray(stamps)[..., None] / SECOND
     return np.concatenate([12.0 * np.cos(40.0 * t), 9.0 * np.sin(31.0 * t),
                            3.0 + 5.0 * np.cos(25.0 * t)], axis=-1)
@@ -79,7 +68,7 @@ def test_bias_is_spread_and_the_poses_stay(truth):
     assert worst_error(buffer, truth) < 0.002
     for stamp, pose in zip(POSES.tolist(), before, strict=True):
         assert buffer.lookup_at('odom', 'base', stamp) == pose
-    # It closes on the next pose, approached from below.
+    # The correction ends at the next pose, approached from below.
     just_before = buffer.lookup_at('odom', 'base', int(POSES[5]) - 1)
     assert angle_between(just_before[3:], before[5][3:]) < 1e-7
 
@@ -161,3 +150,44 @@ def test_wrong_arguments_are_told():
         with pytest.raises(InvalidArgumentException, match=sentence):
             buffer.aid(*arguments)
     assert buffer.aid('base', [], []) == 0
+
+
+def late_pose(buffer, stamp):
+    buffer.insert('odom', 'base', stamp, Pose(x=5.0, y=1.0))
+
+
+def late_poses(buffer, stamp):
+    buffer.insert_track('odom', 'base', [stamp], [Pose(x=5.0, y=1.0)])
+
+
+def another_run(buffer, _):
+    buffer.clear()
+    for stamp in POSES.tolist():
+        buffer.insert('odom', 'base', stamp, Pose(x=stamp / SECOND, y=2.0))
+
+
+@pytest.mark.parametrize('change', [late_pose, late_poses, another_run])
+def test_what_is_kept_of_the_last_lookup_follows_the_poses(truth, change):
+    """The late pose has the stamp of a pose at the start of an interval that was looked up."""
+    stamp = int(POSES[10])
+    asked = 'odom', 'base', stamp + 7_000_000
+    buffer, fresh = fed(truth), fed(truth)
+    for each in (buffer, fresh):
+        each.aid('base', STAMPS, rate_at(STAMPS))
+    before = buffer.lookup(*asked)
+    for each in (buffer, fresh):
+        change(each, stamp)
+    assert buffer.lookup(*asked) == fresh.lookup(*asked) != before
+
+
+def test_gyroscope_whose_samples_have_expired_is_not_followed_any_more(truth):
+    """Its window ends at its own newest sample, which may be newer than the newest pose."""
+    buffer = BufferCore(cache_time=SECOND)
+    for stamp in POSES[:20].tolist():
+        buffer.insert('odom', 'base', stamp, Pose(x=stamp / SECOND))
+    buffer.aid('base', STAMPS[:1000], rate_at(STAMPS[:1000]))
+    asked = int(POSES[3]) + 7_000_000
+    turned = buffer.lookup('odom', 'base', asked)
+    assert se3.distance(turned, Pose(x=asked / SECOND))[1] > 1e-3
+    buffer.aid('base', STAMPS[1000:], rate_at(STAMPS[1000:]))
+    assert_same_pose(buffer.lookup('odom', 'base', asked), Pose(x=asked / SECOND))

@@ -1,96 +1,150 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""An offset that fades: where it begins and ends, and how fast it is between."""
+"""A follower: its start and end, its speed in between, and noisy goals."""
 
 import math
 
 from hypothesis import given, strategies as st
+from inputs import for_each
 import numpy as np
-from strategies import assert_same_pose, axes, components
-from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.blend import fade, Limits, Rates
+import pytest
+from tf_tree_py.core.geometry.blend import AT_REST, Limits, planned, scale_of, way, ZERO
 
-SECOND = 1_000_000_000
-
-offsets = st.builds(
-    lambda t, axis, angle: (*t, *so3.exp(tuple(angle * part for part in axis))),
-    st.tuples(components, components, components), axes, st.floats(0.0, 1.5))
-limits = st.builds(Limits, st.integers(0, 2 * SECOND), st.floats(0.05, 2.0), st.floats(0.05, 2.0),
-                   st.floats(0.0, 3.0))
-unlimited = Limits(SECOND, math.inf, math.inf, 0.0)
-
-
-def interrupted(before, part, offset, limits):
-    """Return another that begins when a part of one is over, with its rates."""
-    stamp = before.begin + round(part * (before.end - before.begin))
-    return fade(offset, before.rates_at(stamp), stamp, limits)
+OVER = 500_000_000
+numbers = st.floats(-3.0, 3.0).map(lambda number: round(number, 3))
+vectors = st.tuples(*[numbers] * 6)
+limits = st.builds(Limits, st.integers(0, 2 * OVER), st.floats(0.05, 2.0), st.floats(0.05, 2.0),
+                   st.sampled_from([0.0, 0.5, 3.0]))
+LIMITS = [Limits(OVER, 0.5, math.inf, 0.0), Limits(OVER, math.inf, math.inf, 0.0),
+          Limits(300_000_000, 0.2, 0.1, 0.0), Limits(0, 0.3, math.inf, 0.0),
+          Limits(OVER, math.inf, 0.5, 1.0), Limits(OVER, 0.5, 0.5, 2.0)]
 
 
-def fastest(one, reach):
-    """Return how fast a point so far away goes, and all turn, at most, of finite differences."""
-    stamps = np.linspace(one.begin, one.end, 400).astype(np.int64)
-    poses = one.at_many(stamps)
-    seconds = np.maximum(np.diff(stamps), 1) / SECOND
-    turn_rates = se3.distance_many(poses[:-1], poses[1:])[1] / seconds
-    speeds = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1) / seconds
-    return (speeds + reach * turn_rates).max(), turn_rates.max()
+def place(offset, plan, seconds):
+    """Return the remaining offset after a time in seconds."""
+    gone = [way(seconds, course[1:]) * np.array(course.line) for course in plan[:2]]
+    return np.array(offset) + gone[0] + gone[1]
 
 
-@given(offset=offsets, other=offsets, limits=limits, part=st.floats(0.05, 0.95))
-def test_no_point_within_reach_is_faster_than_the_limits(offset, other, limits, part):
-    first = fade(offset, Rates(), 0, limits)
-    for one in (first, interrupted(first, part, other, limits)):
-        if one.end - one.begin > 1000:  # nothing moves by less than a nanometre
-            speed, turn_rate = fastest(one, limits.reach)
-            assert speed <= limits.max_speed * (1.0 + 1e-3)
-            assert turn_rate <= limits.max_turn_rate * (1.0 + 1e-3)
+def begun(offset, limits):
+    return planned(offset, ZERO, scale_of(limits), AT_REST)
 
 
-@given(offset=offsets, limits=limits)
-def test_it_begins_with_the_offset_and_ends_with_none_and_rests_there(offset, limits):
-    one = fade(offset, Rates(), 0, limits)
-    assert one.rates_at(one.end) == Rates() and one.end >= limits.over
-    if one.end > 1000:
-        assert_same_pose(one.at(0), offset)
-        assert_same_pose(one.at(-5), offset)
-    for stamp in (one.end, one.end + 5):
-        assert_same_pose(one.at(stamp), se3.IDENTITY)
+def changed(first, offset, part, other, limits):
+    """Return the offset when the goal changes at a fraction of a plan's time; the new plan."""
+    then = part * first.seconds
+    here = tuple((place(offset, first, then) + other).tolist())
+    return here, planned(here, first.rates_at(then), scale_of(limits), first)
 
 
-@given(offset=offsets, other=offsets, part=st.floats(0.1, 0.9), then=st.floats(0.0, 0.9))
-def test_rates_are_those_of_finite_differences(offset, other, part, then):
-    first = fade(offset, Rates(), 0, unlimited)
-    second = interrupted(first, part, other, unlimited)
-    assert np.allclose(second.rates_at(second.begin), first.rates_at(second.begin))
-    stamp, step = second.begin + round(then * SECOND) + 20_000, 10_000
-    rates = second.rates_at(stamp)
-    before, after = second.at(stamp - step), second.at(stamp + step)
-    seconds = 2 * step / SECOND
-    moved = np.subtract(after[:3], before[:3]) / seconds
-    turned = so3.log(so3.multiply(after[3:], so3.conjugate(before[3:])))
-    np.testing.assert_allclose(rates.velocity, moved, atol=1e-6)
-    np.testing.assert_allclose(rates.turning, np.array(turned) / seconds, atol=1e-6)
+def speeds(plan, reach):
+    """Return the speeds at a distance, and the turn rates, along a plan."""
+    rates = np.array([plan.rates_at(s) for s in np.linspace(0.0, plan.seconds, 300)])
+    turning = np.linalg.norm(rates[:, 3:], axis=1)
+    return np.linalg.norm(rates[:, :3], axis=1) + reach * turning, turning
 
 
-@given(offset=offsets, other=offsets, part=st.floats(0.0, 0.9), stamp=st.integers(-5, 3 * SECOND))
-def test_many_stamps_are_one_by_one(offset, other, part, stamp):
-    one = interrupted(fade(offset, Rates(), 0, unlimited), part, other, unlimited)
-    assert_same_pose(one.at_many(np.array([stamp, 0]))[0], one.at(stamp))
+@given(offset=vectors, others=st.lists(st.tuples(vectors, st.floats(0.0, 1.0)), max_size=4),
+       limits=limits)
+def test_no_point_within_reach_is_faster_than_the_limits(offset, others, limits):
+    plan = begun(offset, limits)
+    for other, part in [(ZERO, 0.0), *others]:
+        offset, plan = changed(plan, offset, part, other, limits)
+        speed, turning = speeds(plan, limits.reach)
+        assert speed.max() <= limits.max_speed * (1.0 + 1e-9)
+        assert turning.max() <= limits.max_turn_rate * (1.0 + 1e-9)
 
 
-def test_a_metre_at_a_metre_a_second_takes_the_peak_of_the_quintic():
-    one = fade((1.0, 0, 0, 0, 0, 0, 1), Rates(), 0, Limits(0, 1.0, math.inf, 0.0))
-    assert one.end == 1.875 * SECOND
-    assert one.at(one.end // 2)[0] == 0.5
+@given(offset=vectors, others=st.lists(st.tuples(vectors, st.floats(0.0, 1.0)), max_size=4),
+       limits=limits | st.sampled_from(LIMITS))
+def test_value_and_rate_go_on_and_the_goal_is_reached_at_rest(offset, others, limits):
+    plan = begun(offset, limits)
+    for other, part in others:
+        before, then = plan, part * plan.seconds
+        offset, plan = changed(plan, offset, part, other, limits)
+        np.testing.assert_allclose(plan.rates_at(0.0), before.rates_at(then), atol=1e-9)
+        np.testing.assert_allclose(place(offset, plan, 0.0), offset, atol=1e-12)
+    np.testing.assert_allclose(place(offset, plan, plan.seconds), ZERO, atol=1e-8)
+    np.testing.assert_allclose(plan.rates_at(plan.seconds), ZERO, atol=1e-9)
+
+
+@given(offset=vectors, other=vectors, part=st.floats(0.05, 0.95),
+       limits=limits | st.sampled_from(LIMITS))
+def test_rates_are_those_of_finite_differences(offset, other, part, limits):
+    offset, plan = changed(begun(offset, limits), offset, part, other, limits)
+    step = 1e-6
+    for seconds in np.linspace(0.01, 0.99, 7) * plan.seconds:
+        rate = (place(offset, plan, seconds + step) - place(offset, plan, seconds - step)) / (
+            2.0 * step)
+        steepest = 40.0 * plan.acceleration * step / min(plan.scale[:2])
+        np.testing.assert_allclose(plan.rates_at(seconds), rate, atol=1e-6 + steepest)
+
+
+@given(offset=vectors, limits=limits)
+def test_a_way_from_rest_takes_as_long_as_it_should_and_no_longer(offset, limits):
+    plan, scale = begun(offset, limits), scale_of(limits)
+    distance = scale.norm(offset)
+    assert plan.seconds * 1e9 >= limits.over * (1.0 - 1e-9) or not distance
+    assert plan.seconds <= scale.seconds + distance / scale.most + 1e-9
+
+
+@given(first=limits, second=limits, offset=vectors, part=st.floats(0.0, 1.0))
+def test_lower_limits_are_kept_after_half_the_time_of_a_blend(first, second, offset, part):
+    """Immediate limits would require a jump of the rate."""
+    plan = begun(offset, first)
+    _, after = changed(plan, offset, part, ZERO, second)
+    norm = after.scale.norm
+    for seconds in np.linspace(0.5 * after.scale.seconds, after.seconds, 50):
+        if seconds < after.seconds and after.scale.most < math.inf:
+            assert norm(after.rates_at(seconds)) <= after.scale.most * (1.0 + 1e-9)
+        assert norm(after.rates_at(seconds)) <= max(
+            norm(plan.rates_at(part * plan.seconds)), after.scale.most) * (1.0 + 1e-9)
+
+
+def test_without_any_limit_it_takes_no_time():
+    assert begun((1.0, 0, 0, 0, 0, 0), Limits(0, math.inf, math.inf, 0.0)) is AT_REST
+
+
+# --- noisy goals
+
+def followed(limits, every, noise, seconds, seed=0):
+    """Return the places, one per millisecond, of a follower of a noisy goal at 1."""
+    rng, scale = np.random.default_rng(seed), scale_of(limits)
+    plan, offset, goal, places = AT_REST, np.zeros(6), np.zeros(6), []
+    for stamp in range(round(1000 * seconds)):
+        since = stamp % every / 1000
+        if not since and (noise is not None or not stamp):
+            passed = every / 1000 if stamp else 0.0
+            here, rates = goal + place(offset, plan, passed), plan.rates_at(passed)
+            goal = np.array([1.0, 0, 0, 0, 0, 0]) + np.append(
+                rng.normal(0.0, noise or 0.0, 3), (0, 0, 0))
+            offset = here - goal
+            plan = planned(tuple(offset.tolist()), rates, scale, plan)
+        places.append((goal + place(offset, plan, stamp / 1000 if noise is None else since))[:3])
+    return np.array(places)
+
+
+def arrival(places, tolerance):
+    """Return the milliseconds after which all places are within this tolerance of the goal."""
+    return int(np.flatnonzero(np.linalg.norm(places - (1.0, 0, 0), axis=1) > tolerance)[-1])
+
+
+@for_each(limits=LIMITS[:4], every=[10, 33, 1000], noise=[0.001, 0.01])
+def test_goal_that_trembles_is_reached_as_soon_as_one_that_does_not(limits, every, noise):
+    seconds = 1.0 + 1.4 * begun((1.0, 0, 0, 0, 0, 0), limits).seconds
+    near = 5.0 * noise + 0.002
+    once = arrival(followed(limits, every, None, seconds), near)
+    places = followed(limits, every, noise, seconds)
+    assert arrival(places, near) <= 1.3 * once
+    assert places[:, 0].max() <= 1.0 + 5.0 * noise + 1e-9
+
+
+def test_goal_that_stays_leaves_the_plan_as_it_was():
+    limits = LIMITS[0]
+    once, again = (followed(limits, 20, noise, 3.0) for noise in (None, 0.0))
+    np.testing.assert_allclose(again, once, atol=1e-9)
+
+
+def test_metre_at_half_a_metre_a_second_takes_two_seconds_and_the_two_ramps():
+    assert begun((1.0, 0, 0, 0, 0, 0), LIMITS[0]).seconds == pytest.approx(2.25)

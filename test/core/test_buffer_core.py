@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import itertools
 import math
@@ -49,7 +38,7 @@ def at(x=0.0, y=0.0, z=0.0, yaw=0.0):
 
 @pytest.fixture
 def robot():
-    """Return a robot that drives along x and turns, and a lamp that hangs on no robot."""
+    """Return a robot that drives along x and rotates, and a lamp that is not connected to it."""
     buffer = BufferCore(10 * SECOND)
     for tick in range(5):
         assert not buffer.insert(
@@ -64,12 +53,12 @@ def robot():
     return buffer
 
 
-# --- what is where, and when: the table
+# --- poses by frames and stamp: the table
 
 TURNED = math.sqrt(0.5)
 
 TABLE = [
-    # target, source, time (s), what comes out: (x, y, z, yaw) or an error
+    # target, source, time (s), the result: (x, y, z, yaw) or an error
     ('base_link', 'camera', 0, (0.5, 0, 1, 0)),
     ('base_link', 'camera', 99, (0.5, 0, 1, 0)),
     ('base_link', 'lens', 12.34, (0.6, 0, 1, 0)),
@@ -85,7 +74,7 @@ TABLE = [
     ('camera', 'odom', 14, (-0.5, 4, -1, -QUARTER)),
     ('map', 'odom', 11.5, (0, 5, 0, 0)),
     ('map', 'base_link', 12, (2, 10, 0, QUARTER / 2)),
-    # The latest that both have is 13 s.
+    # The newest stamp of both edges is 13 s.
     ('map', 'base_link', 0, (3, 20, 0, QUARTER * 3 / 4)),
     ('ball', 'base_link', 0, (-5, 0, 0, QUARTER / 2)),
     ('ball', 'map', 0, (-7, -10, 0, 0)),
@@ -98,7 +87,7 @@ TABLE = [
     ('odom', 'ball', 12.000000001, FutureExtrapolationException),
     ('map', 'lamp', 0, ConnectivityException),
     ('lamp', 'base_link', 12, ConnectivityException),
-    # tf2 says so when an edge on the way has no data, whatever else is wrong.
+    # tf2 raises this if an edge on the path has no data, whatever else is wrong.
     ('lamp', 'base_link', 20, ExtrapolationException),
     ('map', 'nowhere', 0, LookupException),
     ('nowhere', 'map', 12, LookupException),
@@ -106,7 +95,7 @@ TABLE = [
     ('map', '', 0, InvalidArgumentException),
     ('/map', 'base_link', 0, InvalidArgumentException),
     ('map', '/base_link', 12, InvalidArgumentException),
-    # The same frame twice is the identity before anything is looked at.
+    # The same frame twice is the identity, without any check.
     ('camera', 'camera', 99, (0, 0, 0, 0)),
     ('nowhere', 'nowhere', 3, (0, 0, 0, 0)),
     ('/x', '/x', 0, (0, 0, 0, 0)),
@@ -170,12 +159,12 @@ def test_latest_common_time_of_what_is_not_joined_is_an_error(robot, target, sou
 
 
 def test_lookup_full_goes_through_the_fixed_frame(robot):
-    # Where is now, for the robot at 14 s, what its camera saw at 10 s?
+    # For the robot at 14 s, the place of an object that its camera detected at 10 s.
     then, now = 10 * SECOND, 14 * SECOND
     base_T_camera = robot.lookup_full('base_link', now, 'camera', then, 'odom')
     expected = robot.lookup('base_link', 'odom', now) @ robot.lookup('odom', 'camera', then)
     assert base_T_camera == expected
-    # 4 m ahead and turned left by 90 degrees since: what was 0.5 m ahead is 3.5 m to the left.
+    # Since then, 4 m ahead and 90 degrees to the left: 0.5 m ahead is now 3.5 m to the left.
     assert_same_pose(base_T_camera, at(0.0, 3.5, 1.0, -QUARTER))
 
 
@@ -202,7 +191,7 @@ def test_lookup_full_checks_all_three_frames(robot, target, source, fixed, error
     assert (raised.value.target_frame, raised.value.source_frame) == (target, source)
 
 
-# --- stamps that are none
+# --- invalid stamps
 
 
 @pytest.mark.parametrize('stamp', [12.0, '12', None, np.float64(12e9)])
@@ -244,7 +233,7 @@ def test_integers_of_numpy_are_stamps(robot):
     Sample('map', 'odd', 11, None)])
 @pytest.mark.parametrize('static', [False, True])
 def test_what_was_taken_before_something_broke_is_counted_and_wakes(broken, static):
-    """Whatever it is that raises: what is stored by then is known to all."""
+    """Whatever the exception, the samples stored before it are counted and wake waiters."""
     buffer = BufferCore()
     buffer.insert('map', 'base', 10, Pose())
     woken = []
@@ -347,7 +336,7 @@ def test_static_edge_has_no_history(robot):
     assert camera == EdgeInfo('base_link', 'camera', 'default_authority', True, 1, 0, 0)
 
 
-# --- group laws of the answers
+# --- group laws of the poses
 
 
 def random_robot(seed):
@@ -421,7 +410,7 @@ def test_latest_goes_the_way_that_was_right_at_the_common_time():
     buffer.insert('gripper', 'box', 30, at(z=-1.0))
     for stamp in (10, 25):
         buffer.insert('room', 'gripper', stamp, at(y=7.0))
-    # By the newest samples the box is in the gripper, which is known until 25: at 25 it was not.
+    # In the newest samples, the box is in the gripper, known until 25; at 25, it was not.
     assert buffer.lookup_stamped('room', 'box') == (25, at(x=5.0, z=1.0))
 
 
@@ -463,7 +452,7 @@ def test_path_is_kept_though_it_never_had_an_answer():
 def test_way_that_went_through_what_is_above_now_is_found_behind_a_fixed_one():
     buffer = BufferCore()
     buffer.insert('a', 'b', 1, at(x=1.0))
-    buffer.insert('b', 'a', 5 * SECOND, at(x=9.0), strict=False)  # turns the silent edge round
+    buffer.insert('b', 'a', 5 * SECOND, at(x=9.0), strict=False)  # reverses the silent edge
     with pytest.raises(PastExtrapolationException):
         buffer.lookup('b', 'a', 2)
     assert buffer.lookup('b', 'a', 1) == at(x=-1.0)
@@ -487,7 +476,7 @@ def test_clear_keeps_names_and_static_edges(robot):
     with pytest.raises(ConnectivityException):
         robot.lookup('odom', 'base_link')
     assert [edge.child for edge in robot.edges()] == ['camera', 'gripper', 'lens', 'lamp']
-    # An older time may begin now.
+    # An older time may now begin.
     assert not robot.insert('odom', 'base_link', 1, Pose(1.0))
     assert robot.lookup('odom', 'base_link') == Pose(1.0)
 
@@ -513,7 +502,7 @@ def test_removed_frame_may_come_back_anywhere(robot):
     assert_same_pose(robot.lookup('gripper', 'lens'), at(x=1.1))
 
 
-# --- looking around
+# --- inspection
 
 
 def test_frames_are_listed_in_order_of_appearance(robot):
@@ -538,7 +527,7 @@ def test_statistics_count_each_kind_once(robot):
     assert (after.accepted, after.refused, after.frames) == (14, 2, 9)
     assert after.incidents[Kind.SELF_EDGE] == after.incidents[Kind.OLD_DATA] == 1
     assert sum(after.incidents.values()) == 2
-    # What was handed out is a copy.
+    # The returned statistics are a copy.
     assert before.refused == 0
 
 
@@ -546,3 +535,26 @@ def test_what_could_not_be_read_is_counted_too(robot):
     (incident,) = robot.insert('a', 'a', 1, Pose())
     robot.intake.refuse(incident)
     assert robot.statistics().incidents[Kind.SELF_EDGE] == 2
+
+
+@pytest.mark.parametrize(('old_half', 'raised'), [
+    ('target', ConnectivityException), ('source', ExtrapolationException)])
+def test_lookup_full_that_fails_in_both_halves_raises_what_the_first_does_as_in_tf2(
+        old_half, raised):
+    buffer = BufferCore(cache_time=10 * SECOND)
+    for stamp in (1, 30, 31):
+        buffer.insert('map', 'base', stamp * SECOND, Pose())
+    buffer.insert('elsewhere', 'cup', 0, Pose(), static=True)
+    # tf2 looks up fixed <- source first. 1 s has left the window, so that half cannot succeed.
+    target, source = {'target': ('base', 'cup'), 'source': ('cup', 'base')}[old_half]
+    with pytest.raises(raised) as told:
+        buffer.lookup_full(target, 1 * SECOND, source, 1 * SECOND, 'map')
+    assert told.value.blocked_on is None, 'nothing to wait for'
+    assert (told.value.__cause__ is not None) == (old_half == 'target')
+
+
+def test_refused_old_sample_leaves_no_name_behind():
+    buffer = BufferCore(cache_time=10 * SECOND)
+    buffer.insert('map', 'base', 30 * SECOND, Pose())
+    buffer.insert('stranger', 'base', 1 * SECOND, Pose(), strict=False)
+    assert set(buffer.frames()) == {'map', 'base'}

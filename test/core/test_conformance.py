@@ -1,18 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The answers of the core are those that tf2's C++ buffer was recorded to give."""
+"""The results of the core equal the recorded results of tf2's C++ buffer."""
+
+import json
+from pathlib import Path
 
 import pytest
 from recordings import problems_of, RECORDINGS, Replay
@@ -20,7 +12,7 @@ from tf_tree_py.core.geometry.so3 import with_tf2_sign
 
 
 class CoreReplay(Replay):
-    """The core has no favourite sign; messages get tf2's by this function."""
+    """The core has no preferred sign of a quaternion; messages get tf2's by this function."""
 
     def run_lookup(self, operation):
         return signed(super().run_lookup(operation))
@@ -43,3 +35,11 @@ def test_answers_are_those_of_tf2(recording):
 
 def test_every_family_is_replayed():
     assert len(RECORDINGS) == 14
+
+
+def test_page_of_deviations_counts_the_recorded_answers():
+    operations = [json.loads(line) for recording in RECORDINGS
+                  for line in recording.read_text().splitlines()]
+    answers = sum('error' in operation or 'result' in operation for operation in operations)
+    page = Path(__file__).parents[2] / 'docs' / 'deviations.md'
+    assert f'replays {answers:,} recorded' in page.read_text()

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Corrections without a jump: each guarantee, the storm of writers and readers among them."""
+"""Corrections without a jump: each guarantee, also with many writers and readers at once."""
 
 import itertools
 import pickle
@@ -34,7 +23,7 @@ from tf_tree_py.core import (
     TransformException,
     UNLIMITED,
 )
-from tf_tree_py.core.arrivals.incidents import TransformWarning
+from tf_tree_py.core.ingest.incidents import TransformWarning
 from tf_tree_py.core.twist import lookup_twist_many
 
 SECOND = 1_000_000_000
@@ -47,7 +36,7 @@ FIXED = Pose(x=1.0, y=2.0)
 
 
 def driven(stamp):
-    """Return where an odometry has the robot: a circle, at 0.5 m/s."""
+    """Return the robot's pose from an odometry: a circle, at 0.5 m/s."""
     t = stamp / SECOND
     return Pose.from_xyz_rpy(x=np.sin(0.5 * t), y=1.0 - np.cos(0.5 * t), yaw=0.5 * t)
 
@@ -66,7 +55,7 @@ def answers(buffer, stamps):
     return [buffer.lookup_at('map', 'camera', stamp) for stamp in stamps]
 
 
-# --- nothing that was answered changes
+# --- returned results do not change
 
 def test_no_answer_that_was_given_changes_nor_one_before_the_blend():
     buffer = fed(2 * SECOND)
@@ -84,7 +73,7 @@ def test_no_answer_that_was_given_changes_nor_one_before_the_blend():
     lambda buffer, stamp: buffer.insert('odom', 'base', stamp, driven(stamp)),
     lambda buffer, stamp: buffer.insert_track('odom', 'base', [stamp], [driven(stamp)])])
 def test_newest_sample_that_is_sent_again_stays_as_it_was_answered(insert):
-    """The blend begins with it: moved by the blend it would differ in its last bits."""
+    """The blend begins with this sample: moved by the blend, its last bits would differ."""
     buffer = BufferCore(UNLIMITED)
     for stamp in range(0, 2 * SECOND, STEP):
         insert(buffer, stamp)
@@ -116,13 +105,13 @@ def test_late_sample_of_an_earlier_blend_is_moved_by_that_one():
     lambda buffer: buffer.snapshot(),
     lambda buffer: buffer.smoothed()])
 def test_corrections_and_lookups_wait_for_who_is_inside_the_buffer(act):
-    """So that none sees half of what another does."""
+    """So none sees another's partial change."""
     buffer = fed(SECOND)
     buffer.correct('base', SHIFT)
     visitor = threading.Thread(target=act, args=(buffer,))
     with buffer._lock:
         visitor.start()
-        visitor.join(0.05)  # without the lock a millisecond is plenty
+        visitor.join(0.05)  # without the lock, a millisecond is enough
         assert visitor.is_alive()
     visitor.join()
 
@@ -166,10 +155,10 @@ def test_late_samples_are_moved_as_their_stamp_has_it():
         assert_same_pose(here, together.lookup_at('odom', 'base', stamp))
 
 
-# --- no faster than stated
+# --- not faster than stated
 
 def worst_excess(buffer, target, source, stamps, own):
-    """Return by how much an edge's speed and turn rate exceed its own, at most."""
+    """Return the maximum excess of an edge's speed and turn rate over its own motion."""
     poses = buffer.lookup_many(target, source, stamps)
     gone, turned = se3.distance_many(poses[:-1], poses[1:])
     raw = np.array([own(stamp) for stamp in stamps])
@@ -193,12 +182,12 @@ def test_no_edge_is_faster_than_its_own_motion_and_the_stated_rate(every):
         speed, turn_rate = worst_excess(buffer, target, source, stamps, own)
         assert speed <= MAX_SPEED + 1e-9
         assert turn_rate <= MAX_TURN_RATE + 1e-9
-        assert turn_rate > 0.1 * MAX_TURN_RATE or every < 200  # it does move
+        assert turn_rate > 0.1 * MAX_TURN_RATE or every < 200  # it moves
 
 
 @for_each(other=[3.0, -2.0])
 def test_one_that_comes_at_the_peak_of_another_is_no_faster_either(other):
-    """The present rate and the new way add up; where that leads back most of all."""
+    """The current rate and the new path add up, most of all where the path leads back."""
     buffer = fed(SECOND)
     change = buffer.correct('odom', Pose(x=1.0), over=0, **BOUNDS)
     middle = (change.begin + change.end) // 2 // STEP * STEP
@@ -232,7 +221,7 @@ def test_another_pivot_during_a_blend_begins_with_the_rate_that_it_has_there():
     poses = buffer.lookup_many('map', 'odom', np.arange(SECOND, 2 * SECOND, STEP))
     arm = np.broadcast_to((5.0, 0.0, 0.0), (len(poses), 3))
     velocities = np.diff(se3.apply_many(poses, arm), axis=0) / (STEP / SECOND)
-    # It swings at some 4 m/s; a jump of that would show in one step.
+    # It moves at about 4 m/s; a jump of that velocity would show in one step.
     assert np.linalg.norm(velocities, axis=1).max() > 3.0
     assert np.abs(np.diff(velocities, axis=0)).max() < 0.4
 
@@ -258,12 +247,12 @@ def test_one_that_comes_during_another_begins_with_its_value_and_rate():
     fed(3 * SECOND, buffer, since=SECOND + 400 * MS + STEP)
     stamps = np.arange(SECOND, 3 * SECOND, STEP)
     velocities = np.diff(buffer.lookup_many('map', 'odom', stamps), axis=0) / (STEP / SECOND)
-    # It accelerates by some 6 m/s^2 at most; a jump of the rate would be 0.5 m/s in one step.
+    # It accelerates by at most about 6 m/s^2; a jump would be 0.5 m/s in one step.
     assert np.abs(np.diff(velocities[:, :3], axis=0)).max() < 0.1
     assert np.abs(velocities[40, :3]).max() > 0.3
 
 
-# --- how sure
+# --- uncertainty
 
 def test_covariance_is_inflated_while_a_blend_lasts():
     buffer = fed(SECOND)
@@ -290,7 +279,7 @@ def test_covariance_of_the_edge_itself_is_added_and_a_prediction_has_both():
     assert ahead[0, 0] >= 0.2 ** 2
 
 
-# --- the whole truth, on demand
+# --- full corrections on demand
 
 def test_smoothed_has_every_correction_at_the_stamp_it_was_seen_at():
     buffer = fed(SECOND)
@@ -313,7 +302,7 @@ def test_smoothed_of_a_buffer_without_corrections_is_its_snapshot():
     assert answers(buffer.smoothed(), stamps) == answers(buffer.snapshot(), stamps)
 
 
-# --- together with everything else
+# --- combined with other features
 
 def test_a_gyroscope_still_tells_what_lies_between_two_poses():
     stamps = np.arange(0, 3 * SECOND, MS)
@@ -329,7 +318,7 @@ def test_a_gyroscope_still_tells_what_lies_between_two_poses():
         fed(2 * SECOND, buffer, since=SECOND + STEP)
         poses[order] = buffer.lookup_many('odom', 'base', stamps[:-SECOND // MS])
     first, second = poses.values()
-    # Not to the last bit: numpy rounds by where in memory an array begins.
+    # Not to the last bit: numpy's rounding depends on the alignment in memory.
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-14)
     straight = fed(2 * SECOND)
     straight.aid('base', stamps, rates)
@@ -444,10 +433,10 @@ def test_samples_of_another_parent_are_not_moved():
 def test_what_cannot_be_corrected_says_why():
     buffer = fed(SECOND)
     stamps = np.arange(0, SECOND, STEP)
-    buffer.insert_spline('base', 'arm', Spline.fit(
+    buffer.insert_curve('base', 'arm', Spline.fit(
         stamps, np.tile(se3.IDENTITY, (len(stamps), 1)), 10.0))
-    for child, why in (('camera', 'is static'), ('arm', 'is a spline'), ('map', 'Nothing is'),
-                       ('nobody', 'Nothing is known'), ('', 'name of a frame'), (3, 'frame')):
+    for child, why in (('camera', 'is static'), ('arm', 'is a curve'), ('map', 'no edge'),
+                       ('nobody', 'no edge'), ('', 'name of a frame'), (3, 'frame')):
         with pytest.raises(InvalidArgumentException, match=why):
             buffer.correct(child, SHIFT)
     for wrong in ({'over': 0.5}, {'over': -1}, {'max_speed': 0.0}, {'max_turn_rate': 'fast'},
@@ -467,14 +456,124 @@ def test_what_is_kept_of_corrections_does_not_grow_beyond_the_window():
     for stamp in range(0, 10 * SECOND, STEP):
         buffer.insert('odom', 'base', stamp, Pose())
         buffer.correct('base', Pose(x=1e-3 * (stamp // STEP % 5)), over=STEP)
-    correction = buffer._tree.histories['base'].correction
-    assert len(correction.measured) < 105 and len(correction._stages) < 105
+    correction = buffer._tree.histories['base'].corrections['odom']
+    assert len(correction.measured) < 105 and len(correction.stages) < 105
 
 
-# --- under a storm
+# --- at the rates of localisers
+
+@for_each(every=[20 * MS, 100 * MS, 500 * MS], limits=[{'max_speed': 0.5}, {}])
+def test_one_that_is_sent_again_arrives_as_soon_as_one_that_is_sent_once(every, limits):
+    once, often = fed(SECOND), fed(SECOND)
+    end = once.correct('base', Pose(y=1.0), **limits).end
+    often.correct('base', Pose(y=1.0), **limits)
+    for stamp in range(SECOND + STEP, end + STEP, STEP):
+        for buffer in (once, often):
+            fed(stamp, buffer, since=stamp)
+        if stamp % every == 0:
+            assert often.correct('base', Pose(y=1.0), **limits) == (
+                1, SECOND, end, Pose(y=1.0))
+        assert often.lookup('odom', 'base') == once.lookup('odom', 'base')
+    assert_same_pose(often.lookup('odom', 'base'), Pose(y=1.0) @ driven(stamp), 1e-9)
+
+
+def test_first_correction_after_clear_changes_nothing_that_was_answered():
+    buffer = fed(3 * SECOND)
+    buffer.correct('base', SHIFT)
+    buffer.clear()
+    for stamp in range(0, SECOND + 1, STEP):
+        buffer.insert('odom', 'base', stamp, driven(stamp), covariance=1e-4 * np.eye(6))
+    before = buffer.lookup_uncertain('odom', 'base', SECOND // 2 + MS)
+    buffer.correct('base', Pose(x=13.0))
+    after = buffer.lookup_uncertain('odom', 'base', SECOND // 2 + MS)
+    assert after[0] == before[0]
+    np.testing.assert_array_equal(after[1], before[1])
+    buffer.insert('odom', 'base', SECOND // 2 + 5 * MS, driven(SECOND // 2 + 5 * MS))
+    assert_same_pose(buffer.lookup_at('odom', 'base', SECOND // 2 + 5 * MS),
+                     driven(SECOND // 2 + 5 * MS))
+
+
+def test_parent_that_comes_back_has_its_correction_still():
+    buffer = fed(SECOND)
+    change = buffer.correct('base', SHIFT)
+    fed(change.end + STEP, buffer, since=SECOND + STEP)
+    late = SECOND + 250 * MS
+    expected = buffer.lookup_at('odom', 'base', late)
+    buffer.insert('lift', 'base', 2 * SECOND, FIXED, strict=False)
+    buffer.correct('base', Pose(x=13.0), over=0)
+    buffer.insert('lift', 'base', 2 * SECOND + STEP, FIXED)
+    assert_same_pose(buffer.lookup('lift', 'base'), Pose(x=13.0) @ FIXED)
+    buffer.insert('odom', 'base', late, driven(late), strict=False)
+    assert buffer.lookup_at('odom', 'base', late) == expected
+    buffer.insert('odom', 'base', 3 * SECOND, driven(3 * SECOND), strict=False)
+    assert_same_pose(buffer.lookup('odom', 'base'), SHIFT @ driven(3 * SECOND))
+
+
+def circled(stamp):
+    """Return a base at 2 m/s and 2 rad/s around a fixed point 1 m to its left."""
+    t = 2.0 * stamp / SECOND
+    return Pose.from_xyz_rpy(x=np.sin(t), y=1.0 - np.cos(t), yaw=t)
+
+
+CENTRE = (0.0, 1.0, 0.0)
+
+
+def places_of(buffer, stamps, point):
+    poses = buffer.lookup_many('odom', 'base', stamps)
+    return se3.apply_many(poses, np.broadcast_to(point, (len(poses), 3)))
+
+
+def test_point_beside_a_child_that_turns_gains_the_turn_times_the_angle_that_is_left():
+    """It rotates with the child, whose rotation is not yet corrected."""
+    buffer = BufferCore(UNLIMITED)
+    limits = {'max_speed': 0.1, 'max_turn_rate': 0.1, 'reach': 1.0, 'over': 0}
+    for stamp in range(0, 25 * SECOND, STEP):
+        buffer.insert('odom', 'base', stamp, circled(stamp))
+        if stamp == SECOND:
+            goal = Pose.from_xyz_rpy(yaw=0.5)
+            buffer.correct('base', goal, **limits)
+    stamps = np.arange(SECOND, 25 * SECOND, STEP)
+    gone = np.linalg.norm(np.diff(places_of(buffer, stamps, CENTRE), axis=0), axis=1)
+    ends = np.array([goal @ circled(stamp) for stamp in stamps.tolist()])
+    left = se3.distance_many(buffer.lookup_many('odom', 'base', stamps), ends)[1]
+    speeds = gone / (STEP / SECOND)
+    assert speeds.max() > 0.5
+    assert (speeds <= 0.1 + 2.0 * left[:-1] + 1e-3).all()
+    assert speeds[-1] < 1e-6
+
+
+def test_another_pivot_of_a_child_that_turns_begins_with_the_velocity_it_has_there():
+    buffer = BufferCore(UNLIMITED)
+    goal = Pose.from_xyz_rpy(yaw=0.5)
+    for stamp in range(0, 3 * SECOND, STEP // 5):
+        buffer.insert('odom', 'base', stamp, circled(stamp))
+        if stamp == SECOND:
+            buffer.correct('base', goal, over=SECOND)
+        elif stamp == SECOND + 300 * MS:
+            buffer.correct('base', goal, over=SECOND, about=CENTRE)
+    stamps = np.arange(SECOND + 200 * MS, SECOND + 400 * MS, STEP // 5)
+    velocities = np.diff(places_of(buffer, stamps, CENTRE), axis=0) / (STEP / 5 / SECOND)
+    assert np.linalg.norm(velocities, axis=1).max() > 0.5
+    assert np.linalg.norm(np.diff(velocities, axis=0), axis=1).max() < 0.06
+
+
+def test_jump_in_the_middle_of_a_blend_leaves_the_covariance_that_was_answered():
+    buffer = fed(SECOND)
+    buffer.correct('base', SHIFT, over=SECOND)
+    fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
+    newest = SECOND + 500 * MS
+    before = buffer.lookup_uncertain('odom', 'base', newest)[1]
+    assert before[0, 0] > 0.01
+    buffer.correct('base', Pose(x=2.0), over=0)
+    np.testing.assert_array_equal(buffer.lookup_uncertain('odom', 'base', newest)[1], before)
+    many = buffer.lookup_uncertain_many('odom', 'base', [newest - STEP, newest])[1][1]
+    np.testing.assert_allclose(many, before, atol=1e-14)
+
+
+# --- many threads
 
 class Storm:
-    """Odometry, a localisation and corrections at once, and all that was answered meanwhile."""
+    """Concurrent odometry, localisation and corrections, and all results returned meanwhile."""
 
     def __init__(self, seconds):
         self.buffer = fed(0)
@@ -484,8 +583,8 @@ class Storm:
         self.versions = threading.local()
         self.changes = []
         self.asked = random.Random(5)
-        # So that corrections come all along the drive, whomever the machine lets run: they may
-        # follow one that was driven for, and no more than three lag behind.
+        # These spread the corrections over the whole drive, however threads are scheduled: each
+        # follows a step of the drive, and at most three are behind.
         self.turns, self.leads = threading.Semaphore(0), threading.Semaphore(3)
 
     def write_odometry(self):
@@ -529,7 +628,7 @@ class Storm:
             try:
                 closed @= frozen.lookup_at(*ends, stamp)
             except TransformException:
-                return  # map -> odom does not reach as far
+                return  # map -> odom does not reach this stamp
         assert_same_pose(closed, Pose(), 1e-12)
 
     def read_all_frames(self):
@@ -556,7 +655,7 @@ def test_storm_of_writers_and_readers():
     assert len({change.begin for change in storm.changes}) > 15 and len(storm.answered) > 100
     versions = [change.version for change in storm.changes]
     assert versions == list(range(1, len(versions) + 1))
-    # What was answered at any time is what is answered now, bit by bit.
+    # Results returned earlier are still the same, bit by bit.
     for (target, source, stamp), pose in storm.answered.items():
         assert buffer.lookup_at(target, source, stamp) == pose
     for target, source, own in (('odom', 'base', driven), ('map', 'odom', lambda _: FIXED),

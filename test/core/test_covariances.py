@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The formulas of covariances, against draws and against what they must not depend on."""
+"""The formulas of covariances, compared with draws, and their invariances."""
 
 import numpy as np
 import pytest
 from strategies import random_pose
 from tf_tree_py.core import InvalidArgumentException, se3
-from tf_tree_py.core.geometry import covariances, so3
+from tf_tree_py.core.geometry import covariances, large_angles, so3
 from uncertain_trees import (
     assert_explained,
     drawn_poses,
@@ -57,13 +46,13 @@ def spoilt(row, column, value):
 @pytest.mark.parametrize(('given', 'sentence'), [
     (np.ones(6), r'not \(6,\); np.diag makes one'),
     (np.eye(5), r'not \(5, 5\)'),
-    (1j * np.eye(6), r'is \(6, 6\) numbers'),
-    ('much', r'is \(6, 6\) numbers'),
-    ([[1.0], [2.0, 3.0]], r'is \(6, 6\) numbers'),
+    (1j * np.eye(6), r'must be \(6, 6\) numbers'),
+    ('much', r'must be \(6, 6\) numbers'),
+    ([[1.0], [2.0, 3.0]], r'must be \(6, 6\) numbers'),
     (spoilt(0, 0, np.nan), 'not finite'),
-    (spoilt(0, 0, 1e101), r'variance of x is 1e\+101, more than can be added up'),
+    (spoilt(0, 0, 1e101), r'variance of x is 1e\+101, which is more than the limit'),
     (spoilt(4, 4, -1e-9), 'variance of rotation about y is -1e-09'),
-    (spoilt(0, 0, -1.0), 'in messages -1 means that it is unknown'),
+    (spoilt(0, 0, -1.0), 'in messages -1 means unknown'),
     (spoilt(3, 4, 1e-9), r'not symmetric, \[3, 4\] is 1e-09 and \[4, 3\] is 0'),
     (spoilt(3, 4, 3e-8) + spoilt(4, 3, 3e-8), 'not positive semidefinite'),
     (spoilt(0, 3, 0.1) + spoilt(3, 0, 0.1), 'not positive semidefinite'),
@@ -83,7 +72,7 @@ def test_composition_is_what_draws_say(rng):
 
 
 def ends(rng):
-    """Return two poses that are a radian apart, and their covariances."""
+    """Return two poses a radian apart, and their covariances."""
     first = random_pose(rng)
     second = se3.compose(first, se3.exp((0.3, -0.2, 0.1, 0.5, 0.6, -0.6)))
     return first, second, random_covariance(rng, 0.02, 0.02), random_covariance(rng, 0.04, 0.01)
@@ -145,6 +134,42 @@ def test_left_jacobian_is_the_derivative_of_exp(rng):
 
 
 def test_draws_have_exact_moments():
-    draws = covariances._draws(18)
-    np.testing.assert_allclose(draws.mean(axis=0), 0.0, atol=1e-15)
-    np.testing.assert_allclose(draws.T @ draws / len(draws), np.eye(18), atol=1e-12)
+    draws = large_angles._draws(18)
+    np.testing.assert_allclose(draws.mean(axis=1), 0.0, atol=1e-15)
+    np.testing.assert_allclose(draws @ draws.T / draws.shape[1], np.eye(18), atol=1e-12)
+
+
+@pytest.mark.parametrize('edges', [1, 2, 5, 10])
+def test_cubature_is_exact_to_the_fifth_degree(edges):
+    values, chosen, weights = large_angles._cubature(edges)
+    points = values[:, chosen].swapaxes(0, 1).reshape(3 * edges, -1)
+    first, second, last = points[0], points[1], points[-1]
+    for moment, expected in ((1.0, 1), (first, 0), (first ** 2, 1), (first * second, 0),
+                             (first ** 4, 3), (first ** 2 * last ** 2, 1), (first ** 3 * last, 0),
+                             (first ** 2 * second * last, 0), (first ** 5, 0)):
+        assert np.sum(weights * moment) == pytest.approx(expected, abs=1e-9)
+
+
+def several_errors(seed, degrees):
+    """Return five edges with angular errors, to be propagated to a point."""
+    rng = np.random.default_rng(seed)
+    covariances = np.array([random_covariance(rng, 0.03, np.radians(degrees)) for _ in range(5)])
+    return 2.0 * rng.normal(size=(5, 3)), covariances, rng.random(5) < 0.5, rng.normal(size=3)
+
+
+@pytest.mark.parametrize(('degrees', 'tolerance'), [(0.2, 5e-5), (1.0, 1e-3), (3.0, 1e-2)])
+@pytest.mark.parametrize('seed', range(3))
+def test_cubature_and_draws_agree_and_nothing_jumps_between_them(seed, degrees, tolerance):
+    errors = several_errors(seed, degrees)
+    cubature, draws = large_angles._by_cubature(*errors), large_angles._by_draws(*errors)
+    scale = np.sqrt(np.outer(draws.diagonal(), draws.diagonal()))
+    assert (np.abs(cubature - draws) / scale).max() < tolerance
+
+
+def test_cubature_takes_edges_whose_rotation_is_certain():
+    places, covariances, upwards, point = several_errors(7, 1.0)
+    covariances[1, 3:] = covariances[1, :, 3:] = 0.0
+    covariances[2, 5] = covariances[2, :, 5] = 0.0
+    errors = places, covariances, upwards, point
+    np.testing.assert_allclose(large_angles._by_cubature(*errors),
+                               large_angles._by_draws(*errors), atol=1e-5)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A spinning lidar on a robot that drives and turns sees a flat wall."""
+"""A spinning lidar on a robot that drives and rotates scans a flat wall."""
 
 import math
 
@@ -28,7 +17,7 @@ base_T_lidar = Pose.from_xyz_rpy(x=0.2, z=0.8, yaw=0.3)
 
 
 def odom_T_base(stamp):
-    """Drive a circle: metres a second ahead, radians a second to the left."""
+    """Return the pose of a circle: metres a second ahead, radians a second to the left."""
     yaw = TURN_RATE * (stamp - SCAN_START) / SECOND
     radius = SPEED / TURN_RATE
     return Pose.from_xyz_rpy(
@@ -39,7 +28,7 @@ def odom_T_base(stamp):
 def driving():
     buffer = BufferCore()
     buffer.insert('base_link', 'lidar', 0, base_T_lidar, static=True)
-    # From before the scan to after it, at 200 Hz.
+    # From before the scan until after it, at 200 Hz.
     for stamp in range(SCAN_START - SCAN_TIME, SCAN_START + 2 * SCAN_TIME, SECOND // 200):
         buffer.insert('odom', 'base_link', stamp, odom_T_base(stamp))
     return buffer
@@ -58,7 +47,7 @@ def scan():
 
 
 def thickness(points):
-    """Return how far points stray from the best plane through them, metres."""
+    """Return the distance of points from their best plane, metres."""
     centred = points - points.mean(axis=0)
     normal = np.linalg.svd(centred, full_matrices=False)[2][-1]
     distances = centred @ normal
@@ -92,7 +81,8 @@ def test_points_keep_their_floating_type_and_their_holes(driving, scan):
     ((4, 2), (4,)), ((4, 3), (3,)), ((3,), (3,)), ((4, 3), (4, 1)),
 ])
 def test_shapes_that_do_not_fit_are_named(driving, points_shape, stamps_shape):
-    with pytest.raises(InvalidArgumentException, match=r'points are \(N, 3\) and stamps \(N,\)'):
+    with pytest.raises(
+            InvalidArgumentException, match=r'points must be \(N, 3\) with stamps \(N,\)'):
         deskew(driving, np.zeros(points_shape), np.zeros(stamps_shape, dtype=int),
                'lidar', 'lidar', SCAN_START)
 

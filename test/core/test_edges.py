@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What the tree asks of an edge's history, of every kind there is, and of one from outside."""
+"""The interface of histories to the tree, for every kind, including one from outside."""
 
 import ast
 import json
@@ -24,14 +13,22 @@ import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import core
-from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, Spline, TreeFileError
+from tf_tree_py.core import (
+    BufferCore,
+    ConstantTwist,
+    ExtrapolationException,
+    Pose,
+    Spline,
+    TreeFileError,
+)
 from tf_tree_py.core.edges.aided import AidedHistory
-from tf_tree_py.core.edges.corrected import with_correction
+from tf_tree_py.core.edges.corrected import with_corrections
 from tf_tree_py.core.edges.correction import Correction
+from tf_tree_py.core.edges.curve import GivenCurve
+from tf_tree_py.core.edges.curve_history import CurveHistory
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.kinds import frozen, KINDS, thawed
 from tf_tree_py.core.edges.protocol import moves
-from tf_tree_py.core.edges.spline_history import SplineHistory
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.edges.storage import Arrays, Stored
 from tf_tree_py.core.edges.track import HeldTrack
@@ -47,7 +44,7 @@ def pose_number(number):
     return (float(number), 0.5 * number, -float(number), *so3.from_rpy(0.0, 0.1, 0.01 * number))
 
 
-# --- a kind from outside: it gathers speed from one sample, and slows down before the next
+# --- a kind from outside: it accelerates after each sample, and decelerates before the next
 
 
 def eased(ratio):
@@ -85,7 +82,7 @@ class EasedHistory(DynamicHistory):
 
 
 def aided_by_a_gyroscope():
-    """Return a history whose child turned to and fro between its poses."""
+    """Return a history whose child rotated back and forth between its poses."""
     history = AidedHistory('child', WINDOW)
     stamps = np.arange(10, 50)
     history.gyro.extend(stamps, 1e8 * np.stack([np.sin(stamps), 0 * stamps, 0.1 + 0 * stamps], 1))
@@ -93,12 +90,12 @@ def aided_by_a_gyroscope():
 
 
 def blending(history):
-    """Return a history whose samples a correction moves, more and more from 20 to 45."""
-    correction = Correction('parent', BEGINNING)
+    """Return a history with an increasing correction of its samples, from 20 to 45."""
+    correction = Correction()
     correction.go_over(Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0), 20, pose_number(2),
                        pose_number(2), (1.0, 0.0, 0.0), Limits(25, math.inf, math.inf, 0.0),
                        BEGINNING)
-    return with_correction(history, correction)
+    return with_corrections(history, {'parent': correction})
 
 
 def corrected():
@@ -113,24 +110,46 @@ def static():
     return StaticHistory('child', 'parent', pose_number(0))
 
 
+# --- on a curve
+
+
+def spline_over(stamps):
+    begin, end, pieces = min(stamps), max(stamps), len(set(stamps))
+    return Spline(begin, max(1, -((begin - end) // pieces)),
+                  np.array([pose_number(number) for number in range(pieces + 3)]), end)
+
+
+def function_over(stamps):
+    return GivenCurve(ConstantTwist(min(stamps), max(stamps), pose_number(1),
+                                    (2e8, 0.0, 1e8, 0.0, 1e7, 5e7)), 'parent -> child')
+
+
+def on_a_spline():
+    return CurveHistory('child', None, None)
+
+
+def on_a_function():
+    return CurveHistory('child', None, None)
+
+
+CURVES = {on_a_spline: spline_over, on_a_function: function_over}
+
+
 MOVING = (DynamicHistory, HeldHistory, EasedHistory)
 BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING),
               aided_by_a_gyroscope, corrected, aided_and_corrected,
-              lambda: SplineHistory('child', None, None))
+              *CURVES)
 
 
 every_kind = pytest.mark.parametrize(
     'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'corrected',
-                              'aided and corrected', 'spline'])
+                              'aided and corrected', 'spline', 'function'])
 
 
 def history_of(begin, stamps, parents=('parent',)):
     history = begin()
-    if history.kind == SplineHistory.kind:
-        begin, end, pieces = min(stamps), max(stamps), len(set(stamps))
-        history.parent, history.spline = 'parent', Spline(
-            begin, max(1, -((begin - end) // pieces)),
-            np.array([pose_number(number) for number in range(pieces + 3)]), end)
+    if begin in CURVES:
+        history.parent, history.curve = 'parent', CURVES[begin](stamps)
         return history
     for number, stamp in enumerate(stamps):
         history.insert(stamp, parents[number % len(parents)], pose_number(number))
@@ -182,7 +201,7 @@ def test_next_knot_is_approached_from_below(begin, stamps):
     history = history_of(begin, sorted(stamps))
     track = history.track(history.oldest_stamp, history.latest_stamp)
     knots = track.knots
-    if history.kind != SplineHistory.kind:
+    if begin is not on_a_spline:
         assert len(knots) == (0 if history.is_static else len(history))
     limits = track.at(knots[:-1], np.diff(knots) - 1.0).T
     for stamp, limit in zip(knots[1:].tolist(), limits, strict=not history.is_static):
@@ -275,7 +294,7 @@ def test_append_is_insert_or_nothing(begin, stamps, stamp):
 def test_what_is_too_old_is_refused(begin, stamps, stamp):
     history = history_of(begin, stamps)
     too_old = history.is_too_old(stamp)
-    if history.kind == SplineHistory.kind:  # which is replaced, and goes on from there
+    if begin in CURVES:  # it is replaced, and continues from there
         assert too_old == (stamp < history.oldest_stamp)
         too_old = True
     assert history.insert(stamp, 'parent', pose_number(50)) == (not too_old)
@@ -317,7 +336,7 @@ def test_held_sample_holds_until_the_next():
     history.end()
     history.insert(40, 'parent', pose_number(4))
     assert history.sample(30)[0] == 3
-    with pytest.raises(ExtrapolationException, match='had ended then'):
+    with pytest.raises(ExtrapolationException, match='had ended at that time'):
         history.sample(35)
 
 
@@ -335,7 +354,7 @@ def mixed_tree():
         poses = [Pose.from_rotation_vector((0.0, 0.02 * number, 1e-7 * stamp),
                                            (1e-6 * stamp, number, 0.0)) for stamp in stamps]
         if child == 'bent':
-            assert not buffer.insert_spline(parent, child, Spline.fit(stamps, poses, 1e4))
+            assert not buffer.insert_curve(parent, child, Spline.fit(stamps, poses, 1e4))
             continue
         for stamp, pose in zip(stamps, poses, strict=True):
             assert not buffer.insert(parent, child, stamp, pose, static=child == 'sensor')
@@ -350,7 +369,7 @@ def mixed_tree():
 def test_path_through_all_kinds_is_answered_as_one_by_one(target, source, count):
     buffer = mixed_tree()
     stamps = np.random.default_rng(count).integers(10, 1_900_000, count)
-    stamps[:3] = 50_000, 100_000, 1_900_000  # the last of them is a sample too
+    stamps[:3] = 50_000, 100_000, 1_900_000  # the last of them is also a sample
     poses = buffer.lookup_many(target, source, stamps)
     for number in range(0, count, max(count // 100, 1)):
         assert_same_pose(
@@ -368,8 +387,8 @@ def test_snapshot_keeps_the_kinds():
 
 
 def test_tree_asks_for_no_kind():
-    """What the tree knows of an edge it asks the edge: so a new kind needs no change there."""
-    kinds = {'StaticHistory', 'AidedHistory', 'SplineHistory', *(kind.__name__ for kind in MOVING)}
+    """The tree uses only methods of an edge, so a new kind needs no change of the tree."""
+    kinds = {'StaticHistory', 'AidedHistory', 'CurveHistory', *(kind.__name__ for kind in MOVING)}
     asked = [(path.name, ast.unparse(node))
              for path in (Path(core.__file__).parent / 'tree').glob('*.py')
              for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)

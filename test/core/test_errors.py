@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import copy
 import pickle
@@ -75,7 +64,7 @@ def test_each_can_be_raised_with_nothing_but_a_text(error):
     assert str(error()) == ''
 
 
-# --- texts begin as tf2's do, and name what was asked
+# --- texts begin as tf2's do, and contain the requested frames
 
 
 @pytest.mark.parametrize(('target', 'source', 'stamp', 'error', 'text'), [
@@ -87,7 +76,7 @@ def test_each_can_be_raised_with_nothing_but_a_text(error):
     ('map', '', 0, InvalidArgumentException, "Invalid argument source_frame ''"),
     ('map', 'tree', 0, ConnectivityException,
      "Could not find a connection between 'map' and 'tree' because they are not part of the same "
-     "tree: 'map' hangs on 'map', 'tree' on 'island'"),
+     "tree: the root of 'map' is 'map', that of 'tree' is 'island'"),
     ('map', 'base', 12, FutureExtrapolationException,
      'Lookup would require extrapolation into the future. Requested time 12.000000000 but the '
      'latest data is at time 11.000000000, 1.000 s older, the edge map -> odom, when looking up '
@@ -121,16 +110,16 @@ def test_extrapolation_carries_the_edge_that_cannot_answer(buffer):
     assert (raised.parent, raised.child) == ('map', 'odom')
     assert (raised.requested, raised.oldest, raised.latest) == (
         12 * SECOND, 10 * SECOND, 11 * SECOND)
-    # The edge in between is not to blame, and the one that is, is.
+    # The error names the edge that lacks data, not another one of the path.
     raised = error_of(buffer, 'odom', 'base', 13 * SECOND)
     assert (raised.parent, raised.child) == ('odom', 'base')
     assert raised.latest == 12 * SECOND
 
 
 @pytest.mark.parametrize(('target', 'source', 'stamp', 'blocked_on'), [
-    # odom lacks it; base has it until the window leaves it behind.
+    # odom lacks the stamp; base has it until it leaves the window.
     ('map', 'base', 12 * SECOND, {('odom', 12 * SECOND), ('base', 22 * SECOND + 1)}),
-    # Only late samples can help, as long as they are taken.
+    # Only late samples can help, while they are still accepted.
     ('map', 'base', 9 * SECOND, {('odom', 19 * SECOND + 1), ('base', 19 * SECOND + 1)}),
     # odom might still get a sample for it, but base has dropped it.
     ('map', 'base', SECOND, None),
@@ -157,13 +146,13 @@ def test_wrong_type_of_a_frame_is_an_invalid_argument(buffer):
 def test_hint_for_the_future_is_the_sensors_stamp_or_a_timeout(buffer):
     raised = error_of(buffer, 'map', 'base', 13 * SECOND)
     assert "Pass the stamp of the sensor's own message" in raised.hint
-    assert 'or a timeout that lasts until the data comes' in raised.hint
-    assert str(raised).endswith(f'. {raised.hint}')
+    assert 'or use a timeout that is long enough for the data to arrive' in raised.hint
+    assert str(raised).endswith(f'.\n{raised.hint}')
 
 
 def test_hint_for_what_is_long_silent_is_to_have_it_watched(buffer):
     newest = min(edge.latest for edge in buffer.edges_between('map', 'base'))
-    doctor = 'tf_doctor tells whether it is late, silent, or stamped by another clock'
+    doctor = 'tf_doctor reports whether it is late, silent, or stamped by another clock'
     assert doctor not in error_of(buffer, 'map', 'base', newest + SECOND).hint
     assert doctor in error_of(buffer, 'map', 'base', newest + SECOND + 1).hint
 
@@ -174,7 +163,7 @@ def test_hint_for_what_has_expired_is_a_longer_cache_time(buffer):
 
 def test_hint_for_what_was_before_the_beginning_is_that_nothing_older_came(buffer):
     assert error_of(buffer, 'map', 'base', 9 * SECOND).hint == (
-        'Nothing older of this edge has arrived: its publisher, or who listens, began later')
+        'No older sample of this edge has arrived: its publisher or the listener started later')
 
 
 def test_hint_for_an_unknown_frame_is_the_known_ones(buffer):
@@ -189,7 +178,9 @@ def test_hint_for_an_unknown_frame_is_the_known_ones(buffer):
 def test_hint_for_a_slip_of_the_pen_is_what_was_meant(buffer, asked, meant):
     raised = error_of(buffer, 'map', asked)
     expected = f'Did you mean {meant!r}? ' if meant else ''
-    assert raised.hint.startswith(f'{expected}Known: odom, map')
+    known = ['odom', 'map', 'base', 'tree', 'island']
+    known.sort(key=lambda name: name != meant)
+    assert raised.hint == f"{expected}Known: {', '.join(known)}"
     assert str(raised).endswith(raised.hint)
 
 
@@ -200,7 +191,7 @@ def test_hint_is_that_of_the_moment_and_can_be_replaced(buffer):
     assert unread.hint == raised.hint
     assert raised.hint == "Did you mean 'odom'? Known: odom, map, base, tree, island"
     raised.hint = 'Start the publisher'
-    assert str(raised).endswith('. Start the publisher')
+    assert str(raised).endswith('.\nStart the publisher')
 
 
 def test_hint_is_sought_only_when_it_is_read(buffer, monkeypatch):
@@ -220,13 +211,13 @@ def test_hint_does_not_list_a_thousand_frames():
 
 def test_hint_for_two_trees_asks_who_joins_them(buffer):
     hint = error_of(buffer, 'map', 'tree').hint
-    assert 'who should publish the edge between them? tf_doctor tells which there are' in hint
+    assert 'which node should publish the edge between them? tf_doctor lists the trees' in hint
 
 
 def test_time_that_was_waited_stands_before_the_hint():
     error = LookupException('nothing there', hint='Start the publisher')
     error.waited_s = 0.25
-    assert str(error) == 'nothing there (waited 0.250 s for it). Start the publisher'
+    assert str(error) == 'nothing there (waited 0.250 s for it).\nStart the publisher'
     assert error.describe() == 'nothing there'
 
 
@@ -250,3 +241,14 @@ def test_facts_survive_pickle_and_copy(buffer, target, source, stamp):
 def test_plain_error_survives_pickle(error):
     again = pickle.loads(pickle.dumps(error('gone')))
     assert (type(again), str(again)) == (error, 'gone')
+
+
+def test_wrong_type_of_a_frame_or_stamp_is_also_a_type_error(buffer):
+    """The usual ``except TransformException`` would retry without end; a TypeError stops it."""
+    for ask in (lambda: buffer.lookup('map', None), lambda: buffer.lookup('map', 'base', 1.5),
+                lambda: buffer.lookup_many('map', 'base', [1.5]), lambda: BufferCore(10.0)):
+        with pytest.raises(TypeError):
+            ask()
+    with pytest.raises(InvalidArgumentException) as raised:
+        buffer.lookup('map', '')
+    assert not isinstance(raised.value, TypeError)

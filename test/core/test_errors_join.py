@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Where tf2_py has been imported its classes catch ours; one made here takes its place."""
+"""The classes of tf2_py catch our exceptions, whenever tf2_py is imported."""
 
 import subprocess
 import sys
@@ -21,7 +10,7 @@ import textwrap
 from programs import PATIENCE_S
 import pytest
 
-# The classes of tf2_py, as its C++ makes them: with nothing of their own.
+# The classes of tf2_py, as its C++ code creates them: without attributes of their own.
 TF2_PY = """
 import sys, types
 
@@ -41,6 +30,7 @@ from tf_tree_py.core import errors
 
 PAIRS = {
     'ClockJumpException': 'ExtrapolationException',
+    'ArgumentTypeException': 'InvalidArgumentException',
     'ConnectivityException': 'ConnectivityException',
     'ExtrapolationException': 'ExtrapolationException',
     'FutureExtrapolationException': 'ExtrapolationException',
@@ -61,7 +51,7 @@ def check(tf2_py):
                 raise kind('gone', hint='Look')
             except catcher as error:
                 assert type(error) is kind
-                assert str(error) == 'gone. Look'
+                assert str(error) == 'gone.\\nLook'
                 for again in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
                     assert type(again) is kind and vars(again) == vars(error)
         for other in set(PAIRS.values()) - {theirs, 'TransformException'}:
@@ -70,7 +60,7 @@ def check(tf2_py):
 
 
 def run(code):
-    """Run a program in which nobody has made an exception yet."""
+    """Run a program in which no exception has been created yet."""
     return subprocess.run([sys.executable, '-c', TF2_PY + textwrap.dedent(code)],
                           capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 

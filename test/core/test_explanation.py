@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What is told of a lookup: its answer and where that comes from, or what is missing."""
+"""The explanation of a lookup: its result and the sources of it, or the missing data."""
 
 import json
 import math
@@ -20,10 +9,10 @@ import math
 import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, LATEST, Pose
-from tf_tree_py.core.telling import words
-from tf_tree_py.core.telling.explanation import explain
-from tf_tree_py.core.telling.missing import what_is_missing
-from tf_tree_py.core.telling.poses import FORMS
+from tf_tree_py.core.reports import explanation_text
+from tf_tree_py.core.reports.explanation import explain
+from tf_tree_py.core.reports.missing_transform import what_is_missing
+from tf_tree_py.core.reports.pose_text import FORMS
 
 SECOND = 10**9
 
@@ -77,9 +66,9 @@ def test_stamp_without_data_is_told_with_what_each_edge_lacks(tree, stamp, lacks
 def test_all_edges_that_are_late_are_named_with_their_senders(tree):
     told = explain(tree, 'map', 'camera', 7 * SECOND)
     assert told.problem == ('map -> odom, odom -> base, sent by /amcl, /wheels, ended 3.000 s '
-                            'before the moment asked for')
+                            'before the requested stamp')
     early = explain(tree, 'map', 'camera', -SECOND)
-    assert early.problem.endswith('begins 2.000 s after the moment asked for')
+    assert early.problem.endswith('begins 2.000 s after the requested stamp')
     clocks = explain(tree, 'map', 'camera', 10**18)
     assert 'use_sim_time' in clocks.problem
 
@@ -130,10 +119,10 @@ def test_pose_is_written_in_every_form():
     assert FORMS['matrix'](pose) in everything and '1.5708 rad' in everything
 
 
-# --- how sure
+# --- uncertainty
 
 def uncertain(tree):
-    """Let the camera be off by 1 degree about its y, and odom by 3 cm along x."""
+    """Set errors of 1 degree about the camera's y, and of 3 cm along odom's x."""
     tree.insert('base', 'camera', 0, Pose(z=0.8), static=True,
                 covariance=np.diag([0.0, 0.0, 0.0, 0.0, math.radians(1.0) ** 2, 0.0]))
     tree.insert('camera', 'thing', 0, Pose(x=5.0), static=True)
@@ -164,8 +153,8 @@ def test_certainty_is_the_total_in_its_worst_direction_and_each_edge_s_share(tre
 def test_certainty_in_words(tree):
     uncertain(tree)
     certainty = explain(tree, 'map', 'thing', 3 * SECOND).certainty
-    assert words.sigma(certainty) == '8.73 cm, 1°'
-    assert words.shares(certainty)[0] == (
+    assert explanation_text.sigma(certainty) == '8.73 cm, 1°'
+    assert explanation_text.shares(certainty)[0] == (
         'base -> camera', '89% of position, 100% of rotation')
 
 

@@ -1,47 +1,36 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Which transforms are taken without a closer look, held by counting calls.
+The insertions that skip the closer checks, verified by counting calls.
 
-A message whose names are known is read at one go, and a sample that just follows the last one of
-its edge is appended, with all of its message. Whatever else arrives goes one by one, and what is
-odd is looked at closely, which takes several times as long. Nobody would notice from the answers
-if the common case went the long way.
+A message whose names are known is parsed at once. A sample that just follows the last one of
+its edge is appended, together with its message. Other samples are inserted one by one, and odd
+ones are checked closely, which takes several times as long. The results would not show it if
+the usual case took the slow path.
 """
 
 from counting import calls
 import pytest
 from tf_tree_py.core import BufferCore
-from tf_tree_py.core.arrivals import layout, sample
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import WireReader, write
+from tf_tree_py.core.ingest import message_layout, sample
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.ingest.wire import WireReader, write
 from tf_tree_py.core.tree.tree import Tree
 
 SECOND = 10**9
 POSE = (1.0, 2.0, 3.0, 0.5, 0.5, 0.5, 0.5)
 EDGES = (('map', 'odom'), ('odom', 'base'), ('base', 'camera'))
-# More than are judged one by one.
+# More than are checked one by one.
 MANY = tuple((f'link{number}', f'link{number + 1}') for number in range(12))
 
-FIELD_BY_FIELD = layout.find_layout
+FIELD_BY_FIELD = message_layout.find_layout
 ONE_BY_ONE = Tree.append
 CLOSER_LOOK = sample.checked
 
 
 class Stream:
-    """What arrives of one publisher."""
+    """The messages of one publisher, and the buffer that receives them."""
 
     def __init__(self):
         self.buffer = BufferCore()
@@ -49,11 +38,11 @@ class Stream:
 
     def send(self, seconds, edges=EDGES, pose=POSE, static=False, convert=bytes):
         """
-        Take one message.
+        Read and insert one message.
 
-        :param pose: of all edges, or of each.
-        :return: how many messages were read field by field, how many samples were taken one by
-            one, how many had a closer look, and how many were accepted.
+        :param pose: one for all edges, or a list with one for each.
+        :return: how many messages were parsed field by field, how many samples were inserted one
+            by one, how many were checked closely, and how many were accepted.
         """
         poses = pose if isinstance(pose, list) else [pose] * len(edges)
         data = convert(write([Sample(*edge, round(seconds * SECOND), pose)
@@ -71,7 +60,7 @@ def stream():
 
 
 def big_endian(data):
-    """Return a message of MANY or EDGES with every number's bytes the other way round."""
+    """Return a message with the bytes of every number reversed; its edges are EDGES or MANY."""
     swapped = bytearray(data)
     swapped[:4] = b'\0\0\0\0'
 
@@ -100,7 +89,7 @@ def scaled(factor):
     return (*POSE[:3], *(factor * value for value in POSE[3:]))
 
 
-# Of a unit quaternion, what rounding may leave; and what a publisher in float32 sends.
+# The norm of a quaternion after rounding in float64, and from a publisher with float32.
 ROUNDED, ROUGH = scaled(1.0 + 1e-14), scaled(1.0 + 1e-7)
 SLASHES = tuple((f'/{parent}', f'/{child}') for parent, child in EDGES)
 
@@ -120,7 +109,7 @@ SLASHES = tuple((f'/{parent}', f'/{child}') for parent, child in EDGES)
 def test_next_message_of_known_edges_has_no_closer_look(stream, edges, changed):
     first = stream.send(1.0, edges, **changed)
     assert first == (1, len(edges), len(edges), len(edges))
-    # Also twice at one stamp.
+    # Including twice at one stamp.
     for seconds in (2.0, 2.0, 3.0, 30.0):
         assert stream.send(seconds, edges, **changed) == (0, 0, 0, len(edges))
 
@@ -168,7 +157,7 @@ def test_refused_transform_costs_nothing_to_those_beside_it(stream, edges, bad):
 
 
 def test_frame_that_is_hung_elsewhere_has_a_closer_look_from_then_on(stream):
-    """Its history says of each sample whose child it was; its neighbours are as before."""
+    """Its history stores the parent of each sample; its neighbours are unchanged."""
     stream.send(1.0)
     elsewhere = (EDGES[0], ('map', 'base'), EDGES[2])
     assert stream.send(2.0, elsewhere) == (1, 2, 1, 3)
@@ -179,7 +168,7 @@ def test_frame_that_is_hung_elsewhere_has_a_closer_look_from_then_on(stream):
 def test_edge_that_was_re_hung_is_fast_again_when_its_old_parent_is_forgotten(stream):
     stream.send(1.0)
     elsewhere = (EDGES[0], ('map', 'base'), EDGES[2])
-    # Twenty a second: what is too old is dropped in blocks.
+    # Twenty a second: expired samples are dropped in blocks.
     for number in range(40, 500):
         stream.send(number / 20.0, elsewhere)
     assert stream.send(25.0, elsewhere) == (0, 0, 0, 3)

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What frames are called behind a prefix, and which edges are left out."""
+"""Frame names with a prefix, and excluded edges."""
 
 from hypothesis import given, strategies as st
 import pytest
-from tf_tree_py.core.arrivals.frame_names import rename
+from tf_tree_py.core.ingest.frame_names import rename
 
 names = st.text(min_size=1, max_size=8).filter(lambda name: not name.startswith('/'))
 

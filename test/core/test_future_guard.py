@@ -1,27 +1,16 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Stamps far ahead of the clock: told, or refused."""
+"""Stamps far ahead of the clock: reported, or refused."""
 
 from hand_clock import HandClock
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
-from tf_tree_py.core.arrivals.future_guard import FAR
-from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.ingest.future_guard import FAR
+from tf_tree_py.core.ingest.sample import Batch
 
 SECOND = 10**9
 HOUR = 3600 * SECOND
@@ -118,7 +107,7 @@ def test_limit_goes_back_with_a_clock_that_jumped_when_the_buffer_is_cleared(clo
     insert(buffer, NOW)
     clock.now = SECOND
     buffer.clear()
-    # What is left of the other run is often still on its way.
+    # Messages of the other run are often still in flight.
     assert kinds(insert(buffer, NOW)) == [Kind.FAR_FUTURE]
     assert insert(buffer, SECOND) == []
 
@@ -137,7 +126,7 @@ def test_clock_that_has_not_begun_judges_nothing():
 
 
 def test_clock_is_read_seldom(clock):
-    """The common case is one comparison: a clock of ROS costs as much as the insertion."""
+    """The usual case is one comparison: reading a ROS clock costs as much as the insertion."""
     buffer = guarded(clock)
     for _ in range(1000):
         clock.now += SECOND // 100
@@ -156,7 +145,7 @@ def test_limit_that_makes_no_sense_is_refused(options, words):
 
 @given(st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), max_size=40))
 def test_what_is_taken_is_what_the_clock_allows_then(steps):
-    """However seldom the clock is read."""
+    """Even if the clock is read seldom."""
     clock = HandClock(NOW)
     buffer = guarded(clock, 5, cache_time=HOUR)
     for pause, ahead in steps:
@@ -193,7 +182,7 @@ def test_good_data_after_it_is_old_and_the_culprit_is_named(clock):
     (incident,) = insert(buffer, NOW + SECOND, authority='good')
     assert incident.kind is Kind.OLD_DATA
     assert 'The newest stamp of this edge is 10800.000 s ahead of the clock' in incident.detail
-    assert "the last one heard was 'bad'" in incident.detail
+    assert "the last publisher was 'bad'" in incident.detail
     assert 'A bag that loops' not in incident.detail
 
 

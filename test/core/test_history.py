@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import math
 import tracemalloc
@@ -35,16 +24,16 @@ SECOND = 1_000_000_000
 
 
 def pose_number(number):
-    """Return a pose that no other number has, and that is not only a translation."""
+    """Return a pose that is unique to a number, and not only a translation."""
     return (float(number), 0.5 * number, -float(number), *so3.from_rpy(0.0, 0.1, 0.01 * number))
 
 
 class NaiveHistory:
     """
-    The rules of tf2 on a plain list, newest first, as tf2's own list has it.
+    The rules of tf2 on a plain list, newest first, like tf2's own list.
 
-    A sample is refused when older than the window, which hangs on the newest stamp
-    before the arrival; what left the window goes when something arrives.
+    A sample is refused if it is older than the window, which ends at the newest stamp
+    before the arrival. Expired samples are removed when one arrives.
     """
 
     def __init__(self, cache_time):
@@ -62,7 +51,7 @@ class NaiveHistory:
         return True
 
     def sample(self, stamp):
-        """Return the parent and the pose, or what keeps it from answering."""
+        """Return the parent and the pose, or the error."""
         if not self.samples:
             return NoDataException
         if stamp > self.samples[0][0]:
@@ -87,7 +76,7 @@ def answer(history, stamp):
 
 
 class HistoryMachine(RuleBasedStateMachine):
-    """Any order of arrivals, parents and clears: the packed history is the naive one."""
+    """In any order of arrivals, parents and clears, the packed history equals the naive one."""
 
     @initialize(cache_time=st.integers(0, 60))
     def begin(self, cache_time):
@@ -105,7 +94,7 @@ class HistoryMachine(RuleBasedStateMachine):
             taken = self.history.insert(stamp, parent, pose)
         assert taken == self.naive.insert(stamp, parent, pose)
         if self.count % 16 == 0:
-            # What has just expired must be gone before anybody looked at the rest.
+            # Samples that have just expired must be gone before the others are read.
             self.compare(was_oldest)
 
     @rule(stamp=st.integers(-20, 200), parent=st.sampled_from('pppq'), packed=st.booleans())
@@ -130,7 +119,7 @@ class HistoryMachine(RuleBasedStateMachine):
     @rule(count=st.integers(50, 250), step=st.integers(0, 3), parent=st.sampled_from('ppq'),
           packed=st.booleans())
     def insert_a_run(self, count, step, parent, packed):
-        """Fill and overrun the window, so that expired blocks are dropped."""
+        """Fill more than the window, so that expired blocks are dropped."""
         begin = self.naive.samples[0][0] if self.naive.samples else 0
         for i in range(count):
             self.arrive(begin + step * i, parent, packed)
@@ -194,7 +183,7 @@ TestHistoryIsTheNaiveList = HistoryMachine.TestCase
 TestHistoryIsTheNaiveList.settings = examples(1, stateful_step_count=25)
 
 
-# --- the rules one by one, readable
+# --- the single rules, as readable tests
 
 
 def history_of(*samples, cache_time=10 * SECOND):
@@ -225,7 +214,7 @@ def test_last_arrival_with_a_stamp_is_the_one_found():
 def test_late_arrival_with_a_stamp_that_is_there_is_the_one_found():
     history = history_of((10, 1), (20, 2), (30, 4), (20, 3))
     assert history.sample(20) == pose_number(3)
-    # As in tf2, what lies before leads to the first of them, what lies after from the last.
+    # As in tf2, earlier poses lead to the first of them, and later ones from the last.
     assert history.sample(15)[0] == 1.5
     assert history.sample(25)[0] == 3.5
 
@@ -265,7 +254,7 @@ def test_sample_exactly_at_the_edge_of_the_window_is_kept():
 def test_window_hangs_on_the_newest_stamp_before_the_arrival():
     history = history_of((100, 1), cache_time=10)
     assert history.insert(200, 'parent', pose_number(2))
-    # The jump to 200 was judged by 100, so the old one is still there ...
+    # 100 was the newest stamp before the jump to 200, so the old sample is still there ...
     assert history.oldest_stamp == 100
     # ... until the next arrival, even one that is refused.
     assert not history.insert(100, 'parent', pose_number(3))
@@ -273,7 +262,7 @@ def test_window_hangs_on_the_newest_stamp_before_the_arrival():
 
 
 def test_expired_sample_is_gone_for_the_first_who_looks():
-    # Memory is tidied up when an eighth of the window has passed, at 180 here: not for the last.
+    # Memory is cleaned up after an eighth of the window, here at 180: not for the last sample.
     stamps = (100, 105, 180, 185, 189)
     history = history_of(*((stamp, 1) for stamp in stamps), cache_time=80)
     for stamp in (100, 102):
@@ -326,14 +315,14 @@ def test_edge_that_goes_on_after_its_end_leaves_a_gap():
     history.insert(30, 'parent', pose_number(3))
     history.insert(40, 'parent', pose_number(4))
     assert history.parent == 'parent'
-    with pytest.raises(ExtrapolationException, match='had ended then'):
+    with pytest.raises(ExtrapolationException, match='had ended at that time'):
         history.sample(25)
     assert [history.parent_at(stamp) for stamp in (20, 25, 30, 35)] == [
         'parent', None, 'parent', 'parent']
     assert history.sample(35)[0] == 3.5
     assert list(history.parents_between(12, 50)) == [
         ('parent', 10, 21), ('parent', 30, 2 ** 63)]
-    # A sample at the very stamp of an end takes it back.
+    # A sample at exactly the stamp of an end revokes the end.
     history.end()
     history.insert(40, 'parent', pose_number(5))
     assert history.parent == history.parent_at(40) == 'parent'
@@ -349,7 +338,7 @@ def test_end_that_left_the_window_is_forgotten():
 
 
 @pytest.mark.parametrize(('stamps', 'latest_that_is_no_silence'), [
-    ((0,), SECOND),  # nothing is known of its period
+    ((0,), 3 * SECOND),  # its period is unknown
     ((0, SECOND // 100), SECOND + SECOND // 100),
     ((0, 2 * SECOND), 8 * SECOND),  # three periods
     ((0, 4 * SECOND), 14 * SECOND),  # the window
@@ -419,7 +408,7 @@ def test_parents_that_may_still_turn_up_are_those_that_were_named():
     history = history_of((90, 1, 'table'), (100, 2, 'gripper'), cache_time=20)
     assert history.possible_parents(95) == {'table'}
     assert history.possible_parents(101) == {'table', 'gripper'}
-    # A late sample is taken up to the edge of the window, and not beyond.
+    # A late sample is accepted up to the edge of the window, and not beyond.
     assert history.possible_parents(80) == {'table', 'gripper'}
     assert history.possible_parents(79) == set()
     with pytest.raises(PastExtrapolationException, match='longer cache_time'):
@@ -433,7 +422,7 @@ def test_next_turn_is_when_a_stamp_is_reached_or_leaves_the_window():
     assert history.next_turn(95) == history.next_turn(90) == 90 + 20 + 1
     assert history.next_turn(80) == 101
     assert history.next_turn(79) == 2 ** 63
-    # What the window has left behind goes with the next sample, whatever its stamp.
+    # Expired samples are removed with the next sample, whatever its stamp.
     history.insert(120, 'parent', pose_number(3))
     assert history.next_turn(95) == 120
 
@@ -458,11 +447,11 @@ def test_sample_costs_72_bytes_and_the_slack_of_two_arrays():
     finally:
         tracemalloc.stop()
     assert count <= len(history) <= count + 2
-    # An array grows by a sixteenth beyond what it needs.
+    # An array grows by a sixteenth beyond the required size.
     assert (after - before) / len(history) < 72 * 17 / 16 + 1
 
 
 def test_last_of_several_samples_with_the_oldest_stamp_answers_too():
-    """tf2 has the first of them there, and the last everywhere else."""
+    """tf2 returns the first of them there, and the last everywhere else."""
     history = history_of((10, 1), (10, 2), (20, 3))
     assert history.sample(10) == pose_number(2)

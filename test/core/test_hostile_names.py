@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Frame names that somebody makes long, many or odd: what they may cost, and what is told."""
+"""Malicious frame names, long, many or odd: the limits of their cost and of their reports."""
 
 import gc
 import sys
@@ -21,20 +10,20 @@ import types
 import pytest
 from tf_tree_py import BufferCore, LATEST, Pose, TransformException
 from tf_tree_py.core import Incident, Kind, Sample
-from tf_tree_py.core.arrivals.incidents import one_of
-from tf_tree_py.core.arrivals.meters import Meter
-from tf_tree_py.core.arrivals.wire import WireError, WireReader, write
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.telling.audit import LookupAudit
+from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.core.ingest.incidents import one_of
+from tf_tree_py.core.ingest.wire import WireError, WireReader, write
+from tf_tree_py.core.reports.audit import LookupAudit
 from tf_tree_py.core.text import LONGEST_TEXT, shorten
 
-# More than any sentence about one transform needs, and far less than a name may be made.
+# More than any sentence about one transform needs, and far less than a name may have.
 MOST_TEXT = 20_000
 LONG = 'x' * 100_000
 
 
 def bytes_of(*roots):
-    """Return how much memory objects take, with all that hangs on them but code and types."""
+    """Return the memory of objects and everything that they reference, except code and types."""
     seen, todo, total = set(), list(roots), 0
     while todo:
         each = todo.pop()
@@ -54,12 +43,12 @@ def test_sizes_are_those_of_what_is_kept():
 
 
 class Listening:
-    """What a listener has: a reader, a buffer that is measured and watched, and counts."""
+    """The parts of a listener: a reader, a buffer that is measured and observed, and counts."""
 
     def __init__(self, **options):
         self.buffer = BufferCore(clear_on_jump_back=10**9, **options)
-        self.meter = Meter(lambda: 10)
-        self.buffer.observers.add(self.meter)
+        self.doctor = Doctor()
+        self.buffer.observers.add(self.doctor)
         self.reader = WireReader()
 
     def hear(self, *samples):
@@ -73,7 +62,7 @@ def test_name_beyond_the_limit_is_refused_and_counted_and_the_rest_is_taken():
     told = listening.hear(Sample('map', 'a', 1, Pose()), Sample('map', LONG, 1, Pose()),
                           Sample(LONG, 'b', 1, Pose()), Sample('map', 'c', 1, Pose()))
     assert [incident.kind for incident in told] == [Kind.BAD_NAME] * 2
-    assert 'it has 100000 bytes, and the buffer takes 1024 (max_name_bytes)' in told[0].detail
+    assert 'it has 100000 bytes; the buffer accepts 1024 (max_name_bytes)' in told[0].detail
     assert listening.buffer.frames() == ['a', 'map', 'c']
     counts = listening.buffer.statistics()
     assert (counts.accepted, counts.refused, counts.incidents[Kind.BAD_NAME]) == (2, 2, 2)
@@ -107,7 +96,7 @@ def test_snapshot_keeps_the_limit():
     assert buffer._tree.copy().max_name_bytes == 3
 
 
-# --- what is told
+# --- the reports
 
 def test_whatever_is_told_of_long_names_is_short():
     buffer = BufferCore(now=lambda: 10**18, max_future=10**9, max_name_bytes=10**6,
@@ -174,10 +163,10 @@ def test_long_text_keeps_both_its_ends():
     assert len(told) < LONGEST_TEXT + 100
 
 
-# --- what it costs
+# --- the cost
 
 def long_names():
-    """Each different, and with one odd character that makes Python take four bytes for each."""
+    """Yield different names; Python needs 4 bytes for each character of every second one."""
     for number in range(200):
         yield f'{number}{LONG}' + '🤖' * (number % 2)
 
@@ -195,12 +184,12 @@ def test_messages_with_long_names_are_not_kept(samples_of):
     listening.hear(Sample('map', 'good', 1, Pose()))
     for name in long_names():
         listening.hear(*samples_of(name))
-    assert bytes_of(listening.buffer, listening.meter) < 2_000_000
+    assert bytes_of(listening.buffer, listening.doctor) < 2_000_000
     assert bytes_of(listening.reader) < 10_000_000
 
 
 def test_long_messages_of_known_edges_are_not_kept():
-    """The same two edges over and over, in ever another number."""
+    """The same two edges repeatedly, each time in another number."""
     listening = Listening()
     for number in range(60):
         listening.hear(*[Sample('map', f'good{number % 2}', 1, Pose())] * (1000 + number))
@@ -209,7 +198,7 @@ def test_long_messages_of_known_edges_are_not_kept():
 
 
 def test_who_fights_over_everything_is_not_kept_for_ever():
-    """Every child under every parent: as many pairs as there are frames, squared."""
+    """Every child under every parent: the number of pairs is the square of that of frames."""
     buffer = BufferCore()
     names = [f'frame{number}' for number in range(80)]
     for round_ in range(1, 80):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Stamps that jump back without a clock: what begins a new run, and what does not."""
+"""Stamps that jump back without a clock: the conditions for a new run."""
 
 from concurrent.futures import ThreadPoolExecutor
 import math
@@ -21,15 +10,15 @@ from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore, ClockJumpException, LATEST, Pose
 from tf_tree_py.core import Kind
-from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.ingest.sample import Batch
 
 SECOND = 10**9
 HOUR = 3600 * SECOND
 EDGES = (('map', 'odom'), ('odom', 'base'), ('base', 'arm'))
 START = 10 * HOUR
-# Nothing takes this long unless it is broken.
+# Only a fault takes this long.
 PATIENCE_S = 20.0
 
 
@@ -47,13 +36,13 @@ def refused(buffer):
 
 
 def send(buffer, stamp, edges=EDGES, authority='player'):
-    """Send one message, as a listener hands it over."""
+    """Insert one message, like a listener."""
     return buffer.insert_batch(
         Batch(edges, [stamp] * len(edges), [pack_pose(*Pose())] * len(edges)), authority)
 
 
 def play(buffer, begin, seconds, edges=EDGES, rate=10):
-    """Send messages, like a bag does."""
+    """Insert the messages of a period, like a bag player."""
     for number in range(round(seconds * rate) + 1):
         send(buffer, begin + number * SECOND // rate, edges)
 
@@ -120,12 +109,12 @@ def test_who_waits_is_told(buffer):
             WallDeadline(PATIENCE_S))
         assert buffer.waiting.sleep_until_somebody(PATIENCE_S)
         play(buffer, START, 1)
-        with pytest.raises(ClockJumpException, match='All stamps went back, as those of a bag '):
+        with pytest.raises(ClockJumpException, match='All stamps went back, as in a bag '):
             asked.result(PATIENCE_S)
 
 
 def test_most_edges_are_enough(buffer):
-    """Some come late in a bag, or seldom."""
+    """Some edges are late in a bag, or rare."""
     play(buffer, START, 60)
     play(buffer, START, 1, EDGES[:2])
     assert jumps(buffer) == 1
@@ -194,7 +183,7 @@ def test_clear_begins_anew(buffer):
     assert jumps(buffer) == 1
 
 
-# --- none
+# --- no new run
 
 GOOD = EDGES[:2]
 
@@ -217,7 +206,7 @@ def _slow_clock_on_its_own_edges_by_far_the_most(number):
 
 
 def _slow_clock_on_the_same_edges(number):
-    """Ten times as often as the good one."""
+    """Ten times as often as the correct one."""
     return [(START - HOUR + number * SECOND // 10 + ms * SECOND // 100, EDGES)
             for ms in range(10)]
 
@@ -258,7 +247,7 @@ def test_edges_that_nobody_knew_are_no_new_run(buffer):
 
 @pytest.mark.parametrize('period_s', [1.5, 5, 30])
 def test_two_publishers_of_one_edge_do_not_make_it_forget_for_ever_in_turns(buffer, period_s):
-    """The good one is so seldom that the slow one, heard alone, looks like a new run."""
+    """The correct one is so rare that the slow one alone looks like a new run."""
     edge, period = EDGES[:1], round(period_s * 10)
     for number in range(10_000):
         if number % period == 0:
@@ -306,13 +295,13 @@ PERIOD = SECOND // 10
 LATENESS = st.integers(0, 30 * SECOND)
 SOME_EDGES = st.sets(st.integers(0, 2), min_size=1).map(
     lambda chosen: [EDGES[edge] for edge in sorted(chosen)])
-# Of each moment of a run: the edges in messages of their own or in one, and who is late, if any.
+# Each moment of a run: whether its edges share one message, and the late edges, if any.
 MOMENTS = st.lists(st.tuples(st.booleans(), st.none() | st.tuples(LATENESS, SOME_EDGES)),
                    min_size=5, max_size=25)
 
 
 def send_moment(buffer, stamp, moment, newest):
-    """Send what moves at a stamp, and then perhaps something of the old run that is late."""
+    """Send the edges of a stamp, and then possibly late samples of the old run."""
     together, straggler = moment
     for edges in [EDGES] if together else [(edge,) for edge in EDGES]:
         send(buffer, stamp, edges)
@@ -330,7 +319,7 @@ def test_new_run_is_noticed_a_second_after_the_last_straggler(before, after):
         stamp = end + (number - len(before) + 1) * PERIOD
         send_moment(buffer, stamp, moment, stamp)
     assert jumps(buffer) == 0, 'while the old run goes on, whoever is late'
-    # A run that begins after all that the stragglers of the old one may say.
+    # A run that starts after the newest possible stamp of the old one's stragglers.
     for number, moment in enumerate(after):
         send_moment(buffer, START + number * PERIOD, moment, end)
     last = max((number for number, (_, straggler) in enumerate(after) if straggler), default=0)
@@ -341,14 +330,14 @@ def test_new_run_is_noticed_a_second_after_the_last_straggler(before, after):
 
 @pytest.mark.parametrize('limit', [0, -1])
 def test_limit_that_makes_no_sense_is_refused(limit):
-    with pytest.raises(ValueError, match='has to be positive'):
+    with pytest.raises(ValueError, match='must be positive'):
         BufferCore(clear_on_jump_back=limit)
 
 
 # --- with a guard against the future
 
 def test_refused_stamps_begin_nothing():
-    """What the guard does not let in is no new time either."""
+    """Stamps that the guard refuses do not count as new time."""
     buffer = BufferCore(now=lambda: START + 10 * SECOND, max_future=SECOND,
                         clear_on_jump_back=SECOND)
     play(buffer, START, 10)

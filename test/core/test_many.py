@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Many stamps, all frames and snapshots, held equal to one lookup after the other."""
+"""Many stamps, all frames and snapshots, compared with single lookups."""
 
 import itertools
 import threading
@@ -40,7 +29,7 @@ PARENTS = {'odom': 'map', 'base': 'odom', 'arm': 'base', 'tool': 'arm', 'head': 
 
 
 def smooth_pose(rng_seed, time_s, rate=1.0):
-    """Return a pose of a motion without jumps, another for every seed."""
+    """Return a pose of a smooth motion, a different one for every seed."""
     rng = np.random.default_rng(rng_seed)
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
@@ -51,7 +40,7 @@ def smooth_pose(rng_seed, time_s, rate=1.0):
 
 @pytest.fixture
 def robot():
-    """Return a buffer with five moving edges, each on stamps of its own, and two static ones."""
+    """Return a buffer with five moving edges, each with its own stamps, and two static ones."""
     buffer = BufferCore()
     for number, (child, parent) in enumerate(PARENTS.items()):
         period = SECOND // (20 + 7 * number)
@@ -163,12 +152,13 @@ def test_mask_tells_which_stamps_have_an_answer(robot):
     ([[1, 2]], r'\(1, 2\)'), (7, r'\(\)'),
 ])
 def test_what_is_no_row_of_integers_is_named(robot, stamps, wrong):
-    with pytest.raises(InvalidArgumentException, match=f'stamps are .*{wrong}'):
+    with pytest.raises(InvalidArgumentException, match=f'stamps (are|must be) .*{wrong}'):
         robot.lookup_many('map', 'tool', stamps)
 
 
 def test_unknown_policy_is_named(robot):
-    with pytest.raises(InvalidArgumentException, match="outside is 'raise' or 'mask', not 'drop'"):
+    with pytest.raises(
+            InvalidArgumentException, match="outside must be 'raise' or 'mask', not 'drop'"):
         robot.lookup_many('map', 'tool', [11 * SECOND], outside='drop')
 
 
@@ -284,7 +274,7 @@ def test_snapshot_answers_all_that_a_buffer_does(robot):
 
 def test_lookups_of_one_snapshot_agree_under_a_storm_of_writers(robot):
     stop = threading.Event()
-    # So close together that no writer runs away from the window of another.
+    # So close together that no writer leaves the window of another.
     stamps = itertools.count(13 * SECOND, 1_000)
 
     def write(child, parent, seed):
@@ -299,7 +289,7 @@ def test_lookups_of_one_snapshot_agree_under_a_storm_of_writers(robot):
     try:
         for _ in range(100):
             frozen = robot.snapshot()
-            # One stamp that all have data for, whatever the writers have done since.
+            # One stamp at which all have data, whatever the writers have done since.
             stamp = min(edge.latest for edge in frozen.edges() if not edge.static)
             map_T_tool, tool_T_camera, camera_T_map = (
                 frozen.lookup(target, source, stamp)
@@ -312,7 +302,7 @@ def test_lookups_of_one_snapshot_agree_under_a_storm_of_writers(robot):
             writer.join()
 
 
-# --- what is promised
+# --- guarantees
 
 
 def test_last_stamp_that_was_sent_twice_has_the_last_pose():
@@ -334,7 +324,7 @@ def test_last_stamp_that_was_sent_twice_has_the_last_pose():
 @pytest.mark.parametrize('rate_hz', [1, 20, 1000])
 @pytest.mark.parametrize('turn_per_s', [7.292e-5, 1e-7, 3e-8, 2e-8, 0.3])
 def test_slow_turn_and_long_arm_of_an_earth_frame_are_those_of_one_lookup(rate_hz, turn_per_s):
-    """What is promised: to 1e-14 of the longest edge, 64 nanometres of the earth's radius."""
+    """The guarantee: 1e-14 of the longest edge, 64 nanometres for the earth's radius."""
     buffer = BufferCore()
     radius = 6.371e6
     axis = np.array([0.3, -0.5, 0.81]) / np.linalg.norm([0.3, -0.5, 0.81])

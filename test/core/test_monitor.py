@@ -1,32 +1,21 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How often edges come now, and which of them are in trouble."""
+"""The current rates of edges, and the edges with problems."""
 
 import pytest
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.arrivals.received import Received
-from tf_tree_py.core.arrivals.sample import Batch
-from tf_tree_py.core.doctor import Doctor
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.monitor import Monitor
+from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.core.health.monitor import Monitor
+from tf_tree_py.core.ingest.received_message import ReceivedMessage
+from tf_tree_py.core.ingest.sample import Batch
 
 SECOND = 10**9
 
 
 class Robot:
-    """Sends two edges into a buffer that a doctor watches."""
+    """Sends two edges into a buffer that a doctor observes."""
 
     def __init__(self):
         self.doctor, self.buffer = Doctor(), BufferCore()
@@ -38,9 +27,9 @@ class Robot:
         for number in range(round((end - begin) * rate_hz)):
             stamp = round((begin + number / rate_hz) * SECOND)
             batch = Batch(edges, [stamp], [pack_pose(*Pose(x=stamp / 1e9))])
-            self.buffer.observers.tell_received(
-                Received(batch, stamp + 3_000_000, '/tf', static, '/wheels'))
-            self.buffer.insert_batch(batch, '/wheels', static)
+            self.buffer.observers.notify_received(
+                ReceivedMessage(batch, stamp + 3_000_000, '/tf', static, '/wheels'))
+            self.buffer.insert_batch(batch, '/wheels', static, announced=True)
 
     def rates(self, now):
         return {row.signs.child: row.rate_hz

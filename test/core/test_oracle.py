@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The buffer against twenty lines of homogeneous matrices, on random trees."""
+"""The buffer compared with twenty lines of homogeneous matrices, on random trees."""
 
 from bisect import bisect_right
 import functools
@@ -32,17 +21,17 @@ IDENTITY = np.eye(4)
 
 
 class Oracle:
-    """Each edge's samples, by child, and the textbook's walk over them."""
+    """Each edge's samples, by child, and the textbook algorithm for lookups."""
 
     def __init__(self, edges, static):
         self.edges, self.static = edges, static
 
     def chain(self, frame):
-        """Return the frame and all above it."""
+        """Return the frame and its ancestors."""
         return [frame, *self.chain(self.edges[frame][0])] if frame in self.edges else [frame]
 
     def edge_at(self, child, stamp):
-        """Return parent_T_child, interpolated between the neighbours of a stamp."""
+        """Return parent_T_child, interpolated between the samples around a stamp."""
         stamps, poses = self.edges[child][1:]
         after = min(bisect_right(stamps, stamp), len(stamps) - 1)
         if child in self.static or stamps[after] <= stamp:
@@ -96,7 +85,7 @@ def samples_of(oracle, static):
 
 
 def buffer_of(oracle, order=None):
-    """Return a buffer that was fed the tree, in order of time, or shuffled."""
+    """Return a buffer with the samples of the tree, inserted in order of time or shuffled."""
     buffer = BufferCore(CACHE_TIME)
     assert not buffer.insert_many(samples_of(oracle, True), static=True)
     samples = samples_of(oracle, False)
@@ -125,7 +114,7 @@ def test_every_lookup_is_that_of_the_oracle(tree, stamp):
     buffer = buffer_of(oracle)
     for target, source in itertools.permutations(buffer.frames(), 2):
         assert_as_oracle(oracle, buffer, target, source, stamp)
-        # Once more, over the path that the first one left behind.
+        # Again, over the path that the first lookup has cached.
         assert_as_oracle(oracle, buffer, target, source, 120)
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Beyond the newest data: where to, how far, how sure; and never in a plain lookup."""
+"""Predictions: the pose, the limits, the covariance; plain lookups never predict."""
 
 import numpy as np
 import pytest
@@ -41,7 +30,7 @@ def steady(stamp):
 
 
 def wandering(stamp):
-    """Return a pose on the floor whose speed and turn rate change all the time."""
+    """Return a pose on the floor with continuously changing speed and turn rate."""
     t = stamp / SECOND
     return Pose.from_xyz_rpy(x=t + 0.3 * np.sin(2.0 * t), y=0.2 * np.sin(3.0 * t),
                              yaw=0.7 * np.sin(1.7 * t))
@@ -91,8 +80,8 @@ def test_no_edge_is_taken_beyond_the_horizon():
     buffer = driven(steady)
     assert buffer.predict('odom', 'base', NOW + 100 * MS, 100 * MS).beyond == 100 * MS
     with pytest.raises(FutureExtrapolationException, match=(
-            r'100 ms older.*odom -> base.*from frame \[base\] to frame \[odom\].*'
-            'no further than its horizon, 90 ms')):
+            r'100 ms older.*odom -> base.*from frame \[base\] to frame \[odom\]\.\n.*'
+            'beyond the horizon of the prediction, 90 ms')):
         buffer.predict('odom', 'base', NOW + 100 * MS, 90 * MS)
 
 
@@ -109,7 +98,7 @@ def test_only_edges_without_data_are_predicted():
 
 @pytest.mark.parametrize('ahead', [50 * MS, 200 * MS, 400 * MS])
 def test_covariance_is_that_of_the_errors(ahead):
-    """Their squares, in units of it, are about six in the mean: three numbers on the floor."""
+    """The mean of the squared errors, normalised, is about three: three numbers on the floor."""
     squares, variances = [], []
     buffer = driven(wandering, upto=SECOND)
     for stamp in range(SECOND + 20 * MS, 16 * SECOND, 20 * MS):
@@ -133,6 +122,32 @@ def test_covariance_grows():
     assert sizes[0] == 0.0 and (np.diff(sizes) > 0.0).all()
 
 
+@pytest.mark.parametrize('ahead', [12, 33, 50, 61, 222, 400])
+def test_variance_between_two_rungs_is_at_most_a_little_too_large(ahead):
+    """At a constant acceleration a, a prediction h ahead is off by a (h^2 + 0.1 s h) / 2."""
+    buffer = BufferCore()
+    for stamp in range(2 * MS, NOW + 1, 2 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=0.4 * (stamp / SECOND)**2))
+    found = buffer.predict('odom', 'base', NOW + ahead * MS, SECOND)
+    h = ahead * 1e-3
+    assert 0.999 < found.covariance[0, 0] / (0.4 * (h * h + 0.1 * h))**2 < 1.04
+
+
+@pytest.mark.parametrize('step', [20 * MS, 470 * MS])
+def test_what_is_kept_of_earlier_predictions_changes_no_answer(step):
+    """A buffer with many predictions returns the same results as one without."""
+    buffer = driven(wandering, upto=200 * MS)
+    for stamp in range(220 * MS, 25 * SECOND, step):
+        buffer.insert('odom', 'base', stamp, wandering(stamp))
+        asked = 'odom', 'camera', stamp + 20 * MS + stamp % (50 * MS), SECOND
+        found = buffer.predict(*asked)
+        if stamp % 9 == 0:
+            np.testing.assert_allclose(
+                found.covariance, buffer.snapshot().predict(*asked).covariance, rtol=1e-9)
+    buffer.clear()
+    assert not buffer._tree.trials
+
+
 def test_covariance_of_the_newest_pose_is_carried_on():
     covariance = np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4])
     buffer = driven(steady, covariance=covariance)
@@ -144,7 +159,8 @@ def test_covariance_of_the_newest_pose_is_carried_on():
 def test_too_little_history_is_as_unsure_as_the_motion_is_long():
     buffer = BufferCore()
     buffer.insert('odom', 'base', SECOND, Pose())
-    with pytest.raises(ExtrapolationException, match='takes two samples, and the edge odom -> b'):
+    with pytest.raises(
+            ExtrapolationException, match='requires two samples, and the edge odom -> b'):
         buffer.predict('odom', 'base', SECOND + 1, SECOND)
     buffer.insert('odom', 'base', SECOND + 100 * MS, Pose(x=0.1))
     found = buffer.predict('odom', 'base', SECOND + 300 * MS, SECOND)
@@ -154,7 +170,7 @@ def test_too_little_history_is_as_unsure_as_the_motion_is_long():
 
 
 def test_what_was_long_ago_is_forgotten():
-    """It wandered for 4 s, and then went straight for 12 s, in a buffer that keeps all."""
+    """It wandered for 4 s, and then drove straight for 12 s, in a buffer that keeps all."""
     buffer = driven(wandering)
     for stamp in range(NOW + 20 * MS, 4 * NOW, 20 * MS):
         buffer.insert('odom', 'base', stamp, Pose(x=stamp / SECOND))
@@ -163,7 +179,7 @@ def test_what_was_long_ago_is_forgotten():
 
 
 def test_gyroscope_leads_on():
-    """The turn rate changes after the last pose, and the gyroscope has seen it."""
+    """The turn rate changes after the last pose, and the gyroscope has measured it."""
     rate = 0.0, 0.0, 1.5
     buffer = BufferCore(cache_time=100 * SECOND)
     for stamp in range(0, NOW + 1, 50 * MS):
@@ -177,7 +193,7 @@ def test_gyroscope_leads_on():
     assert se3.distance(blind.pose, truth)[1] > 0.29
     off = se3.distance(found.pose, truth)
     assert off[0] < 2e-3 and off[1] < 5e-3
-    # Beyond the gyroscope it goes on as the poses did.
+    # Beyond the gyroscope, it continues like the poses.
     assert buffer.predict('odom', 'base', NOW + 500 * MS, SECOND).beyond == 500 * MS
 
 

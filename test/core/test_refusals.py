@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A refusal is never silent where a program inserts by itself."""
+"""A refusal is always reported to a program that inserts directly."""
 
 import copy
 import pickle
@@ -60,7 +49,7 @@ def test_first_of_each_kind_is_warned_of(warned, insert):
     assert [warning.category for warning in warned] == [TransformWarning] * 2
     text = str(warned[0].message)
     assert text.startswith("Refused transform 'map' -> 'base' from 'default_authority' (NaN")
-    assert 'strict=True raises' in text
+    assert 'Pass strict=True to raise' in text
     insert(BufferCore(), 'map', 'base', 1, NAN)
     assert len(warned) == 3
 
@@ -117,13 +106,13 @@ def test_samples_that_the_buffer_does_not_keep_are_warned_of(warned):
     buffer = BufferCore()
     assert buffer.insert_track(*track) == []
     assert [(str(warning.message), warning.filename) for warning in warned] == [(
-        "Samples of 'map' -> 'base' span 59.000 s, and the buffer keeps 10.000 s: the older ones "
-        'are gone already. cache_time=UNLIMITED keeps everything', __file__)]
+        "Samples of 'map' -> 'base' span 59.000 s, and the buffer keeps 10.000 s: older samples "
+        'were dropped. cache_time=UNLIMITED keeps everything', __file__)]
 
 
 def test_what_a_listener_hears_is_not_warned_of(warned):
-    from tf_tree_py.core.arrivals.sample import Batch
     from tf_tree_py.core.edges.packed import pack_pose
+    from tf_tree_py.core.ingest.sample import Batch
     batch = Batch((('map', 'base'),), [1], [pack_pose(*NAN)])
     assert BufferCore().insert_batch(batch)[0].kind is Kind.NOT_FINITE
     assert not warned

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Trees that are hung otherwise again and again, against a list of all samples.
+Trees whose frames change parents repeatedly, compared with a list of all samples.
 
-At every stamp each frame hangs on what its sample at or before that stamp says, if there
-is one behind it too, and nowhere otherwise; there is never a loop.
+At every stamp, the parent of a frame is that of its sample at or before the stamp, if
+there is also a later sample; otherwise it has none. There is never a loop.
 """
 
 from bisect import bisect_right
@@ -44,7 +33,7 @@ POSES = random_poses(np.random.default_rng(3), 64).tolist()
 
 
 class Oracle:
-    """Every sample that was taken, by child, in order of time; where edges ended."""
+    """Every inserted sample, by child, in order of time; and the ends of edges."""
 
     def __init__(self):
         self.samples = {}
@@ -59,7 +48,7 @@ class Oracle:
         self.ends.add((child, self.samples[child][-1][0]))
 
     def along(self, edges, source, stamp):
-        """Return end_T_source, after a walk over edges that hang together at a stamp."""
+        """Return end_T_source along edges that are connected at a stamp."""
         product, frame = se3.IDENTITY, source
         for edge in edges:
             parent, pose = self.edge_at(edge.child, stamp)
@@ -86,7 +75,7 @@ class Oracle:
         return parent, se3.interpolate(pose, next_pose, (stamp - older) / (newer - older))
 
     def way_up(self, frame, stamp):
-        """Return top_T_frame for the frame and all above it, by name."""
+        """Return top_T_frame for the frame and all its ancestors, by name."""
         poses = {frame: se3.IDENTITY}
         while (edge := self.edge_at(frame, stamp)) is not None:
             parent, pose = edge
@@ -96,7 +85,7 @@ class Oracle:
         return poses
 
     def lookup(self, target, source, stamp):
-        """Return target_T_source; None if the two do not meet."""
+        """Return target_T_source; None if the two are not connected."""
         from_source, from_target = self.way_up(source, stamp), self.way_up(target, stamp)
         meeting = next((frame for frame in from_source if frame in from_target), None)
         if meeting is None:
@@ -106,7 +95,7 @@ class Oracle:
 
 @st.composite
 def histories(draw):
-    """Draw who is to hang on whom from when on; mostly in step, some of it late or silent."""
+    """Draw changes of parents over time; mostly in order, some late or with silence."""
     arrivals, now = [], 0
     for _ in range(draw(st.integers(1, 8))):
         now += draw(st.sampled_from([1, 2, 5, 30]))
@@ -125,7 +114,7 @@ def answer(look, *arguments):
 
 
 def fed(arrivals, cache_time):
-    """Return a buffer that was fed, and the oracle of what it took."""
+    """Return a buffer with the arrivals, and an oracle of the accepted ones."""
     buffer, oracle = BufferCore(cache_time), Oracle()
     for number, (parent, child, stamp) in enumerate(arrivals):
         pose = tuple(POSES[number % len(POSES)])
@@ -140,10 +129,10 @@ def fed(arrivals, cache_time):
     return buffer, oracle
 
 
-# In seconds edges fall silent, in nanoseconds they do not; the window is never left.
+# In seconds, edges become silent; in nanoseconds, they do not. The window never expires.
 @examples(2)
 @given(histories(), st.sampled_from([1, 10 ** 9]))
-# A late sample comes exactly where the edge had ended.
+# A late sample arrives exactly at the end of the edge.
 @example([('a', 'b', 1), ('b', 'a', 6), ('c', 'b', 7), ('c', 'b', 1)], 10 ** 9)
 def test_every_answer_is_that_of_the_samples(arrivals, unit):
     arrivals = [(parent, child, stamp * unit) for parent, child, stamp in arrivals]
@@ -164,12 +153,12 @@ def test_every_answer_is_that_of_the_samples(arrivals, unit):
         assert_same_answers(kept, expected)
         assert_same_answers(many(buffer, target, source, stamps), expected)
         for stamp, pose in zip(stamps, expected, strict=True):
-            if stamp:  # 0 asks for the newest
+            if stamp:  # 0 means the latest
                 edges = answer(buffer.edges_between, target, source, stamp)
                 assert (edges is None) == (pose is None)
                 if edges is not None:
                     assert_same_pose(oracle.along(edges, source, stamp), pose)
-        # The newest is whatever it is, and met no loop.
+        # The latest is not compared, but it met no loop.
         answer(buffer.lookup, target, source)
     for target, stamp in itertools.product(frames, filter(None, stamps)):
         everything = buffer.lookup_tree(target, stamp)

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.telling import report
+from tf_tree_py.core.reports import frames_text
 
 SECOND = 1_000_000_000
 
@@ -28,8 +17,12 @@ def buffer_of_a_robot():
     return buffer
 
 
+def as_yaml(buffer):
+    return frames_text.as_yaml(buffer.edges(), buffer.frames())
+
+
 def test_yaml_is_that_of_tf2():
-    assert report.as_yaml(buffer_of_a_robot().edges()) == (
+    assert as_yaml(buffer_of_a_robot()) == (
         'base: \n'
         "  parent: 'odom'\n"
         "  broadcaster: 'driver'\n"
@@ -47,36 +40,36 @@ def test_yaml_is_that_of_tf2():
 
 
 def test_yaml_of_nothing_is_an_empty_list():
-    assert report.as_yaml([]) == '[]'
-    assert report.as_yaml(BufferCore().edges()) == '[]'
+    assert frames_text.as_yaml([], []) == '[]'
+    assert as_yaml(BufferCore()) == '[]'
 
 
 def test_string_is_a_line_for_each_frame_with_a_parent():
-    assert report.as_string(buffer_of_a_robot().edges()) == (
+    assert frames_text.as_string(buffer_of_a_robot().edges()) == (
         'Frame base exists with parent odom.\n'
         'Frame camera exists with parent base.\n')
-    assert report.as_string([]) == ''
+    assert frames_text.as_string([]) == ''
 
 
 def test_cleared_edge_is_not_reported():
     buffer = buffer_of_a_robot()
     buffer.clear()
-    assert report.as_string(buffer.edges()) == 'Frame camera exists with parent base.\n'
+    assert frames_text.as_string(buffer.edges()) == 'Frame camera exists with parent base.\n'
 
 
 # --- odd names in YAML
 
 def read_back(*edges):
-    """Return what a parser of YAML makes of edges: {child: (parent, broadcaster)}."""
+    """Return the edges as a YAML parser reads them: {child: (parent, broadcaster)}."""
     yaml = pytest.importorskip('yaml')
     buffer = BufferCore()
     for parent, child, authority in edges:
         assert buffer.insert(parent, child, 1, Pose(), authority=authority) == []
-    read = yaml.safe_load(report.as_yaml(buffer.edges()))
+    read = yaml.safe_load(as_yaml(buffer))
     return {child: (said['parent'], said['broadcaster']) for child, said in read.items()}
 
 
-# How tf2 writes them, YAML reads them.
+# YAML parses these names in the form in which tf2 writes them.
 ORDINARY = [
     'base_link', 'robot1/base_link', 'camera-2.left', '3d_camera', 'my frame', 'tf2::map',
     'caméra', 'Base', 'frame(1)', 'a{b}', 'leg[0]', 'odom@t=1', '_hidden', 'on_off', 'a#b',
@@ -87,7 +80,7 @@ def test_ordinary_name_is_written_as_tf2_does_and_read_back():
     for name in ORDINARY:
         buffer = BufferCore()
         buffer.insert('a/b', name, 1, Pose(), static=True, authority='me')
-        assert report.as_yaml(buffer.edges()).startswith(
+        assert as_yaml(buffer).startswith(
             f"{name}: \n  parent: 'a/b'\n  broadcaster: 'me'\n  rate: ")
         assert read_back(('a/b', name, 'me')) == {name: ('a/b', 'me')}
 
@@ -118,6 +111,6 @@ def test_whatever_is_let_in_is_read_back_from_yaml(names):
         buffer.insert('map', name, 1, Pose(), authority=name)
         buffer.insert(name, f'under {name}', 1, Pose())
     edges = buffer.edges()
-    read = dict(yaml.safe_load(report.as_yaml(edges)))
+    read = dict(yaml.safe_load(as_yaml(buffer)))
     assert [(child, said['parent'], said['broadcaster']) for child, said in read.items()] == [
         (edge.child, edge.parent, edge.authority) for edge in edges]

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import math
 
@@ -20,8 +9,9 @@ import numpy as np
 import pytest
 from strategies import about, assert_same_rotation, axes, components
 from tf_tree_py.core import BufferCore, Incident, InvalidArgumentException, Kind, Pose, Sample
-from tf_tree_py.core.arrivals.sample import admitted, Batch, checked, is_sound, unit_poses
 from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.geometry.poses import is_sound
+from tf_tree_py.core.ingest.sample import admitted, Batch, checked, unit_poses
 
 SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
 
@@ -45,7 +35,7 @@ def test_exactly_one_leading_slash_is_stripped(name, kept):
 
 def test_name_that_is_no_string_is_told():
     for names in ((None, 'child'), ('parent', 5), (b'parent', 'child')):
-        with pytest.raises(InvalidArgumentException, match='have to be strings'):
+        with pytest.raises(InvalidArgumentException, match='must be strings'):
             check(*names)
 
 
@@ -84,7 +74,7 @@ def test_infinities_that_cancel_are_refused_too():
 def test_all_zero_quaternion_is_refused():
     incident = check(pose=(1.0, 2.0, 3.0, 0.0, -0.0, 0.0, 0.0))
     assert incident.kind is Kind.ZERO_ROTATION
-    assert 'For no rotation give 0 0 0 1' in incident.detail
+    assert 'To send no rotation, set it to 0 0 0 1' in incident.detail
 
 
 def test_quaternion_too_long_to_measure_is_refused():
@@ -133,7 +123,7 @@ def test_many_poses_are_judged_and_normalised_as_each_is(poses):
 
 
 names = st.sampled_from(['a', 'b', 'c', 'd', ''])
-# Some with more poses than are looked at one by one.
+# Some have more poses than are checked one by one.
 messages = st.lists(st.tuples(names, names, st.integers(0, 30), any_poses), max_size=9)
 
 
@@ -218,7 +208,7 @@ def test_edges_of_ever_new_messages_are_not_kept_for_ever():
     buffer.insert('a', 'b', 1, Pose())
     names = ['a', 'b']
     for stamp in range(2, 2000):
-        edges = (tuple(names),)  # equal to the last ones, and yet others
+        edges = (tuple(names),)  # equal to the last ones, but another object
         assert not buffer.insert_batch(Batch(edges, [stamp], [pack_pose(*Pose())]))
     assert len(buffer._tree._known) <= 256
     assert buffer.statistics().accepted == 1999

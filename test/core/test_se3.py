@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import functools
 import itertools
@@ -171,13 +160,13 @@ def test_exp_gives_back_the_pose(pose):
 
 @given(axes, tiny_angles, signs, vectors)
 def test_tiny_rotations_far_from_the_origin_survive_exp_and_log(axis, angle, sign, direction):
-    """Where a log that treats small angles as none is metres off: 1e-6 rad, 1e6 m."""
+    """A log that ignores small angles is metres off here: 1e-6 rad, 1e6 m."""
     x, y, z = (MILLION + abs(value) for value in direction)
     pose = (x, y, z, *about(axis, angle, sign))
     twist = se3.log(pose)
     assert math.hypot(*twist[3:]) == pytest.approx(angle, rel=1e-12)
     assert_same_pose(se3.exp(twist), pose, 1e-15, length(pose))
-    # To the first order v = t - w x t / 2, and the second is below 1e-12 of it.
+    # To first order v = t - w x t / 2; the second-order term is below 1e-12 of it.
     expected = np.array(pose[:3]) - 0.5 * np.cross(twist[3:], pose[:3])
     assert math.dist(twist[:3], expected) <= 1e-12 * length(pose)
 
@@ -247,7 +236,7 @@ def test_what_is_no_rigid_transform_is_refused(matrix, problem):
 
 
 def test_a_matrix_of_another_shape_is_refused():
-    with pytest.raises(ValueError, match=r'shape \(4, 4\), this one \(3, 3\)'):
+    with pytest.raises(ValueError, match=r'shape \(4, 4\), not \(3, 3\)'):
         se3.from_matrix(np.eye(3))
 
 
@@ -280,7 +269,7 @@ def test_interpolation_as_tf2_keeps_the_first_rotation_below_its_resolution(
     a = (0.0, 0.0, 0.0, *rotation)
     b = (2.0, 0.0, 0.0, *so3.multiply(rotation, about(axis, 10.0 ** power, sign)))
     (ax, ay, az, aw), (bx, by, bz, bw) = a[3:], b[3:]
-    # Rounded as the code rounds it: sum() of Python 3.12 would be more exact.
+    # Rounded like the code: sum() of Python 3.12 would be more exact.
     assume(abs(ax * bx + ay * by + az * bz + aw * bw) >= 1.0)
     assert se3.interpolate_pair((*a, *b), 0.5, as_tf2=True) == (1.0, 0.0, 0.0, *rotation)
 
@@ -312,7 +301,7 @@ ARGUMENTS = {
 
 
 def special_rotation_vectors(rng, count):
-    """Return rotation vectors of every size: none, tiny, where a series ends, half a turn."""
+    """Return rotation vectors of every size: zero, tiny, at the end of a series, half a turn."""
     sizes = [0.0, 1e-12, 1e-7, 1e-3, np.nextafter(1e-3, 1), 0.1, 1.0, math.pi - 1e-9, math.pi]
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
@@ -320,7 +309,7 @@ def special_rotation_vectors(rng, count):
 
 
 def arguments(kind, rng, count):
-    """Return (count, ...) arguments of a kind, and how each looks in the scalar form."""
+    """Return (count, ...) arguments of a kind, and each of them for the scalar form."""
     w = special_rotation_vectors(rng, count)
     q = so3.exp_many(w) * rng.choice([1.0, -1.0], size=(count, 1))
     v = rng.normal(size=(count, 3)) * np.resize([1.0, MILLION, 1e-9], count)[:, None]
@@ -377,7 +366,7 @@ def test_vectorised_form_broadcasts(form):
 
 
 def assert_equal_forms(results, expected, shape=(-1,)):
-    """Hold an array, or a tuple of them, to the scalar form's results, in a few ulps."""
+    """Assert that an array, or a tuple of arrays, equals the scalar form's, in a few ulps."""
     results = np.stack(results, axis=-1) if isinstance(results, tuple) else results
     assert shape == (-1,) or results.shape[:len(shape)] == shape
     expected = np.array(expected)
@@ -388,7 +377,7 @@ def assert_equal_forms(results, expected, shape=(-1,)):
     assert (errors <= 1e-15 * np.maximum(scale, 1e-300) * 8).all()
 
 
-# --- how far apart
+# --- distances
 
 
 @given(poses, vectors, axes, st.floats(0.0, math.pi), signs)
@@ -398,3 +387,5 @@ def test_distance_is_how_far_one_was_moved_and_turned(pose, step, axis, angle, s
     assert distance == pytest.approx(length(step), abs=1e-15 * reach(pose, moved))
     assert turned == pytest.approx(angle, abs=1e-7 if angle > 3.1 else 1e-14)
     assert se3.distance(moved, pose) == pytest.approx((distance, turned), abs=1e-14)
+    many = se3.distance_many(np.array(pose), np.array(moved))
+    assert many == pytest.approx((distance, turned), abs=1e-14)

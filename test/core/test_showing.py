@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What people see of buffers, snapshots, counts and errors, and what may be carried away."""
+"""Displays of buffers, snapshots, counts and errors, and their copies and pickles."""
 
 import copy
 import pickle
@@ -113,7 +102,7 @@ def test_deep_and_wide_trees_are_cut():
     assert shown.count('\n') == 200
 
 
-# --- carried away
+# --- copies and pickles
 
 
 def copies_of(thing):
@@ -122,7 +111,7 @@ def copies_of(thing):
 
 def test_snapshot_pickles_and_copies(buffer):
     frozen = buffer.snapshot()
-    frozen.lookup('map', 'camera')  # so that paths are kept
+    frozen.lookup('map', 'camera')  # so that paths are cached
     frozen.lookup_tree('map')
     for twin in copies_of(frozen):
         assert type(twin) is Snapshot
@@ -164,6 +153,6 @@ def test_snapshot_pickles_while_another_thread_asks_it(buffer):
 
 @pytest.mark.parametrize('carry', [pickle.dumps, copy.copy, copy.deepcopy])
 def test_buffer_says_that_its_snapshot_can_be_carried(buffer, carry):
-    with pytest.raises(TypeError, match=r'a BufferCore can be neither pickled nor copied.*'
-                                        r'snapshot\(\) can'):
+    with pytest.raises(TypeError, match=r'a BufferCore cannot be pickled or copied.*'
+                                        r'pickle its snapshot\(\)'):
         carry(buffer)

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import math
 
@@ -64,7 +53,7 @@ def test_conjugate_is_the_inverse(q):
 
 def test_multiplication_applies_the_right_factor_first():
     quarter_about_z, quarter_about_x = about((0, 0, 1), math.pi / 2), about((1, 0, 0), math.pi / 2)
-    # y goes to z about x, and z stays about z.
+    # About x, y becomes z, and about z, z is unchanged.
     rotated = so3.rotate(so3.multiply(quarter_about_z, quarter_about_x), (0.0, 1.0, 0.0))
     assert rotated == pytest.approx((0.0, 0.0, 1.0), abs=1e-15)
 
@@ -103,7 +92,7 @@ def test_normalize_scales_to_length_one(scale):
 
 @pytest.mark.parametrize('q', [(0.0,) * 4, (math.nan, 0.0, 0.0, 1.0), (math.inf, 0.0, 0.0, 1.0)])
 def test_normalize_refuses_what_has_no_direction(q):
-    with pytest.raises(ValueError, match='no rotation: the quaternion .* has length'):
+    with pytest.raises(ValueError, match='not a rotation: the quaternion .* has length'):
         so3.normalize(q)
 
 
@@ -115,7 +104,7 @@ def test_log_gives_back_the_rotation_vector(axis, angle, sign):
     assume(angle < math.pi - 1e-9)
     vector = scaled(axis, angle)
     q = tuple(sign * value for value in so3.exp(vector))
-    # Relative to the angle: a rotation of 1e-12 rad keeps its digits too.
+    # Relative to the angle: a rotation of 1e-12 rad also keeps its digits.
     assert math.dist(so3.log(q), vector) <= 1e-14 * angle
 
 
@@ -163,7 +152,7 @@ def test_quaternion_survives_the_matrix(q):
 
 
 @pytest.mark.parametrize(('matrix', 'problem'), [
-    (np.eye(4), r'shape \(3, 3\), this one \(4, 4\)'),
+    (np.eye(4), r'shape \(3, 3\), not \(4, 4\)'),
     (np.diag([1.0, 1.0, -1.0]), 'a reflection'),
     (2.0 * np.eye(3), r'differs from I'),
     (np.eye(3) + 1e-5, r'differs from I'),
@@ -185,7 +174,7 @@ def test_matrix_that_is_off_by_rounding_is_taken():
 @given(quaternions)
 def test_roll_pitch_yaw_give_back_the_rotation(q):
     roll, pitch, yaw = so3.as_rpy(q)
-    # Closer to gimbal lock than 1e-12 rad, the roll that is dropped shows.
+    # Within 1e-12 rad of gimbal lock, the ignored roll shows.
     assert_same_rotation(so3.from_rpy(roll, pitch, yaw), q, 5e-12)
     assert abs(pitch) <= math.pi / 2
     assert abs(roll) <= math.pi and abs(yaw) <= math.pi
@@ -265,7 +254,7 @@ def test_rpy_gives_the_quaternion_of_scipy(roll, pitch, yaw):
 
 @given(quaternions, quaternions, ratios)
 def test_slerp_is_that_of_scipy(a, b, ratio):
-    # At half a turn both ways are short, and either may be taken.
+    # At half a turn, both ways are equally short, and either is correct.
     assume(angle_between(a, b) < math.pi - 1e-3)
     expected = Slerp([0.0, 1.0], Rotation.from_quat([a, b]))(ratio).as_quat()
     assert_same_rotation(so3.slerp(a, b, ratio), expected, 1e-14)

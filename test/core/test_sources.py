@@ -1,20 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Several sources of one edge: who answers, and how the edge goes from one to another."""
+"""Several sources of one edge: the active source, and the switch to another."""
 
 from contextlib import suppress
+import pickle
 import random
 import threading
 
@@ -32,8 +22,8 @@ from tf_tree_py.core import (
     se3,
     UNLIMITED,
 )
-from tf_tree_py.core.arrivals.observers import Observer
-from tf_tree_py.core.telling.made_way import as_values, Hearsay
+from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.reports.switch_status import as_values, SwitchReports
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -48,12 +38,12 @@ def wheels(stamp):
 
 
 def visual(stamp):
-    """Return the same motion, as one says it who began elsewhere."""
+    """Return the same motion from a source with another origin."""
     return ELSEWHERE @ wheels(stamp)
 
 
 def slipping(stamp):
-    """Return a motion that is twice as far from 2 s on."""
+    """Return a motion that is twice as fast from 2 s on."""
     return wheels(stamp) @ Pose(x=max(stamp - 2 * SECOND, 0) / SECOND)
 
 
@@ -61,7 +51,7 @@ SAYS = {'wheels': wheels, 'visual': visual, 'slipping': slipping, 'third': visua
 
 
 def feed(buffer, since, until, *names):
-    """Insert what sources say after a stamp and up to another; return what there was to tell."""
+    """Insert the samples of sources in a time span; return the reported incidents."""
     return [incident for stamp in range(since + STEP, until + 1, STEP) for name in names
             for incident in buffer.insert_from(name, 'odom', 'base', stamp, SAYS[name](stamp))]
 
@@ -81,7 +71,7 @@ def active(buffer):
 
 
 def assert_never_jumps(buffer, until):
-    """Hold the edge to its own motion (0.2 m/s, 1 rad/s) and the limits, sample by sample."""
+    """Assert that the edge has its own motion (0.2 m/s, 1 rad/s) within the limits."""
     poses = buffer.lookup_many('odom', 'base', np.arange(0, until + 1, STEP))
     gone, turned = se3.distance_many(poses[:-1], poses[1:])
     assert gone.max() <= (0.2 + LIMITS['max_speed']) * STEP / SECOND + 1e-9
@@ -173,8 +163,8 @@ def test_one_that_made_way_is_known_until_it_answers_again():
     buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
     told, = feed(buffer, SECOND, 2 * SECOND, 'visual')
     assert [source.made_way for source in buffer.sources_of('base')] == [told, None]
-    # Another process is told in words, as often as one likes, and hears of it once.
-    words, elsewhere = as_values(buffer.sources_of('base')), Hearsay()
+    # Another process gets the report as text, however often it occurs, and receives it once.
+    words, elsewhere = as_values(buffer.sources_of('base')), SwitchReports()
     heard = [*elsewhere.news('robot: tf odom -> base', words),
              *elsewhere.news('robot: tf odom -> base', words)]
     assert heard == [told]
@@ -187,11 +177,11 @@ def test_one_that_made_way_is_known_until_it_answers_again():
 @for_each(status=['robot: tf', 'odom -> base', 'robot: tf odom -> base'],
           values=[{}, {'Made way: wheels': 'because'}, {'Rate (Hz)': '3'}])
 def test_what_says_nothing_of_sources_is_no_news(status, values):
-    assert Hearsay().news(status, values) == []
+    assert SwitchReports().news(status, values) == []
 
 
 def test_one_that_is_awaited_and_dies_makes_way_too():
-    """Else the edge would stand still for ever, though another source goes on."""
+    """Otherwise the edge would stop, although another source continues."""
     buffer = fed(SECOND, 'wheels')
     feed(buffer, -STEP, SECOND - 50 * MS, 'visual')
     buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
@@ -243,11 +233,11 @@ def test_switch_that_cannot_be_changes_nothing():
     with pytest.raises(InvalidArgumentException, match='is static'):
         buffer.switch('base', to='visual')
     assert active(buffer) == ['wheels']
-    # Nor has the rule anything to do where the edge is not that of the sources.
+    # The rule does nothing either if the edge is not that of the sources.
     assert not feed(buffer, SECOND, 2 * SECOND, 'visual')
     assert active(buffer) == ['wheels'] and buffer.lookup('odom', 'base') == Pose(x=5.0)
     buffer.remove_frame('base')
-    with pytest.raises(InvalidArgumentException, match='Nothing is known'):
+    with pytest.raises(InvalidArgumentException, match='has no sources'):
         buffer.switch('base', to='visual')
 
 
@@ -276,7 +266,7 @@ def test_storm_of_sources_switches_and_readers():
 
     def switch():
         for number in range(until // (50 * MS)):
-            with suppress(InvalidArgumentException):  # it has it already, when the other lags
+            with suppress(InvalidArgumentException):  # it is already active, when the other lags
                 buffer.switch('base', to=('visual', 'wheels')[number % 2], **LIMITS)
             gone_on.wait(PATIENCE_S)
 
@@ -346,7 +336,7 @@ def test_what_cannot_be_done_says_why():
             buffer.switch('base', to=to)
     with pytest.raises(InvalidArgumentException, match='has no sources'):
         buffer.switch('camera', to='wheels')
-    with pytest.raises(InvalidArgumentException, match='one parent'):
+    with pytest.raises(InvalidArgumentException, match='same parent'):
         buffer.insert_from('laser', 'map', 'base', SECOND, Pose())
     for wrong in ({'max_age': 0}, {'max_age': 0.1}, {'max_age': 1, 'gate': 3},
                   {'max_age': 1, 'gate': (-1, 0)}, {'max_age': 1, 'window': None}):
@@ -359,3 +349,78 @@ def test_what_cannot_be_done_says_why():
     assert buffer.insert_from('wheels', 'odom', 'base', 3 * SECOND,
                               Pose(x=float('nan')))[0].kind is Kind.NOT_FINITE
     assert buffer.sources_of('nobody') == []
+
+
+# --- after a lagging source, a dead one, and in files
+
+def test_smoothed_while_a_source_is_awaited_has_what_lookups_have():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    feed(buffer, SECOND, 2 * SECOND, 'wheels')
+    assert buffer.switch('base', to='visual', **LIMITS) is None
+    for stamp in (0, SECOND, 2 * SECOND):
+        assert_same_pose(buffer.smoothed().lookup_at('odom', 'base', stamp), wheels(stamp))
+
+
+def test_switch_to_a_source_that_is_dead_is_refused():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    feed(buffer, SECOND, 5 * SECOND, 'wheels')
+    with pytest.raises(InvalidArgumentException, match='has sent nothing since'):
+        buffer.switch('base', to='visual')
+    assert active(buffer) == ['wheels']
+
+
+def test_snapshots_and_files_keep_the_sources(tmp_path):
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.switch_by_rule('base', max_age=100 * MS, **LIMITS)
+    feed(buffer, SECOND, 2 * SECOND, 'visual')
+    buffer.save(tmp_path / 'tree')
+    expected = buffer.smoothed().lookup_at('odom', 'base', 2 * SECOND)
+    sources = buffer.sources_of('base')
+    frozen = buffer.snapshot()
+    feed(buffer, 2 * SECOND, 3 * SECOND, 'visual')
+    for tree in (frozen, load(tmp_path / 'tree'), pickle.loads(pickle.dumps(frozen))):
+        assert tree.sources_of('base') == sources
+        assert tree.smoothed().lookup_at('odom', 'base', 2 * SECOND) == expected
+        assert_same_pose(tree.smoothed().lookup_at('odom', 'base', 0), visual(0))
+
+
+def test_removed_frame_has_no_sources():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.remove_frame('base')
+    assert buffer.sources_of('base') == []
+    feed(buffer, SECOND, 2 * SECOND, 'visual')
+    assert active(buffer) == ['visual'] and len(buffer.sources_of('base')) == 1
+    buffer.clear()
+    assert buffer.sources_of('base') == []
+
+
+def test_plain_insertion_beside_sources_is_reported_once():
+    buffer = fed(SECOND, 'wheels', 'visual')
+    buffer.insert('odom', 'base', SECOND + MS, Pose(), authority='somebody')
+    told = feed(buffer, SECOND, 2 * SECOND, 'wheels', 'visual')
+    assert [(one.kind, one.authority) for one in told] == [(Kind.TWO_PUBLISHERS, 'somebody')]
+    assert 'insert_from' in told[0].detail
+
+
+# --- back to a better one
+
+def test_better_source_that_is_steady_again_is_gone_back_to():
+    buffer = fed(SECOND, 'visual', 'wheels')
+    buffer.switch_by_rule('base', max_age=100 * MS, prefer=['visual'], steady=SECOND, **LIMITS)
+    told = feed(buffer, SECOND, 2 * SECOND, 'wheels')
+    assert [one.kind for one in told] == [Kind.SOURCE_SILENT] and active(buffer) == ['wheels']
+    assert not feed(buffer, 2 * SECOND, 2_900 * MS, 'wheels', 'visual')
+    told = feed(buffer, 2_900 * MS, 4 * SECOND, 'wheels', 'visual')
+    assert [(one.kind, one.authority) for one in told] == [(Kind.SOURCE_PREFERRED, 'wheels')]
+    assert 3 * SECOND <= told[0].stamp < 3_200 * MS and active(buffer) == ['visual']
+    assert_never_jumps(buffer, 4 * SECOND)
+    with pytest.raises(InvalidArgumentException, match='prefer'):
+        buffer.switch_by_rule('base', max_age=MS, prefer='visual')
+
+
+def test_better_source_that_moves_otherwise_is_not_gone_back_to():
+    buffer = fed(SECOND, 'slipping', 'visual', 'third')
+    buffer.switch_by_rule('base', max_age=SECOND, gate=(0.1, 0.1), prefer=['slipping'],
+                          steady=100 * MS, **LIMITS)
+    feed(buffer, SECOND, 4 * SECOND, 'slipping', 'visual', 'third')
+    assert active(buffer) == ['visual']

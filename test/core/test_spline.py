@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Splines by themselves: what lies on one comes back, its derivatives are those of its poses."""
+"""Splines alone: their own samples fit them, and their derivatives match their poses."""
 
 import math
 import pickle
@@ -23,7 +12,7 @@ import pytest
 from strategies import assert_same_pose, waving_poses
 from tf_tree_py.core import InvalidArgumentException, Pose, Spline
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.spline import SE3, SPLIT
+from tf_tree_py.core.geometry.spline_segment import SE3, SPLIT
 
 SECOND = 1_000_000_000
 START = 1_700_000_000 * SECOND
@@ -39,7 +28,7 @@ def every(rate_hz, seconds=1.0):
 
 
 def random_spline(seed, group, turn=0.3, pieces=6):
-    """Return a spline whose neighbouring knots turn by so much, and go as far."""
+    """Return a spline with this rotation between neighbouring knots, and as much translation."""
     rng = np.random.default_rng(seed)
     knots = [se3.exp(tuple(rng.normal(size=6)))]
     for _ in range(pieces + 2):
@@ -62,7 +51,7 @@ def test_a_spline_that_is_sampled_comes_back(group):
     again = Spline.fit(stamps, spline.poses(stamps), 50.0, on_se3=group is SE3)
     assert again.knot_period == spline.knot_period
     moved, turned = se3.distance_many(spline.knots, again.knots)
-    # Its knots are as uneven as can be, and the fit prefers even ones a little.
+    # Its knots are as uneven as possible, and the fit slightly prefers even ones.
     assert moved.max() < 2e-4 and turned.max() < 2e-4
 
 
@@ -84,7 +73,7 @@ def test_one_stamp_is_answered_as_among_many(group, seed, turn):
 def test_twist_and_acceleration_are_the_derivatives_of_the_poses(group, seed):
     spline = random_spline(seed, group)
     step = 10_000
-    # No closer to a knot than that, for the third derivative jumps there.
+    # At least a step away from a knot, because the third derivative jumps there.
     rng = np.random.default_rng(seed)
     stamps = spline.begin + rng.integers(0, spline.pieces, 30) * spline.knot_period + rng.integers(
         step, spline.knot_period - step, 30)
@@ -98,7 +87,7 @@ def test_twist_and_acceleration_are_the_derivatives_of_the_poses(group, seed):
     np.testing.assert_allclose(twists[:, :3], so3.rotate_many(back, speed), atol=2e-4)
     np.testing.assert_allclose(twists[:, 3:], turning, atol=2e-4)
 
-    # Of the twists, for the second difference of poses loses half of the digits.
+    # From the twists, because the second difference of poses loses half of the digits.
     world = [so3.rotate_many(spline.poses(stamps + shift)[:, 3:],
                              spline.twists(stamps + shift)[:, :3]) for shift in (-step, step)]
     turns = [spline.twists(stamps + shift)[:, 3:] for shift in (-step, step)]
@@ -146,7 +135,7 @@ def test_noise_is_averaged():
     noise = se3.exp_many(rng.normal(0.0, 1e-3, (len(stamps), 6)))
     spline = Spline.fit(stamps, se3.compose_many(wave(stamps), noise), 50.0)
     moved, turned = se3.distance_many(wave(stamps), spline.poses(stamps))
-    # 3 * 1001 numbers of noise, of which a share of 53 knots in 1001 poses stays.
+    # Of 3 * 1001 numbers of noise, the fraction 53 knots / 1001 poses remains.
     expected = 1e-3 * math.sqrt(3.0 * 53 / 1001)
     assert np.sqrt(np.mean(moved**2)) == pytest.approx(expected, rel=0.15)
     assert np.sqrt(np.mean(turned**2)) == pytest.approx(expected, rel=0.15)
@@ -214,13 +203,13 @@ def test_few_poses_make_a_spline_too(stamps, knots):
     ({'knot_rate_hz': math.nan}, 'knot_rate_hz nan'),
     ({'knot_rate_hz': 'fast'}, "knot_rate_hz 'fast'"),
     ({'knot_rate_hz': 300.0}, 'knot_rate_hz below 100'),
-    ({'stamps': []}, 'not 0 and 101'),
-    ({'stamps': [], 'poses': []}, 'not 0 and 0'),
+    ({'stamps': []}, 'not 0 stamps and 101 poses'),
+    ({'stamps': [], 'poses': []}, 'not 0 stamps and 0 poses'),
     ({'stamps': [0.5] * 101}, 'integer nanoseconds'),
-    ({'stamps': [-2**63] * 50 + [2**63 - 1] * 51}, 'too far for one spline'),
+    ({'stamps': [-2**63] * 50 + [2**63 - 1] * 51}, 'too long for one spline'),
     ({'poses': np.zeros((101, 6))}, r'\(101, 6\)'),
-    ({'poses': np.zeros((101, 7))}, r'poses\[0\] is no pose'),
-    ({'poses': np.full((101, 7), np.inf)}, r'poses\[0\] is no pose'),
+    ({'poses': np.zeros((101, 7))}, r'poses\[0\] is not a pose'),
+    ({'poses': np.full((101, 7), np.inf)}, r'poses\[0\] is not a pose'),
 ])
 def test_bad_input_is_told(given, match):
     good = {'stamps': every(100), 'poses': wave(every(100)), 'knot_rate_hz': 20.0}
@@ -232,9 +221,9 @@ def test_outside_there_is_nothing():
     spline = random_spline(6, SPLIT)
     for stamp in (spline.oldest - 1, spline.latest + 1):
         for ask in (spline.pose, spline.twist, spline.acceleration):
-            with pytest.raises(InvalidArgumentException, match='lies outside the spline'):
+            with pytest.raises(InvalidArgumentException, match='is outside the spline'):
                 ask(stamp)
-        with pytest.raises(InvalidArgumentException, match='lies outside the spline'):
+        with pytest.raises(InvalidArgumentException, match='is outside the spline'):
             spline.twists([spline.oldest, stamp])
 
 

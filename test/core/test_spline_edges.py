@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""An edge of a tree that is a spline: put there, asked, waited for, replaced."""
+"""An edge of a tree that is a spline: inserted, looked up, waited for, replaced."""
 
 import math
 import pickle
@@ -60,7 +49,7 @@ def buffer(spline):
     """Return map -> odom, by samples; odom -> imu, a spline; imu -> camera, static."""
     buffer = BufferCore()
     buffer.insert_track('map', 'odom', STAMPS[::10], wave(STAMPS[::10] + SECOND))
-    assert buffer.insert_spline('/odom', 'imu', spline, authority='fit') == []
+    assert buffer.insert_curve('/odom', 'imu', spline, authority='fit') == []
     buffer.insert('imu', 'camera', 0, TURNED, static=True)
     return buffer
 
@@ -81,7 +70,7 @@ def test_lookup_is_the_spline_among_the_other_edges(buffer, spline):
 @pytest.mark.parametrize('count', [50, 100_000])
 @pytest.mark.parametrize('on_se3', [False, True])
 def test_many_stamps_are_answered_as_one_by_one(buffer, count, on_se3):
-    buffer.insert_spline('odom', 'imu', Spline.fit(STAMPS, wave(STAMPS), 50.0, on_se3=on_se3))
+    buffer.insert_curve('odom', 'imu', Spline.fit(STAMPS, wave(STAMPS), 50.0, on_se3=on_se3))
     stamps = np.random.default_rng(1).integers(STAMPS[0], STAMPS[-1], count, endpoint=True)
     for target, source in (('map', 'camera'), ('camera', 'odom')):
         poses = buffer.lookup_many(target, source, stamps)
@@ -100,7 +89,7 @@ def test_polynomials_are_the_spline_also_where_it_is_far_away_and_fast():
             knots.append(se3.compose(knots[-1], se3.exp(step)))
         spline = Spline(0, 10_000_000, np.array(knots), 120_000_000)
         buffer = BufferCore()
-        buffer.insert_spline('map', 'far', spline)
+        buffer.insert_curve('map', 'far', spline)
         buffer.insert('map', 'tower', 0, Pose.from_xyz_rpy(50.0, yaw=1.0), static=True)
         buffer.insert('far', 'tip', 0, Pose.from_xyz_rpy(5.0, pitch=1.0), static=True)
         stamps = rng.integers(0, 120_000_000, 40_000, endpoint=True)
@@ -149,7 +138,7 @@ def test_twist_of_a_spline_is_its_own_and_not_an_average(buffer, spline):
     expected = screws.carry((0.0, 0.0, 0.0, *pose.rotation), spline.twist(stamp))
     found = lookup_twist(buffer, 'imu', 'odom', stamp, 500_000_000)
     assert (*found.linear, *found.angular) == pytest.approx(expected, abs=1e-12)
-    # The way back: the parent, as the child sees it, in the child's axes.
+    # The inverse: the parent as seen from the child, in the child's axes.
     back = lookup_twist(buffer, 'odom', 'imu', stamp, 500_000_000)
     assert back.angular == pytest.approx([-value for value in spline.twist(stamp)[3:]])
     for tracked, observer in (('imu', 'odom'), ('odom', 'imu'), ('camera', 'map')):
@@ -161,9 +150,9 @@ def test_twist_of_a_spline_is_its_own_and_not_an_average(buffer, spline):
 
 
 def test_error_outside_the_spline_says_what_the_edge_is(buffer, spline):
-    with pytest.raises(PastExtrapolationException, match='a spline, which begins later') as past:
+    with pytest.raises(PastExtrapolationException, match='a curve that begins later') as past:
         buffer.lookup('odom', 'camera', spline.oldest - 1)
-    with pytest.raises(FutureExtrapolationException, match='no further than the poses') as future:
+    with pytest.raises(FutureExtrapolationException, match='wait for a longer one') as future:
         buffer.lookup('odom', 'camera', spline.latest + 1)
     assert (past.value.oldest, future.value.latest) == (spline.oldest, spline.latest)
     assert past.value.blocked_on is None and future.value.blocked_on is not None
@@ -171,15 +160,15 @@ def test_error_outside_the_spline_says_what_the_edge_is(buffer, spline):
 
 def test_waiting_ends_when_the_spline_has_grown(buffer):
     fitter, more = SplineFitter(50.0), STAMPS + STAMPS[-1] - STAMPS[0]
-    buffer.insert_spline('odom', 'imu', fitter.add(STAMPS, wave(STAMPS)))
+    buffer.insert_curve('odom', 'imu', fitter.add(STAMPS, wave(STAMPS)))
     found = []
     waiter = threading.Thread(target=lambda: found.append(
         buffer.lookup_within(60.0, 'odom', 'imu', int(more[100]))))
     waiter.start()
     buffer.waiting._waiters.somebody.wait(PATIENCE_S)
-    buffer.insert_spline('odom', 'imu', fitter.add(more[:50], wave(more[:50])))
+    buffer.insert_curve('odom', 'imu', fitter.add(more[:50], wave(more[:50])))
     assert len(buffer.waiting) == 1
-    buffer.insert_spline('odom', 'imu', fitter.add(more[50:], wave(more[50:])))
+    buffer.insert_curve('odom', 'imu', fitter.add(more[50:], wave(more[50:])))
     assert len(buffer.waiting) == 0
     waiter.join()
     assert_same_pose(found[0], wave(more[100:101])[0], tolerance=1e-4)
@@ -188,13 +177,13 @@ def test_waiting_ends_when_the_spline_has_grown(buffer):
 def test_spline_that_goes_on_leaves_paths_as_they_are(buffer, spline):
     buffer.lookup('map', 'camera', 1_500_000_000)
     version = buffer._tree.version
-    assert buffer.insert_spline('odom', 'imu', spline) == []
+    assert buffer.insert_curve('odom', 'imu', spline) == []
     assert buffer._tree.version == version
     longer = Spline.fit(STAMPS, wave(STAMPS + SECOND), 20.0)
-    buffer.insert_spline('odom', 'imu', longer)
+    buffer.insert_curve('odom', 'imu', longer)
     assert buffer.lookup('odom', 'imu', 1_500_000_000) == longer.pose(1_500_000_000)
     frozen = buffer.snapshot()
-    buffer.insert_spline('odom', 'imu', spline)
+    buffer.insert_curve('odom', 'imu', spline)
     for snapshot in (frozen, pickle.loads(pickle.dumps(frozen))):
         assert snapshot.lookup('odom', 'imu', 1_500_000_000) == longer.pose(1_500_000_000)
 
@@ -202,14 +191,14 @@ def test_spline_that_goes_on_leaves_paths_as_they_are(buffer, spline):
 def test_edge_changes_its_kind_and_that_is_told(buffer, spline):
     incident, = buffer.insert('odom', 'imu', 3 * SECOND, Pose(), strict=False)
     assert incident.kind is Kind.KIND_CHANGE
-    assert "it was a spline from 'fit' and is now dynamic" in str(incident)
+    assert "it was a curve from 'fit' and is now dynamic" in str(incident)
     assert buffer.lookup('odom', 'imu') == Pose()
-    incident, = buffer.insert_spline('odom', 'imu', spline, strict=False)
-    assert 'is now a spline' in str(incident)
+    incident, = buffer.insert_curve('odom', 'imu', spline, strict=False)
+    assert 'is now a curve' in str(incident)
     assert [incident.kind for incident in buffer.insert_track(
         'odom', 'imu', STAMPS, wave(STAMPS), strict=False)] == [Kind.KIND_CHANGE]
-    with pytest.warns(TransformWarning, match='is now a spline'):
-        buffer.insert_spline('odom', 'imu', spline)
+    with pytest.warns(TransformWarning, match='is now a curve'):
+        buffer.insert_curve('odom', 'imu', spline)
 
 
 @pytest.mark.parametrize(('parent', 'child', 'kind'), [
@@ -217,17 +206,17 @@ def test_edge_changes_its_kind_and_that_is_told(buffer, spline):
     ('odom', 'x' * 5000, Kind.BAD_NAME)])
 def test_what_breaks_a_rule_is_refused(buffer, spline, parent, child, kind):
     before = buffer.edges(), buffer.frames()
-    incident, = buffer.insert_spline(parent, child, spline, strict=False)
+    incident, = buffer.insert_curve(parent, child, spline, strict=False)
     assert incident.kind is kind and incident.refused
     with pytest.raises(RefusedException):
-        buffer.insert_spline(parent, child, spline, strict=True)
+        buffer.insert_curve(parent, child, spline, strict=True)
     assert (buffer.edges(), buffer.frames()) == before
     assert buffer.statistics().incidents[kind] == 2
 
 
 def test_spline_far_ahead_of_the_clock_is_refused(spline):
     buffer = BufferCore(now=lambda: SECOND // 2, max_future=SECOND // 10)
-    incident, = buffer.insert_spline('odom', 'imu', spline, strict=False)
+    incident, = buffer.insert_curve('odom', 'imu', spline, strict=False)
     assert incident.kind is Kind.FAR_FUTURE and not buffer.edges()
 
 
@@ -235,14 +224,14 @@ def test_cleared_buffer_forgets_it_and_takes_another(buffer, spline):
     buffer.clear()
     with pytest.raises(NoDataException):
         buffer.lookup('odom', 'imu', 1_500_000_000)
-    assert buffer.insert_spline('odom', 'imu', spline) == []
+    assert buffer.insert_curve('odom', 'imu', spline) == []
     assert buffer.lookup('odom', 'imu', 1_500_000_000) == spline.pose(1_500_000_000)
     assert buffer.remove_frame('imu')
 
 
 @pytest.mark.parametrize('given', [None, 'spline', STAMPS, Pose()])
-def test_what_is_no_spline_is_told(buffer, given):
+def test_what_is_no_curve_is_refused(buffer, given):
     with pytest.raises(InvalidArgumentException, match='Spline.fit makes one'):
-        buffer.insert_spline('odom', 'imu', given)
+        buffer.insert_curve('odom', 'imu', given)
     with pytest.raises(InvalidArgumentException, match='parent is the name of a frame, not 7'):
-        buffer.insert_spline(7, 'imu', Spline.fit([1], [Pose()], 1.0))
+        buffer.insert_curve(7, 'imu', Spline.fit([1], [Pose()], 1.0))

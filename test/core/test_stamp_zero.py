@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-0 is a time like any other, but where one pose is asked for at the stamp LATEST.
+0 is an ordinary time, except in a lookup of a single pose, where it is LATEST.
 
-Whatever is asked of a tree whose time begins at 0, or goes through it, is what the same
-tree answers a day later.
+All results of a tree whose time begins at 0, or includes it, equal those of the
+same tree a day later.
 """
 
 from hypothesis import example, given, strategies as st
@@ -52,15 +41,15 @@ QUESTIONS = {
     'deskew': lambda tree, begin: deskew(
         tree, [[1.0, 2.0, 3.0]] * 2, [begin, begin + 30], 'c', 'c', begin + 40, 'a'),
 }
-# After the beginning: the stamps at which one pose is asked for.
+# The stamps of single lookups, relative to the beginning.
 ASKED = {'twist': 30, 'tree': 20, 'deskew': 40}
 
 
 def answers(arrivals, begin):
-    """Return what each question comes to in a tree whose time begins at a stamp."""
+    """Return the result of each lookup in a tree whose time begins at a stamp."""
     buffer = BufferCore()
     begun = [(*edge, stamp) for stamp in range(0, 51, 10) for edge in ('ab', 'bc')]
-    # A point that is known for longer.
+    # A point that is known for a longer time.
     begun += [('a', 'p', stamp) for stamp in range(0, 81, 10)]
     for number, (parent, child, stamp) in enumerate([*begun, *arrivals]):
         buffer.insert(parent, child, begin + stamp, POSES[number % len(POSES)])
@@ -85,7 +74,7 @@ def test_what_is_asked_around_zero_is_what_is_asked_a_day_later(arrivals, begin)
     assert now.keys() == later.keys()
     for name, expected in later.items():
         if begin + ASKED.get(name, DAY) == 0:
-            continue  # There 0 is LATEST.
+            continue  # 0 is LATEST there
         if isinstance(expected, type):
             assert now[name] is expected, name
         else:
@@ -127,7 +116,7 @@ def test_zero_before_the_data_is_the_past():
 
 
 def test_edge_whose_newest_stamp_is_zero_holds_the_latest_back(train):
-    """In tf2 it has no say, and the lookup fails."""
+    """tf2 ignores this edge, and the lookup fails."""
     train.insert('train', 'door', 0, Pose(y=1.0))
     assert train.latest_common_time('track', 'door') == 0
     assert train.lookup('track', 'door') == Pose(y=1.0)

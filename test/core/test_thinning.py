@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What goes out of many samples, against what the other side makes of it."""
+"""The samples that thinning sends, compared with the receiver's interpolation."""
 
 from contextlib import contextmanager
 import math
@@ -25,12 +14,12 @@ from programs import PATIENCE_S
 import pytest
 from strategies import about, axes, vectors
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.departures.dead_band import DeadBand
-from tf_tree_py.core.departures.sending import Moving
-from tf_tree_py.core.departures.thinning import Thinning
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import IDENTITY
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.thinning.dead_band import DeadBand
+from tf_tree_py.core.thinning.senders import MovingSender
+from tf_tree_py.core.thinning.thinner import Thinner
 
 SECOND = 1_000_000_000
 MIN_MOVE, MIN_TURN, SILENCE = 0.01, 0.02, 10
@@ -107,7 +96,7 @@ def test_frames_are_judged_each_by_itself():
     assert band.offer([at(2), at(2, 1.0, child='arm')], 2) == [at(2, 1.0, child='arm')]
 
 
-# Steps from pose to pose: within the thresholds, about as large, and any.
+# Steps between poses: within the thresholds, about as large, and any size.
 small = st.floats(0.0, 1.2)
 steps = st.lists(st.tuples(
     st.integers(1, 4), st.integers(0, 6), axes, axes,
@@ -116,7 +105,7 @@ steps = st.lists(st.tuples(
 
 
 def walk(start, steps):
-    """Return samples with when they arrive: each a step from the one before."""
+    """Return samples with their arrival times, each a step from the previous one."""
     pose, stamp, now, samples = start, 0, 0, []
     for since, pause, way, axis, (far, much) in steps:
         stamp, now = stamp + since, now + pause
@@ -153,7 +142,7 @@ def assert_within(times, pose, sample):
 # --- with rates
 
 def feed(thinning, samples, period=SECOND // 100):
-    """Offer samples one after the other in real time; return all that went."""
+    """Offer samples one by one in real time; return the samples that were sent."""
     went = []
     for now, sample in enumerate(samples):
         went += [*thinning.due(now * period), *thinning.offer([sample], now * period)]
@@ -164,12 +153,12 @@ def feed(thinning, samples, period=SECOND // 100):
 
 def test_without_limits_everything_goes():
     samples = [at(stamp) for stamp in range(100)]
-    assert feed(Thinning(), samples) == samples
-    assert Thinning().next_turn is None
+    assert feed(Thinner(), samples) == samples
+    assert Thinner().next_turn is None
 
 
 def test_frames_have_rates_of_their_own():
-    thinning, children = Thinning(rate_hz=10.0, rates={'arm': 2.0, 'odom': 0.0}), 'base arm odom'
+    thinning, children = Thinner(rate_hz=10.0, rates={'arm': 2.0, 'odom': 0.0}), 'base arm odom'
     samples = [at(stamp, child=child) for stamp in range(100) for child in children.split()]
     went = feed(thinning, samples, SECOND // 300)
     assert [sum(sample.child == child for sample in went)
@@ -178,41 +167,41 @@ def test_frames_have_rates_of_their_own():
 
 
 def test_rate_comes_first_and_a_rest_is_ended_by_a_sample_all_the_same():
-    thinning = Thinning(rate_hz=10.0, min_move=MIN_MOVE, max_silence=5.0)
+    thinning = Thinner(rate_hz=10.0, min_move=MIN_MOVE, max_silence=5.0)
     went = feed(thinning, [at(stamp, max(0.0, stamp - 200.0)) for stamp in range(301)])
     assert [sample.stamp for sample in went] == [0, *range(199, 300, 10), 300]
 
 
 @pytest.mark.parametrize(('limits', 'sentence'), [
-    ({'rate_hz': -1.0}, 'rate_hz has to be a finite number, zero or greater, not -1.0'),
-    ({'rates': {'odom': math.nan}}, "the rate of 'odom' has to be a finite number"),
-    ({'min_move': math.inf}, 'min_move has to be'),
-    ({'min_turn': -0.1}, 'min_turn has to be'),
-    ({'max_silence': 0.0}, 'max_silence has to be greater than zero'),
+    ({'rate_hz': -1.0}, 'rate_hz must be a finite number, zero or greater, not -1.0'),
+    ({'rates': {'odom': math.nan}}, "the rate of 'odom' must be a finite number"),
+    ({'min_move': math.inf}, 'min_move must be'),
+    ({'min_turn': -0.1}, 'min_turn must be'),
+    ({'max_silence': 0.0}, 'max_silence must be greater than zero'),
 ])
 def test_limits_that_cannot_be_are_refused(limits, sentence):
     with pytest.raises(ValueError, match=sentence):
-        Thinning(**limits)
+        Thinner(**limits)
 
 
-# --- with what sends them
+# --- with a sender
 
 @contextmanager
 def sent(thinning):
-    """Yield what sends samples, and what returns the next message that was sent of them."""
+    """Yield a sender of samples, and a function that returns the next message that it sent."""
     messages = SimpleQueue()
-    moving = Moving(messages.put, thinning)
+    moving = MovingSender(messages.put, thinning)
     yield moving, lambda: list(messages.get(timeout=PATIENCE_S))
     moving.close()
 
 
 def test_frame_of_a_high_rate_does_not_wait_for_one_of_a_low_rate():
-    with sent(Thinning(rates={'slow': 0.1, 'quick': 50.0})) as (moving, next_message):
+    with sent(Thinner(rates={'slow': 0.1, 'quick': 50.0})) as (moving, next_message):
         moving.take([at(1, child='slow')])
         slow_turn = moving.next_turn
         moving.take([at(1, child='quick')])
         end = time.monotonic() + PATIENCE_S
-        while moving.next_turn != slow_turn:  # so the thread sleeps until then
+        while moving.next_turn != slow_turn:  # then the thread sleeps until that turn
             assert time.monotonic() < end
         for sample in (at(2, child='slow'), at(2, child='quick'), at(3, child='quick')):
             moving.take([sample])
@@ -221,7 +210,7 @@ def test_frame_of_a_high_rate_does_not_wait_for_one_of_a_low_rate():
 
 
 def test_last_pose_of_a_frame_that_is_heard_no_more_goes():
-    with sent(Thinning(min_move=1.0, max_silence=0.05)) as (moving, next_message):
+    with sent(Thinner(min_move=1.0, max_silence=0.05)) as (moving, next_message):
         moving.take([at(1)])
         moving.take([at(2)])
         assert [next_message(), next_message()] == [[at(1)], [at(2)]]

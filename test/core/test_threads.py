@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Many write and read at once: every answer is one that could have been given."""
+"""Concurrent writers and readers: every result is one of a consistent tree."""
 
 import time
 
@@ -27,21 +16,21 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
-from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.ingest.sample import Batch
 
 TICK = 1000
 TICKS = 3000
 
 
 def pose_at(stamp):
-    """Return a pose whose seven numbers all tell its stamp, also between two ticks."""
+    """Return a pose whose seven numbers all depend on its stamp, also between two ticks."""
     ticks = stamp / TICK
     return Pose.from_xyz_rpy(ticks, -2.0 * ticks, 0.5, yaw=1e-3 * ticks)
 
 
 def assert_tells_its_stamp(pose, stamp, edges):
-    """Hold a chain of so many edges to what its stamp says."""
+    """Assert that each of the numbers of a chain's pose matches its stamp."""
     expected = Pose()
     for _ in range(edges):
         expected @= pose_at(stamp)
@@ -49,7 +38,7 @@ def assert_tells_its_stamp(pose, stamp, edges):
 
 
 def test_no_reader_sees_a_torn_pose():
-    buffer = BufferCore(200 * TICK)  # short, so that expired blocks are dropped meanwhile
+    buffer = BufferCore(200 * TICK)  # short, so that expired blocks are dropped during the test
     crew = Crew()
     edges = (('a', 'b'), ('b', 'c'))
 
@@ -90,12 +79,12 @@ def test_no_reader_sees_a_torn_pose():
             try:
                 pose = buffer.lookup('a', 'c', max(stamp - back, 1))
             except TransformException:
-                continue  # before the beginning, or out of the window by now
+                continue  # before the beginning, or already out of the window
             assert_tells_its_stamp(pose, max(stamp - back, 1), 2)
 
     def read_what_changes():
         stamp, pose = buffer.lookup_stamped('b', 'tool')
-        # On b it is one metre ahead for ever; on a, where b was at the stamp matters.
+        # Below b, it is always one metre ahead; below a, the position of b at the stamp matters.
         expected = Pose(1.0) if stamp == LATEST else pose_at(stamp).inverse() @ Pose(1.0)
         assert_same_pose(pose, expected, 1e-9, reach=TICKS)
         children = [edge.child for edge in buffer.edges()]
@@ -105,7 +94,7 @@ def test_no_reader_sees_a_torn_pose():
         newest = buffer.latest_common_time('a', 'c')
         stamps = [max(newest - back, 1) for back in range(0, 250 * TICK, 7777)]
         poses, valid = buffer.lookup_many('a', 'c', stamps, outside='mask')
-        # How many are left depends on how far the writers have come meanwhile.
+        # The number left depends on the progress of the writers.
         for stamp, pose in zip(np.array(stamps)[valid].tolist(), poses[valid], strict=True):
             assert_tells_its_stamp(pose.tolist(), stamp, 2)
 
@@ -113,7 +102,7 @@ def test_no_reader_sees_a_torn_pose():
         frozen = buffer.snapshot()
         stamp, pose = frozen.lookup_stamped('a', 'c')
         assert_tells_its_stamp(pose, stamp, 2)
-        # The buffer has gone on by now; what was taken has not.
+        # The buffer has changed since; the snapshot has not.
         assert frozen.lookup_stamped('a', 'c') == (stamp, pose)
 
     for edge in (*edges, ('a', 'd'), ('a', 'e')):
@@ -144,7 +133,7 @@ def test_waiting_lookups_all_get_their_own_stamp():
             begin = time.monotonic()
             pose = buffer.lookup_within(PATIENCE_S / 2, 'a', 'b', TICK * tick)
             assert_tells_its_stamp(pose, TICK * tick, 1)
-            # At the end of a wait it tries once more, which must not hide that nobody woke it.
+            # The wait looks up once more at its end, which must not hide a missing wake-up.
             assert time.monotonic() - begin < PATIENCE_S / 2
 
     crew.write(write)
@@ -155,7 +144,7 @@ def test_waiting_lookups_all_get_their_own_stamp():
 
 
 def test_no_answer_outlives_a_clear():
-    """Clearing, removing and filling again beside readers: an answer, or an error of tf2."""
+    """Clearing, removing and filling while others read gives a result, or an error of tf2."""
     buffer = BufferCore()
     crew = Crew()
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Where a frame was over time: which stamps, what of those without an answer, velocities."""
+"""A frame over time: the stamps, the stamps without a result, and velocities."""
 
 from hypothesis import given, strategies as st
 import numpy as np
@@ -24,7 +13,13 @@ from tf_tree_py.core import (
     Pose,
     UNLIMITED,
 )
-from tf_tree_py.core.trajectory import stamps_at_rate, stamps_of_slowest, trajectory
+from tf_tree_py.core.trajectory import (
+    POSE_COLUMNS,
+    stamps_at_rate,
+    stamps_of_slowest,
+    trajectory,
+    TWIST_COLUMNS,
+)
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -32,7 +27,7 @@ START = 1_700_000_000 * SECOND
 
 
 def buffer_of(**edges):
-    """Return a buffer with a chain of edges: of each child its stamps, None for a static one."""
+    """Return a buffer with a chain of edges, given the stamps of each child, None if static."""
     buffer, parent = BufferCore(UNLIMITED), 'map'
     for child, stamps in edges.items():
         for stamp in [0] if stamps is None else stamps:
@@ -53,7 +48,7 @@ def test_slowest_edge_gives_the_stamps_that_all_edges_have_data_for(one, other):
             stamps_of_slowest(buffer, 'map', 'hand')
         return
     rate, other_rate = ((len(each) - 1) / (max(each) - min(each)) for each in (one, other))
-    slowest = other if other_rate <= rate else one  # of two alike, the one below
+    slowest = other if other_rate <= rate else one  # if both are equal, the lower one
     expected = sorted(stamp for stamp in slowest if first <= stamp <= last)
     assert stamps_of_slowest(buffer, 'map', 'hand').tolist() == expected
     assert len(trajectory(buffer, 'map', 'hand', expected, outside='fail').stamps) == len(expected)
@@ -71,13 +66,13 @@ def test_stamps_at_a_rate_have_answers_and_keep_the_rate(length, rate_hz):
 def test_nothing_that_moves_gives_no_stamps():
     buffer = buffer_of(base=None)
     for stamps in (stamps_of_slowest, lambda *frames: stamps_at_rate(*frames, 10.0)):
-        with pytest.raises(InvalidArgumentException, match="between 'map' and 'base' moves"):
+        with pytest.raises(InvalidArgumentException, match="between 'map' and 'base' are static"):
             stamps(buffer, 'map', 'base')
 
 
 def test_rate_that_is_a_slip_of_the_finger_is_refused():
     buffer = buffer_of(base=[START, START + 100 * SECOND])
-    with pytest.raises(InvalidArgumentException, match='more than 100000000 are not made'):
+    with pytest.raises(InvalidArgumentException, match='more than the limit of 100000000'):
         stamps_at_rate(buffer, 'map', 'base', 1e9)
 
 
@@ -98,7 +93,7 @@ def test_stamps_without_an_answer_are_left_out_or_nan_or_an_error():
 
 
 def test_velocity_is_that_of_the_source_in_the_axes_of_the_target():
-    """A wheel rolls round a post at 2 m, half a radian a second."""
+    """A wheel moves around a post at 2 m, half a radian a second."""
     buffer = BufferCore(UNLIMITED)
     for number in range(101):
         t = 0.01 * number
@@ -111,3 +106,19 @@ def test_velocity_is_that_of_the_source_in_the_axes_of_the_target():
     expected[:, 0], expected[:, 1] = -np.sin(0.5 * seconds), np.cos(0.5 * seconds)
     expected[:, 5] = 0.5
     np.testing.assert_allclose(taken.twists, expected, atol=1e-7)
+
+
+def test_frame_of_pandas_goes_there_and_back():
+    pandas = pytest.importorskip('pandas')
+    begin = 1_700_000_000_000_000_001
+    buffer = BufferCore(cache_time=UNLIMITED)
+    stamps = begin + np.arange(5) * 100_000_000
+    buffer.insert_track(
+        'map', 'base', stamps, [Pose.from_xyz_rpy(i, yaw=0.1 * i) for i in range(5)])
+    taken = trajectory(buffer, 'map', 'base', stamps, twist=True)
+    frame = taken.to_frame()
+    assert list(frame.columns) == [*POSE_COLUMNS, *TWIST_COLUMNS]
+    assert frame.index.name == 'time' and frame.index[0] == pandas.Timestamp(begin)
+    again = BufferCore(cache_time=UNLIMITED)
+    assert again.insert_track('map', 'base', frame.index, frame[list(POSE_COLUMNS)]) == []
+    assert np.array_equal(again.lookup_many('map', 'base', stamps), taken.poses)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The one-parent, no-cycle rule, and who is told what."""
+"""One parent per frame, no cycles, and the reports to the publishers."""
 
 import itertools
 
@@ -47,7 +36,7 @@ def chain(buffer, frames, stamp=1, static=False, authority='builder'):
 
 
 def answers(buffer, stamps=(LATEST, 1)):
-    """Return what every pair of frames gives, errors as their classes."""
+    """Return the result for every pair of frames; errors as their classes."""
     found = {}
     for target, source in itertools.permutations(buffer.frames(), 2):
         for stamp in stamps:
@@ -73,7 +62,7 @@ def test_edge_that_closes_a_loop_is_refused(frames, static_tree, static_edge):
                                 static=static_edge)
     assert incident.kind is Kind.LOOP
     assert incident.refused
-    # The tree stays whole: every old answer is as it was.
+    # The tree is unchanged: every earlier result is the same.
     assert answers(buffer) == before
     assert 'a' not in {edge.child for edge in buffer.edges()}
 
@@ -112,7 +101,7 @@ def test_refused_loop_is_told_frame_by_frame_with_both_publishers():
     assert "'odom' -> 'base_link' from 'localiser'" in text
     assert "'map' -> 'odom' from 'localiser'" in text
     assert "from 'tracker'" in text
-    assert 'stop the sender of this, or the other' in text
+    assert 'stop one of the publishers' in text
     assert text.startswith("Refused transform 'base_link' -> 'map'")
 
 
@@ -126,7 +115,7 @@ def test_new_frame_is_hung_below_a_long_chain_without_climbing_it(monkeypatch, s
     buffer = BufferCore()
     chain(buffer, [f'f{number}' for number in range(300)], static=static)
     assert not climbed
-    # The probe works: this one has to look.
+    # The probe works: this insertion must climb.
     assert buffer.insert('f299', 'f0', 1, place(1))[0].kind is Kind.LOOP
     assert climbed
 
@@ -151,7 +140,7 @@ def test_silent_edge_gives_way_to_one_that_turns_it_round():
     buffer = BufferCore(10 * SECOND)
     for tenth in range(11):
         buffer.insert('a', 'b', SECOND * tenth // 10, place(tenth), authority='old')
-    # A second of silence is none yet.
+    # One second is not yet silence.
     (incident,) = buffer.insert('b', 'a', 2 * SECOND, place(-20), authority='new')
     assert incident.kind is Kind.LOOP
     (incident,) = buffer.insert('b', 'a', 2 * SECOND + 1, place(-20), authority='new')
@@ -159,7 +148,7 @@ def test_silent_edge_gives_way_to_one_that_turns_it_round():
     assert not incident.refused
     assert "'a' -> 'b' from 'old', whose newest sample is 1.000 s older" in incident.detail
     assert buffer.lookup('b', 'a') == place(-20)
-    # Now the old one is the intruder.
+    # Now the old one causes the loop.
     (incident,) = buffer.insert('a', 'b', 3 * SECOND, place(1), authority='old')
     assert incident.kind is Kind.LOOP
 
@@ -216,7 +205,7 @@ def test_silent_edge_stays_when_the_one_that_turns_it_round_is_too_old_itself():
     buffer.insert('a', 'b', 1, place(1), authority='first')
     buffer.insert('r', 'a', 100, place(1), authority='root')
     assert buffer.lookup('a', 'b', 1) == place(1)
-    # 50 is 49 newer than a -> b, but 50 older than what hangs a on r.
+    # 50 is 49 newer than a -> b, but 50 older than r -> a.
     (incident,) = buffer.insert('b', 'a', 50, place(2), authority='late')
     assert incident.kind is Kind.OLD_DATA
     assert buffer.lookup('a', 'b', 1) == place(1)
@@ -265,7 +254,7 @@ def test_latest_never_meets_a_loop_even_where_frames_change_parents(arrivals):
 
 @given(st.lists(st.tuples(EDGES, st.integers(1, 25)), max_size=25))
 def test_lookup_among_changing_parents_ends(arrivals):
-    """Between two samples the tree may have a loop; it is an error, not for ever."""
+    """Between two samples, the tree may have a loop, which raises an error and does not hang."""
     buffer = BufferCore(20)
     for (parent, child), stamp in arrivals:
         buffer.insert(parent, child, stamp, place(1))
@@ -281,7 +270,7 @@ def test_late_sample_that_would_close_a_loop_now_is_refused():
     buffer.insert('r', 'p', 1, place(1))
     buffer.insert('c', 'p', 10, place(1))
     before = answers(buffer, (LATEST, 1, 10))
-    # At 5 p hung on r, but from 10 on it hangs on c, and c's newest would be this one.
+    # At 5, the parent of p was r, but from 10 on it is c, and this would be c's newest sample.
     (incident,) = buffer.insert('p', 'c', 5, place(1))
     assert incident.kind is Kind.LOOP
     assert answers(buffer, (LATEST, 1, 10)) == before
@@ -302,7 +291,7 @@ def test_two_frames_may_swap_who_carries_whom():
     assert buffer.lookup('robot', 'cart') == place(2)
 
 
-# --- fights and changes of kind
+# --- conflicting publishers and changes of kind
 
 
 def test_two_publishers_with_two_parents_are_reported_once():
@@ -386,9 +375,9 @@ def test_old_data_names_the_publisher_that_was_heard_last():
     (incident,) = buffer.insert('a', 'b', 1, place(1), authority='late')
     assert incident.kind is Kind.OLD_DATA
     assert incident.authority == 'late'
-    assert "the last one heard was 'good'" in incident.detail
+    assert "the last publisher was 'good'" in incident.detail
     assert '99 ns older than the newest' in incident.detail
-    # Who was refused has not published the edge.
+    # A publisher that was refused does not publish the edge.
     assert buffer.edges()[0].authority == 'good'
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How fast frames move: against motions whose velocity is known."""
+"""Velocities of frames, compared with motions of known velocity."""
 
 import itertools
 import math
@@ -52,7 +41,7 @@ from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, Velocity
 
 
 def test_twist_from_before_a_frame_was_hung_elsewhere():
-    """Nothing joins the two now; they are asked for a time, 0 for one, when something did."""
+    """The two are no longer connected; they are looked up at a time, such as 0, when they were."""
     buffer = BufferCore()
     for stamp in range(-SECOND, SECOND + 1, SECOND // 10):
         buffer.insert('map', 'base', stamp, Pose(stamp / SECOND))
@@ -126,7 +115,7 @@ def test_each_edge_adds_its_own_screw_exactly(seed):
     for interval in (2 * PERIOD, INTERVAL, 30 * PERIOD):
         down = lookup_twist(buffer, 'd', 'a', MIDDLE, interval)
         assert flat(down) == pytest.approx(expected, abs=1e-9)
-        # How a moves as d sees it, in d's axes: the negative, carried to a's origin.
+        # The motion of a seen from d, in d's axes: the negative, moved to a's origin.
         up = lookup_twist(buffer, 'a', 'd', MIDDLE, interval)
         a_T_d_at_its_own = (0.0, 0.0, 0.0, *a_T_d.rotation)
         in_d = carry(se3.inverse(a_T_d_at_its_own), tuple(expected))
@@ -267,7 +256,7 @@ def test_what_does_not_move_has_no_twist():
 def test_one_sample_tells_no_velocity_yet():
     buffer = BufferCore()
     buffer.insert('world', 'body', START, Pose(x=1.0))
-    with pytest.raises(ExtrapolationException, match='takes two samples.*world -> body') as caught:
+    with pytest.raises(ExtrapolationException, match='two samples.*world -> body') as caught:
         lookup_twist(buffer, 'body', 'world', LATEST, INTERVAL)
     assert caught.value.blocked_on == (('body', START + 1),)
 
@@ -317,7 +306,7 @@ def test_buffer_is_asked_without_naming_its_publishers():
 
 
 def test_frame_that_was_hung_elsewhere_has_the_velocity_that_it_had_then():
-    """A box on a belt at 1 m/s, then in a gripper at 2 m/s; the belt itself is turned round."""
+    """A box on a belt at 1 m/s, then in a gripper at 2 m/s; the belt's edge is reversed."""
     buffer = BufferCore(100 * SECOND)
     for tenth in range(21):
         stamp = tenth * SECOND // 10

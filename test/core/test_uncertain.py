@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Covariance through the tree: lookups, budgets, what drops out, and what it costs."""
+"""Covariance through the tree: lookups, budgets, cancellation, and cost."""
 
 import pickle
 
@@ -102,7 +91,7 @@ def test_rotation_about_the_childs_origin_leaves_the_child_and_moves_what_it_car
     assert not buffer.lookup_uncertain('map', 'base')[1][:3].any()
     covariance = buffer.lookup_uncertain('map', 'tool')[1]
     assert covariance[1, 1] == pytest.approx(9e-6) and covariance[1, 5] == pytest.approx(3e-6)
-    # Backwards the parent goes round: map as base sees it, 10 m away.
+    # In the inverse, the parent rotates: map as seen from base, 10 m away.
     assert buffer.lookup_uncertain('base', 'map')[1][1, 1] == pytest.approx(1e-4)
 
 
@@ -133,6 +122,22 @@ def test_shares_add_up_and_the_largest_is_first():
     assert first.position == pytest.approx(5e-4 / 8e-4)
     np.testing.assert_allclose(first.covariance + second.covariance, covariance, atol=1e-15)
     assert buffer.lookup_budget('base', 'arm') == buffer.lookup_budget('map', 'map') == []
+
+
+def test_yaw_of_which_nothing_is_known_is_as_unsure_as_half_a_turn_allows():
+    """A variance of 1e6 or more is that of any yaw: pi^2 / 3; its children may be anywhere."""
+    for variance in (1e3, 1e6, 1e12):
+        buffer = BufferCore()
+        buffer.insert('map', 'base', 0, Pose(), static=True,
+                      covariance=np.diag([1e-4] * 3 + [0.0, 0.0, variance]))
+        buffer.insert('base', 'camera', 0, Pose(x=1.0), static=True)
+        covariance = buffer.lookup_uncertain('map', 'camera')[1]
+        assert covariance[5, 5] == pytest.approx(np.pi ** 2 / 3, rel=0.1)
+        # About the pose itself: the mean of (1 - cos)^2 is 3 / 2, that of sin^2 is 1 / 2.
+        np.testing.assert_allclose(covariance.diagonal()[:2], [1.5, 0.5], rtol=0.1)
+        assert covariance[2, 2] == pytest.approx(1e-4, rel=0.1)
+        many = buffer.lookup_uncertain_many('map', 'camera', [0, 1])[1]
+        np.testing.assert_allclose(many, np.stack([covariance] * 2), rtol=1e-9, atol=1e-15)
 
 
 # --- over time
@@ -179,7 +184,7 @@ def test_between_two_samples_it_is_blended_or_averaged():
 
 @pytest.mark.parametrize('pose_between', [False, True])
 def test_turn_between_two_samples_counts_if_it_is_one_turn(pose_between):
-    """With a pose between them, the two covariances no longer say where their errors went."""
+    """With a pose between them, the two covariances do not determine the errors in between."""
     rng = np.random.default_rng(7)
     ends = [Pose(), Pose.from_rotation_vector((0.8, -0.6, 0.9), (1.0, 0.0, 0.0))]
     covariances = [random_covariance(rng, 0.01, 0.005) for _ in ends]
@@ -225,18 +230,20 @@ def test_covariance_of_one_parent_is_not_that_of_another():
     many = buffer.lookup_uncertain_many('table', 'cup', [12, 15])[1]
     np.testing.assert_allclose(many, np.tile(np.eye(6) * 1e-6, (2, 1, 1)))
     buffer.insert('gripper', 'cup', 50, Pose(), covariance=np.eye(6) * 1e-4)
-    assert not buffer.lookup_uncertain('table', 'cup', 15)[1].any()
+    assert buffer.lookup_uncertain('table', 'cup', 15)[1].any(), 'an answer that was given'
+    np.testing.assert_allclose(
+        buffer.lookup_uncertain('gripper', 'cup', 35)[1], np.eye(6) * 1e-4)
 
 
 def test_old_covariances_go_with_the_window_and_the_last_of_them_holds():
     buffer = BufferCore(cache_time=SECOND)
     for number in range(5_000):
         buffer.insert('odom', 'base', number * 10_000_000, Pose(), covariance=np.eye(6) * 1e-9)
-    assert 100 <= len(buffer._tree.uncertainty['base']) <= 180
+    assert 100 <= len(buffer._tree.uncertainty['odom', 'base']) <= 180
     assert buffer.lookup_uncertain('odom', 'base', 49 * SECOND)[1].any()
 
 
-# --- what happens to the tree happens to it
+# --- changes of the tree
 
 def test_snapshot_keeps_them_and_can_be_pickled():
     buffer = moving()
@@ -252,7 +259,7 @@ def test_snapshot_keeps_them_and_can_be_pickled():
 def test_clearing_forgets_those_of_moving_edges_and_removing_those_of_a_frame():
     buffer = moving()
     buffer.clear()
-    assert list(buffer._tree.uncertainty) == ['camera']
+    assert list(buffer._tree.uncertainty) == [('base', 'camera')]
     assert buffer.lookup_uncertain('base', 'camera')[1].any()
     buffer.remove_frame('camera')
     assert not buffer._tree.uncertainty
@@ -263,7 +270,7 @@ def test_of_a_refused_sample_nothing_stays():
     old = buffer.lookup_uncertain('odom', 'base')[1]
     refused = buffer.insert('camera', 'odom', SECOND, Pose(), strict=False,
                             covariance=np.eye(6))
-    assert refused[0].refused and 'odom' not in buffer._tree.uncertainty
+    assert refused[0].refused and ('camera', 'odom') not in buffer._tree.uncertainty
     with pytest.raises(InvalidArgumentException, match='not positive semidefinite'):
         buffer.insert('odom', 'base', 3 * SECOND, Pose(), covariance=np.ones((6, 6)) - np.eye(6))
     np.testing.assert_array_equal(buffer.lookup_uncertain('odom', 'base')[1], old)
@@ -305,9 +312,9 @@ def test_detection_with_a_covariance_of_its_own_is_composed():
 
 def test_tree_without_them_keeps_nothing_of_the_kind():
     """
-    Neither a tree nor a history has a place for what nearly none of them needs.
+    Neither a tree nor a history has an attribute that almost none of them needs.
 
-    With the first covariance a tree gets one, and a copy of a tree without has none either.
+    The first covariance adds it to a tree. A copy of a tree without covariances has none either.
     """
     buffer = moving(covariance=False)
     buffer.remove_frame('camera')

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 import queue
 import threading
@@ -31,22 +20,22 @@ from tf_tree_py.core import (
     Sample,
     TransformException,
 )
-from tf_tree_py.core.arrivals.sample import Batch
 from tf_tree_py.core.buffer import waiting
 from tf_tree_py.core.buffer.waiters import Waiter, Waiters
 from tf_tree_py.core.buffer.waiting import Inquiry
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
+from tf_tree_py.core.ingest.sample import Batch
 
 SECOND = 1_000_000_000
-LONG_S = 15.0  # only a broken wait lasts as long as that
+LONG_S = 15.0  # only a broken wait lasts this long
 
 
 # --- the lists alone
 
 
 class WaitersMachine(RuleBasedStateMachine):
-    """The sorted lines against a plain dict of who waits for what, each for several things."""
+    """The sorted queues compared with a dict of the waiters, each waiting for several events."""
 
     def __init__(self):
         super().__init__()
@@ -102,14 +91,14 @@ TestWaitersStandInOrder = WaitersMachine.TestCase
 
 
 class WatchedDeadline:
-    """A deadline far away that tells when its thread goes to sleep."""
+    """A distant deadline that reports when its thread goes to sleep."""
 
     def __init__(self):
         self.sleeping = queue.Queue()
         self.was_set_before = self.has_passed = False
 
     def wait(self, event):
-        # Nothing arrives in these tests before the thread sleeps.
+        # In these tests, nothing arrives before the thread sleeps.
         self.was_set_before |= event.is_set()
         self.sleeping.put(True)
         self.has_passed = not event.wait(LONG_S)
@@ -130,7 +119,7 @@ class ExpiredDeadline:
 
 
 class Asker:
-    """A thread that waits for a lookup; ``result`` is what it got, or the error."""
+    """A thread that waits for a lookup; ``result`` is its pose or error."""
 
     def __init__(self, buffer, target, source, stamp):
         self.buffer = buffer
@@ -151,7 +140,7 @@ class Asker:
         return self.buffer.lookup(*self.arguments)
 
     def sleeps(self):
-        """Return once the thread has gone to sleep, again if it was woken."""
+        """Return when the thread sleeps, again if it was woken."""
         self.deadline.sleeping.get(timeout=LONG_S)
         return self
 
@@ -165,7 +154,7 @@ class Asker:
 
 @pytest.fixture
 def buffer():
-    """Return a buffer with one edge at 10 s; nobody may be left waiting in it."""
+    """Return a buffer with one edge at 10 s; at the end, no thread may still wait in it."""
     buffer = BufferCore(10 * SECOND)
     buffer.insert('map', 'base', 10 * SECOND, Pose(1.0))
     yield buffer
@@ -203,7 +192,7 @@ def test_lookup_between_two_samples_wakes_with_the_second(buffer):
 
 
 def test_latest_waits_for_the_slowest_edge_to_catch_up(buffer):
-    """The newest common time lies before the other edge began; only the slow one can cure that."""
+    """The newest common time is before the other edge began; only the slow edge can fix that."""
     buffer.insert('base', 'arm', 30 * SECOND, Pose(0.5))
     asker = Asker(buffer, 'map', 'arm', LATEST).sleeps()
     buffer.insert('map', 'base', 30 * SECOND, Pose(2.0))
@@ -227,7 +216,7 @@ def test_only_those_whose_stamp_was_reached_are_woken(buffer):
     buffer.insert('map', 'other', SECOND, Pose())
     askers = [Asker(buffer, 'map', 'base', stamp * SECOND).sleeps() for stamp in (14, 12, 13, 11)]
     assert len(buffer.waiting) == 4
-    # Another edge wakes nobody.
+    # Another edge wakes no thread.
     buffer.insert('map', 'other', 99 * SECOND, Pose())
     assert len(buffer.waiting) == 4
     buffer.insert('map', 'base', 12 * SECOND, Pose(3.0))
@@ -244,7 +233,7 @@ def test_next_sample_of_a_frame_that_once_changed_parents_wakes_nobody_else(buff
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()
     buffer.insert('base', 'box', 12 * SECOND, Pose(1.0))
     assert len(buffer.waiting) == 1
-    # That it changes again concerns all.
+    # Another change of its parent wakes all.
     buffer.insert('map', 'box', 13 * SECOND, Pose(1.0))
     asker.sleeps()
     buffer.insert('map', 'base', 11 * SECOND, Pose(2.0))
@@ -326,7 +315,7 @@ def test_many_wait_for_one_sample(buffer):
     assert [asker.joined() for asker in askers] == [Pose(2.0)] * 20
 
 
-# --- giving up
+# --- timeouts and failures
 
 
 @pytest.mark.parametrize(('target', 'source', 'stamp', 'error'), [
@@ -407,12 +396,12 @@ def test_failed_waiters_get_the_reason_each_for_itself(buffer):
     for error in errors:
         assert type(error) is TransformException
         assert 'the clock jumped back (waited' in str(error)
-    # One exception raised in three threads would mix up their tracebacks.
+    # A single exception raised in three threads would mix up their tracebacks.
     assert len({id(error) for error in (*errors, reason)}) == 4
 
 
 def test_failure_reaches_who_is_just_being_woken(buffer, monkeypatch):
-    """As when the clock jumps back between the arrival of a transform and its effect."""
+    """For example if the clock jumps back between the arrival of a transform and its effect."""
     wake_all = waiting.wake_all
 
     def wake_later(waiters):
@@ -454,7 +443,7 @@ def test_interrupted_wait_leaves_nobody_behind(buffer):
 
 
 def test_wake_is_called_without_the_lock(buffer):
-    """A waiter whose wake-up itself asks the buffer, from another thread, gets an answer."""
+    """A wake-up function that itself looks up in another thread gets a result."""
     answers = queue.Queue()
 
     def wake():

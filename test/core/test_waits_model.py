@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Nobody sleeps whose answer is there, or will never be.
+No query sleeps whose result is available, or will never be.
 
-Random trees that are re-hung, fed late, ended, removed and cleared, with many who wait
-for this and that: after every operation, who is still asleep is compared with what a
-lookup says at that moment.
+Random trees whose frames change parents, get late data, end, are removed and cleared, with
+many waiting queries. After every operation, the sleeping queries are compared with the
+results of lookups at that moment.
 """
 
 from contextlib import suppress
@@ -42,7 +31,7 @@ stamps = st.integers(-3, 40)
 
 
 class Sleeper:
-    """A query that is asked again whenever it is woken, as futures and threads do."""
+    """A query that is repeated whenever it is woken, as futures and threads do."""
 
     def __init__(self, buffer, name, query):
         self.buffer, self.name, self.query = buffer, name, query
@@ -68,7 +57,7 @@ class Sleeper:
         return self.inquiry.waits
 
     def should_sleep(self):
-        """Return whether a lookup now fails with something that may yet be cured."""
+        """Return whether a lookup now fails with an error that later data may resolve."""
         try:
             self.query()
         except TransformException as error:
@@ -77,11 +66,11 @@ class Sleeper:
 
 
 class WaitsMachine(RuleBasedStateMachine):
-    """A buffer of few frames, and sleepers that come whenever a query fails."""
+    """A buffer of few frames, and sleepers that are created when a query fails."""
 
     @initialize(begins=st.lists(st.integers(0, 12), min_size=4, max_size=4))
     def begin(self, begins):
-        """Begin with the chain a, b, c, d, e, each edge with two samples."""
+        """Insert the chain a, b, c, d, e, each edge with two samples."""
         self.buffer = BufferCore(CACHE_TIME)
         self.sleepers = []
         self.newest = 0
@@ -135,7 +124,7 @@ class WaitsMachine(RuleBasedStateMachine):
 
     @rule(what=st.integers(0, 11), parent=frames, child=frames)
     def upset(self, what, parent, child):
-        """Do what happens rarely, or nothing."""
+        """Perform a rare operation, or none."""
         if what == 0:
             self.insert(parent, child, 0, static=True)
         elif what == 1:
@@ -165,7 +154,7 @@ TestNobodySleepsWithoutReason = WaitsMachine.TestCase
 TestNobodySleepsWithoutReason.settings = examples(10, stateful_step_count=40)
 
 
-# --- what was found first, readable
+# --- earlier findings, as readable tests
 
 
 def sleeper(buffer, *arguments):
@@ -185,7 +174,7 @@ def test_late_sample_of_the_edge_that_was_ahead_answers_the_latest():
 
 
 def test_slower_edge_of_a_frame_that_was_hung_elsewhere_answers_the_latest():
-    """At the newest common time, 10, base hung on old still; nobody knows where that is."""
+    """At the newest common time, 10, the parent of base was still old, whose pose is unknown."""
     for known in (False, True):
         buffer = BufferCore(100)
         if known:
@@ -199,7 +188,7 @@ def test_slower_edge_of_a_frame_that_was_hung_elsewhere_answers_the_latest():
 
 
 def test_blocker_above_the_meeting_point_is_not_waited_for():
-    """The hand hung on the table; the edge above both, world -> robot, is behind and no matter."""
+    """The hand was on the table; the edge above both, world -> robot, is late but irrelevant."""
     buffer = BufferCore(100)
     buffer.insert('world', 'robot', 5, Pose())
     buffer.insert('world', 'table', 5, Pose())
@@ -214,7 +203,7 @@ def test_blocker_above_the_meeting_point_is_not_waited_for():
 
 
 def test_wait_ends_when_another_edge_drops_its_stamp():
-    """The edge map -> odom has stopped; odom -> base goes on, and leaves the stamp behind."""
+    """The edge map -> odom has stopped; odom -> base continues, and the stamp expires in it."""
     buffer = BufferCore(10)
     for stamp in (1, 3):
         buffer.insert('odom', 'base', stamp, Pose())

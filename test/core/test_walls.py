@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Imports go down only: between the layers, and inside the core."""
+"""Imports have one direction, between the layers and inside them."""
 
 import ast
 from functools import cache
@@ -27,104 +16,131 @@ import tf_tree_py
 
 PACKAGE = Path(tf_tree_py.__file__).parent
 
-# A layer may import those that it names, and itself.
+# The layers that a layer may import, besides itself.
 LAYERS = {
     'interfaces': set(),
+    'command': set(),
     'core': set(),
     'urdf': {'core'},
     'bag': {'core', 'urdf'},
+    'calibration': {'core', 'bag'},
     'fleet': {'core'},
     'ros': {'core'},
-    'nodes': {'core', 'bag', 'urdf', 'fleet', 'ros'},
-    'tools': {'core', 'bag', 'urdf', 'fleet', 'ros'},
-    'view': {'core', 'bag', 'urdf', 'fleet', 'ros', 'tools'},
-    'labs': {'core', 'bag', 'urdf', 'ros'},
+    'nodes': {'command', 'core', 'bag', 'urdf', 'fleet', 'ros'},
+    'tools': {'command', 'core', 'calibration', 'bag', 'urdf', 'fleet', 'ros'},
+    'view': {'command', 'core', 'bag', 'urdf', 'fleet', 'ros', 'tools'},
+    'labs': {'command', 'core', 'calibration', 'bag', 'urdf', 'ros'},
     'dropin': {'core', 'bag', 'ros'},
 }
 
 
 def rooms(*lines):
-    """Return the dotted names of files: each line a room, and what stands in it."""
+    """Return the dotted names of files; each line is a package and its modules."""
     return [f'{room}.{name}'.lstrip('.') for line in lines
             for room, _, names in [line.partition(':')] for name in names.split()]
 
 
-# Inside these layers a file imports only files above it; so rooms have an order too.
+# Inside these layers, a file imports only files that are listed before it.
 ORDER = {
     'interfaces': rooms(': hashes cmake_exports building __main__'),
+    'command': rooms(': signals endings starting arguments output'),
     'core': rooms(
-        ': calling stamp text suggest errors times',
-        'geometry: so3 se3 screws covariances pose poses se2 spline spline_fit blend',
-        'edges: track storage columns protocol packed static discrete aided correction corrected '
-        'uncertainty spline_samples spline spline_track spline_history spline_fitter kinds',
-        'arrivals: incidents incident_log sample estimate received observers track frame_names '
-        'block cursor estimate_bytes diagnostic_bytes layout wire stencil future_guard jump_back '
-        'streams meters merging',
-        'tree: many climb path ways spanning remarks tree propagation uncertain prediction '
-        'frozen outline many_stamps samples lookups corrections sources queries',
-        'buffer: waiters deadline waiting refusals intake correcting switching buffer_core',
-        'departures: pacing dead_band thinning sending',
+        ': fork_locks callbacks deprecation stamp liveness text whole_files suggestions errors '
+        'times',
+        'geometry: so3 se3 screws covariance_rows covariances large_angles gating poses '
+        'many_poses pose framed_pose spline_segment spline_fit spline_running_fit blend',
+        'edges: track storage columns protocol packed static discrete gyro aided stage correction '
+        'corrected uncertainty spline_samples spline_pieces spline_track spline spline_fitter '
+        'curve constant_twist curve_history kinds',
+        'ingest: incidents incident_log sample edge_estimate received_message observers '
+        'sample_track frame_names message_block byte_cursor estimate_bytes diagnostic_bytes '
+        'message_layout wire message_template future_guard jump_back duplicate_streams',
+        'tree: many climb path path_finder spanning tree_incidents source_samples '
+        'forecast trials tree '
+        'propagation uncertain_lookup uncertain shared_errors prediction frozen outline '
+        'many_stamps edge_samples lookups '
+        'corrections sources queries',
+        'buffer: waiters deadline waiting refusal_warnings intake correction_arguments switching '
+        'buffer_core',
+        'thinning: rate_limit dead_band thinner senders',
         ': deskew twist trajectory anchor',
-        'telling: table audit audit_file report diagnosis made_way poses missing certainty '
-        'explanation words frame_graph drawings',
-        'vitals: limits spread stretch timing motion gathering edge signs',
-        'checks: finding case check names structure values stamps statics rates motions '
-        'publishers sources catalogue',
-        ': doctor monitor flight_recorder',
+        'reports: text_table audit audit_file frames_text switch_status pose_text '
+        'missing_transform certainty explanation explanation_text frame_graph drawings',
+        'health.measures: thresholds spread sample_rows lately clock_steps timing timebase motion '
+        'message_columns edge_record symptoms pieces',
+        'health.checks: finding case check frame_name_checks structure values clocks stamp_order '
+        'statics rates motions publishers edge_sources catalogue',
+        'health: doctor monitor recent_messages flight_recorder',
     ),
     'bag': rooms(
         ': errors progress',
-        'files: source finding joint_states rosbags_file salvage mcap_scan ros1_scan sqlite_scan '
-        'kinds reading',
-        'assembling: decoding window oddities order assembly covariances',
-        ': joints opening stamps recorder',
+        'files: message_source message_types discovery joint_states size_limit unpacking '
+        'rosbags_file salvage mcap_scan ros1_scan sqlite_scan file_kinds bag_reader',
+        'assembly: decoding message_window anomalies stamp_order assembler covariances',
+        ': joints no_transforms opening stamps recorder',
+    ),
+    'calibration': rooms(
+        ': errors observations chain unknowns model spread jitter solve start observability '
+        'verdict result calibrating detections recorded',
     ),
     'fleet': rooms(
-        ': errors keys attachment session publishing trust roster presence feed listening '
-        'hearing link listener uplink simulated',
+        ': errors keys attachment certificates session robot_publisher trust quota roster '
+        'presence inbox worker_threads transform_decoder reception old_caches subscriptions '
+        'connection listener uplink simulated',
     ),
     'ros': rooms(
-        'messages: fast_messages convert times covariance geometry uncertain point_cloud '
+        'messages: fast_messages convert times covariance geometry pose_covariances point_cloud '
         'laser_scan arrays point_times deskew_cloud do_transform registry',
-        'threads: complaint companion receiver response_receiver',
+        'threads: context_state rate_limited_log internal_node receiver response_receiver',
         'waiting: clock alarm_clock timeouts awaitable futures',
-        'buffer: wrong_arguments feeds interface twists tf2_methods buffer',
-        'topics: qos authority endpoints rivals broadcaster listener side_topics covariances gyro',
+        'buffer: wrong_arguments attached_listeners interface twists tf2_methods buffer',
+        'topics: qos publisher_names endpoints duplicate_publishers broadcaster listener '
+        'shared_buffer side_topics covariances gyro',
         'remote: lookup_goal goal_state lookup_call server_watch goal_client buffer_client '
         'buffer_server',
         'filtering: drop_reasons message_filter',
         ': diagnostics',
     ),
     'view': rooms(
-        'shown: living moment playhead trail colours ellipsoid listing facts shapes',
-        ': subject',
-        'page: asking markup labels links stale_axes doubt scene timeline frames_panel '
-        'chosen_panel findings_panel look_panel page',
-        ': serving tf_view',
+        'model: liveness moment opening playhead trail colours ellipsoid listing facts '
+        'incident_log finding_time relative_motion view_link film_stamps',
+        'robot: mesh_files shapes extent resting_robot',
+        'sensors: images readings placing sensor_source recorded_sensors live_sensors',
+        'framing: camera sizes label_layout',
+        ': subject access',
+        'scene: ground labels links stale_axes uncertainty_ellipsoid sensor_points scene',
+        'panels: control_events markup view_buttons timeline frames_panel chosen_panel '
+        'motion_panel sensors_panel findings_panel joints_panel appearance_panel pictures_panel',
+        'page: browser camera_control framing controls address sensor_view film page',
+        ': wake_ups serving tf_view starting',
     ),
     'urdf': rooms(
-        ': elements values visuals joints hanging following motion expanding robot states '
-        'tracks',
+        ': xml_elements xml_values visuals joints tree_check mimic motion xacro_files robot '
+        'joint_states recorded_states',
     ),
     'tools': rooms(
-        ': endings arguments output live recording fleet source drawing dump_requests '
+        ': tree_arguments live_tree recorded_tree fleet_tree tree_source drawing dump_requests '
         'doctor_report tf_audit tf_doctor tf_echo tf_frames tf_monitor tf_record',
-        'export: stamp_file plan formats',
+        'export: stamp_file plan viewer_files formats',
         ': tf_export',
-        'archive: bags page jobs ledger table shielding cluster running',
-        ': tf_archive ros2_verbs',
+        'archive: bags page jobs ledger table ignore_ctrl_c cluster running',
+        ': tf_archive',
+        'calibrate: report picture urdf_origin live',
+        ': tf_calibrate ros2_verbs starting',
     ),
 }
 
-# Layers that know no ROS, and what they may need beside Python itself.
+# Layers without ROS, and the packages that they may need besides the standard library.
 WITHOUT_ROS = {
     'interfaces': {'numpy'},
+    'command': set(),
     'core': {'numpy', 'scipy'},
+    'calibration': {'numpy', 'rosbags', 'scipy', 'tf_tree_py'},
     'fleet': {'numpy', 'tf_tree_py', 'zenoh'},
     'urdf': {'numpy', 'tf_tree_py', 'xacro'},
 }
 
-# What lies in dropin/packages is imported under other names, and imports as users do.
+# dropin/packages has other import names, and imports like a user's code.
 FILES = sorted(path for path in PACKAGE.rglob('*.py')
                if not {'__pycache__', 'packages'} & set(path.parts))
 
@@ -164,7 +180,7 @@ def test_imports_are_relative_inside_a_layer_and_absolute_across():
         layer, *below = path.relative_to(PACKAGE).parts
         own = f'tf_tree_py.{layer}.'
         for level, module in imports_of(path):
-            # As many dots as folders stay inside the layer.
+            # A relative import with at most as many dots as folders stays inside the layer.
             if level > len(below) or (level == 0 and f'{module}.'.startswith(own)):
                 wrong.append(f'{named(path)} imports {"." * level}{module}')
     assert not wrong
@@ -176,7 +192,7 @@ def test_every_layer_is_known():
 
 
 def modules_of(layer):
-    """Return each module of a layer by its name below it, and where it is."""
+    """Return the path of each module of a layer, by its dotted name below the layer."""
     root = PACKAGE / layer
     return {'.'.join(path.relative_to(root).with_suffix('').parts): path
             for path in root.rglob('*.py') if path.stem != '__init__'}

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 TFMessages in bytes, sound ones and any others.
@@ -25,9 +14,9 @@ from hypothesis import example, given, strategies as st
 import pytest
 from serialized import serialize
 from tf_tree_py.core import BufferCore, TransformException
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import read, WireError, WireReader, WireWriter, write
 from tf_tree_py.core.buffer import intake
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.ingest.wire import read, WireError, WireReader, WireWriter, write
 
 FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
 
@@ -44,7 +33,7 @@ names = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']
 transforms = st.tuples(
     names, names, st.integers(-2**31, 2**31 - 1), st.integers(0, 10**9 - 1),
     st.tuples(*[st.floats(allow_nan=False)] * 7))
-# So many that both ways of keeping poses are met.
+# Enough to use both ways of storing poses.
 messages = st.lists(transforms, max_size=12)
 
 
@@ -87,7 +76,7 @@ def test_padding_may_hold_anything():
     message = [('ab', 'abcd', 1, 2, MOVED)]
     data = bytearray(serialize(message))
     assert as_transforms(reader.read(bytes(data))) == message
-    # The byte behind 'ab\0', up to the next multiple of four.
+    # The byte after 'ab\0', before the next multiple of four.
     assert data[23] == 0
     data[23] = 0xA5
     assert as_transforms(reader.read(bytes(data))) == message
@@ -129,7 +118,7 @@ def test_a_message_of_nothing_is_sound():
     assert read(serialize([])).samples() == []
 
 
-# --- passing over, renaming
+# --- skipping, renaming
 
 
 def without_legs(parent, child):
@@ -183,11 +172,11 @@ def test_whatever_stamp_was_read_can_be_written(sec, nanosec):
     assert read(write([sample])).samples() == [sample]
 
 
-# --- harm
+# --- damaged messages
 
 
 def mutated(rng, data):
-    """Damage a message in one of the ways that messages get damaged."""
+    """Damage a message in one of the ways in which messages get damaged."""
     data = bytearray(data)
     kind = rng.randrange(5)
     if kind == 0:
@@ -204,7 +193,7 @@ def mutated(rng, data):
 
 
 def outcome(read_message, data):
-    """Return what a message holds, bit by bit, or that it is none."""
+    """Return the content of a message, bit by bit, or that it is invalid."""
     try:
         batch = read_message(data)
     except WireError:
@@ -241,7 +230,7 @@ def assert_all_poses_are_sound(buffer):
 
 
 def test_messages_with_leading_slashes_take_the_short_way(monkeypatch):
-    """Only the first is looked at closely: the slashes are gone before the tree sees the names."""
+    """Only the first has a closer look: the slashes are removed before the tree gets the names."""
     looked_at = []
     closely = intake.checked
     monkeypatch.setattr(intake, 'checked', lambda sample, authority: (

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Random trees of uncertain edges, and what draws say of them: the judge of the formulas."""
+"""Random trees of uncertain edges, and their errors by draws, to verify the formulas."""
 
 import numpy as np
 from strategies import random_pose
@@ -52,7 +41,7 @@ class RandomTree:
             self.buffer.insert(parent, child, 0, pose, static=True, covariance=covariance)
 
     def drawn(self, target, source):
-        """Return errors of ``target_T_source`` (DRAWS, 6), as they would come about."""
+        """Return drawn errors of ``target_T_source`` (DRAWS, 6)."""
         edges = {child: (parent, drawn_poses(self.rng, pose, covariance))
                  for child, (parent, pose, covariance) in self.edges.items()}
 
@@ -77,19 +66,19 @@ def drawn_poses(rng, pose, covariance):
 
 
 def moved(poses, errors):
-    """Return poses that are off by errors (N, 6): the convention, word for word."""
+    """Return poses with errors (N, 6) applied, literally in the convention of the covariance."""
     return np.concatenate([poses[:, :3] + errors[:, :3], so3.multiply_many(
         so3.exp_many(errors[:, 3:]), poses[:, 3:])], axis=-1)
 
 
 def errors_of(poses, pose):
-    """Return how far poses (N, 7) are off one, (N, 6)."""
+    """Return the errors of poses (N, 7) relative to one, (N, 6)."""
     turned = so3.multiply_many(poses[:, 3:], so3.conjugate_many(np.array(pose[3:])))
     return np.concatenate([poses[:, :3] - pose[:3], so3.log_many(turned)], axis=-1)
 
 
 def assert_explained(covariance, errors, sigmas=5.0):
-    """Hold each entry of a covariance to what sampling explains, and 0.2 % of its scale."""
+    """Assert that sampling explains each entry of a covariance, within 0.2 % of its scale."""
     products = errors[:, :, None] * errors[:, None, :]
     drawn = products.mean(axis=0)
     scale = np.sqrt(np.outer(drawn.diagonal(), drawn.diagonal()))

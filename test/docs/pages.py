@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The blocks of code in the documentation, and what may be said of them."""
+"""The blocks of code in the documentation, and their comments for the tests."""
 
 from pathlib import Path
 import re
@@ -33,7 +22,7 @@ class Block(NamedTuple):
     One block of code.
 
     :ivar line: the number of its first line of code.
-    :ivar not_run: why the tests do not run it; empty if they do.
+    :ivar not_run: the reason why the tests do not run it; empty if they do.
     """
 
     page: str
@@ -47,7 +36,7 @@ class Block(NamedTuple):
 
 
 def blocks_of(page: Path) -> list[Block]:
-    """Return the blocks of a page, from the top to the bottom."""
+    """Return the blocks of a page, from top to bottom."""
     found = []
     lines = page.read_text().splitlines()
     begin = None
@@ -70,7 +59,7 @@ BLOCKS = [block for page in PAGES for block in blocks_of(page)]
 
 
 def program(blocks: list[Block]) -> str:
-    """Return blocks of one page as one program, each line of code where it is on the page."""
+    """Return the blocks of one page as one program, with the line numbers of the page."""
     lines: list[str] = []
     for block in blocks:
         lines += [''] * (block.line - 1 - len(lines))

@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The page of the doctor has every code, as its list has them."""
+"""The page of the doctor has every code, as in the doctor's list."""
 
 import importlib.util
 from pathlib import Path
 
-from tf_tree_py.core.checks.catalogue import CODES
+from tf_tree_py.core.health.checks.catalogue import CODES
 
 SCRIPT = Path(__file__).parents[2] / 'docs' / 'figures' / 'doctor_codes.py'
 

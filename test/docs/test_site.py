@@ -1,24 +1,15 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The site is made without a warning, no link in it is dead, and its reference is complete."""
+"""The site builds without a warning, has no dead link, and its reference is complete."""
 
 import ast
 from html.parser import HTMLParser
+import json
 import os
 from pathlib import Path
 import re
+import shutil
 import subprocess
 from urllib.parse import unquote, urldefrag, urlsplit
 import zlib
@@ -30,12 +21,12 @@ WORKSPACE = Path(os.environ.get('TF_TREE_PY_WORKSPACE', REPOSITORY / '.workspace
 PACKAGES = ['tf_tree_py', 'tf_tree_py.core', 'tf_tree_py.bag', 'tf_tree_py.urdf',
             'tf_tree_py.fleet']
 
-# What a browser loads by itself, and does not only lead to.
+# Elements that a browser loads by itself, unlike links.
 _LOADED = {('img', 'src'), ('link', 'href'), ('script', 'src'), ('source', 'src')}
 
 
 class Html(HTMLParser):
-    """What a page leads to, what it loads, and where one may land on it."""
+    """The links, the loaded files and the anchors of a page."""
 
     def __init__(self, file):
         super().__init__()
@@ -43,7 +34,7 @@ class Html(HTMLParser):
         self.feed(file.read_text())
 
     def handle_starttag(self, tag, attributes):
-        """Take in an element."""
+        """Record an element."""
         for name, value in attributes:
             if name == 'id':
                 self.anchors.add(value)
@@ -55,7 +46,7 @@ class Html(HTMLParser):
 
 @pytest.fixture(scope='module')
 def site():
-    """Return the folder of the site, made anew."""
+    """Return the folder of the newly built site."""
     if not (WORKSPACE / 'docs' / '.stamp').exists():
         pytest.skip('what makes the site is not here: scripts/setup --docs')
     done = subprocess.run([REPOSITORY / 'scripts' / 'docs'], text=True, check=False, timeout=240,
@@ -72,9 +63,23 @@ def pages(site):
 
 @pytest.fixture(scope='module')
 def described(site):
-    """Return the names that the reference describes, as other sites read them."""
+    """Return the names in the reference, in the inventory for other sites."""
     *_, packed = (site / 'objects.inv').read_bytes().split(b'\n', 4)
     return {line.split(' ')[0] for line in zlib.decompress(packed).decode().splitlines()}
+
+
+@pytest.mark.parametrize(('words', 'page'), [
+    ('remap tf topic', 'docs/several_robots.html'),
+    ('covariance', 'docs/beyond_tf2.html'),
+    ('timeout', 'docs/waiting.html'),
+    ('install without ros', 'docs/installing.html'),
+    ('lookup_transform', 'api/tf_tree_py.Buffer.html')])
+def test_search_finds_the_page_first(site, words, page):
+    if shutil.which('node') is None:
+        pytest.skip('node is not here')
+    found = subprocess.run(['node', Path(__file__).with_name('search.cjs'), site, words],
+                           capture_output=True, text=True, check=True, timeout=60).stdout
+    assert json.loads(found)[0][0] == page
 
 
 def test_every_document_is_a_page(site, pages):
@@ -91,7 +96,7 @@ def test_no_link_is_dead(pages):
 
 def _is_dead(file, link, pages):
     if urlsplit(link).scheme:
-        return False  # another site's
+        return False  # of another site
     path, anchor = urldefrag(unquote(link))
     target = Path(os.path.normpath(file.parent / path)) if path else file
     target = target / 'index.html' if target.is_dir() else target

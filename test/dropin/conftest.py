@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The fixtures of the ROS layer's tests, which also set the domain of this process, and more."""
 
@@ -34,7 +23,7 @@ from tf_tree_py import dropin
 
 @pytest.fixture(scope='module')
 def installed():
-    """Ours, also where tf2's own are installed; and as before afterwards."""
+    """Install our packages, even over tf2's own; restore them afterwards."""
     path = sys.path[:]
     others = {name: sys.modules.pop(name) for name in list(sys.modules) if is_tf2(name)}
     dropin.install(force=True)
@@ -51,7 +40,7 @@ def is_tf2(name):
 
 @pytest.fixture
 def program(tmp_path):
-    """Write a program, and return its path."""
+    """Return a function that writes a program, and returns its path."""
     def write(code, name='program.py'):
         file = tmp_path / name
         file.write_text(textwrap.dedent(code))
@@ -62,7 +51,7 @@ def program(tmp_path):
 
 @pytest.fixture
 def real(tmp_path):
-    """Return a folder with a tf2_ros that somebody installed, and not we."""
+    """Return a folder with a tf2_ros that is not ours."""
     folder = tmp_path / 'installed'
     (folder / 'tf2_ros').mkdir(parents=True)
     (folder / 'tf2_ros' / '__init__.py').write_text(textwrap.dedent("""

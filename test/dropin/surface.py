@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Prints as JSON what the packages of tf2 offer to Python: names, parameters, attributes.
+Print as JSON the Python interface of tf2's packages: names, parameters, attributes.
 
-A program, run where the real ones are, and where ours take their place. Then it is told the
-names to ask for, since ours load a name when it is used, and do not list all.
+A program, run with the real packages and with ours in their place. The second run receives the
+names, because our packages load a name when it is used, and do not list all of them.
 """
 
 import importlib
@@ -39,7 +28,7 @@ def public(names):
 
 
 def surface_of(module, names=None):
-    """Return what a module has of some names, or all that it lists."""
+    """Return the given names of a module, or all that it lists."""
     return {name: described(getattr(module, name))
             for name in names or public(dir(module)) if hasattr(module, name)}
 
@@ -54,7 +43,7 @@ def described(thing):
 
 
 def parameters(thing):
-    """Return name, kind and default of each parameter; None where Python cannot tell."""
+    """Return name, kind and default of each parameter; None if Python cannot determine them."""
     try:
         signature = inspect.signature(thing)
     except (TypeError, ValueError):
@@ -69,7 +58,7 @@ def default_of(parameter):
 
 
 def attributes_of(package):
-    """Return the public attributes of an instance of each class that are no methods."""
+    """Return the public attributes of an instance of each class, without methods."""
     rclpy.init()
     node = Node('surface')
     buffer = package.Buffer(node=node)
@@ -90,7 +79,7 @@ def attributes_of(package):
 
 
 def main():
-    """Take the package that has the classes, and the names of each module if they are known."""
+    """Read the package with the classes, and the names of each module if they are known."""
     package = importlib.import_module(sys.argv[1])
     wanted = json.loads(sys.stdin.read() or '{}')
     print(json.dumps({

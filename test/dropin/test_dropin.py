@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Listeners of tf2's kind, in programs that spin their node in tf2's ways."""
 
@@ -38,7 +27,7 @@ def spinner(context, node):
 
 
 def spin_until(executor, condition):
-    """Spin as programs do, each time until something happens on the node."""
+    """Spin like programs, each time until something happens on the node."""
     while not condition():
         begin = time.monotonic()
         executor.spin_once(timeout_sec=PATIENCE_S)
@@ -47,7 +36,7 @@ def spin_until(executor, condition):
 
 @pytest.fixture
 def begin():
-    """Make listeners of tf2_ros that end with the test."""
+    """Return a function that creates listeners of tf2_ros, closed at the end of the test."""
     listeners = []
 
     def make(*arguments, **options):
@@ -71,7 +60,7 @@ def test_loop_of_spin_once_ends_when_the_transform_has_come(node, talker, spinne
 
 
 def test_callback_may_wait(node, talker, spinner, begin):
-    """What tf2 cannot do: see its pains."""
+    """tf2 cannot do this."""
     import tf2_ros
     buffer = tf2_ros.Buffer()
     begin(buffer, node)
@@ -127,7 +116,7 @@ def test_first_spin_once_returns_for_what_came_before(program):
 
 @pytest.fixture
 def spun_soon(monkeypatch):
-    """Have the listener look soon whether its node is spun; return the threads that do."""
+    """Let the listener check early whether its node is spun; return the threads that do."""
     monkeypatch.setattr(spinning, '_UNTIL_SPUN_S', 0.2)
     threads = []
     monkeypatch.setattr(
@@ -192,7 +181,7 @@ def test_overridden_callback_gets_every_message(node, talker, spinner):
     heard = []
 
     class Listener(tf2_ros.TransformListener):
-        """As people write it who want to be told."""
+        """As in programs that process each message."""
 
         def callback(self, data):
             super().callback(data)
@@ -212,7 +201,7 @@ def test_buffer_with_its_own_set_transform_gets_every_transform(node, talker, sp
     heard = []
 
     class Spying(tf2_ros.Buffer):
-        """As people write it who want to see what arrives."""
+        """As in programs that observe the transforms that arrive."""
 
         def set_transform_static(self, transform, authority):
             heard.append(transform.child_frame_id)

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Buffers, registries and clients of tf2's kind."""
 
@@ -61,8 +50,21 @@ def test_cache_time_is_the_first_argument():
         assert not buffer.can_transform_core('map', 'base', at(1.0))[0]
 
 
+def test_curve_is_an_edge_for_code_written_for_tf2():
+    import tf2_ros
+    buffer = tf2_ros.Buffer()
+    buffer.insert_curve('map', 'base', tf_tree_py.ConstantTwist(
+        10**9, 3 * 10**9, tf_tree_py.Pose(), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    buffer.set_transform_static(transform('base', 'camera', x=0.5), 'somebody')
+    found = buffer.lookup_transform('map', 'camera', at(2.5))
+    assert found.transform.translation.x == pytest.approx(2.0)
+    assert buffer.can_transform('map', 'camera', at(3.0))
+    with pytest.raises(tf2_ros.ExtrapolationException):
+        buffer.lookup_transform('map', 'camera', at(3.5))
+
+
 def test_time_of_rclpy_may_be_the_stamp_of_a_message():
-    """It has no business there, but tf2's bindings and tests let it in."""
+    """It is not correct there, but tf2's bindings and tests accept it."""
     import tf2_ros
     buffer = tf2_ros.Buffer()
     for second in range(5):
@@ -123,7 +125,7 @@ def test_own_type_is_registered_as_in_tf2():
     import tf2_ros
 
     class Thing:
-        """Somebody's own."""
+        """A user-defined type."""
 
     tf2_ros.TransformRegistration().add(Thing, lambda thing, transform: transform)
     buffer = tf2_ros.Buffer()
@@ -133,7 +135,7 @@ def test_own_type_is_registered_as_in_tf2():
 
 
 class OwnInterface:
-    """Mixed into tf2's interface by those who have a buffer of their own."""
+    """A mixin for tf2's interface, in programs with their own buffer."""
 
     def __init__(self):
         super().__init__()
@@ -163,7 +165,7 @@ def test_client_asks_a_server(make_node, spin):
 
 
 def test_client_takes_the_answers_of_a_server_made_by_hand(make_node, spin):
-    """As tests of programs have them: services that accept, and leave the status out."""
+    """As in tests of programs: services that accept, and do not set the status."""
     import tf2_ros
     serving = make_node('serving')
     kind = LookupTransform.Impl

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The names of tf2's packages, and how they are called."""
+"""The names of tf2's packages, and their parameters."""
 
 import importlib
 import inspect
@@ -126,7 +115,7 @@ def test_name_and_arguments_are_those_of_tf2(called):
     ours = [parameter for parameter in inspect.signature(found).parameters
             if parameter != 'self']
     assert ours[:len(parameters.split())] == parameters.split()
-    # What we add is never required.
+    # Our additional parameters are never required.
     for parameter in list(inspect.signature(found).parameters.values())[len(parameters.split()):]:
         assert (parameter.name == 'self' or parameter.default is not parameter.empty
                 or parameter.kind is parameter.VAR_KEYWORD or parameter.name in parameters)
@@ -141,7 +130,7 @@ def test_submodules_have_the_same_classes(home):
     import tf2_ros
     module, name = home.split('.')
     assert getattr(importlib.import_module(f'tf2_ros.{module}'), name) is getattr(tf2_ros, name)
-    # As tf2_ros does, for those who write tf2_ros.buffer.Buffer.
+    # As in tf2_ros, for programs that use tf2_ros.buffer.Buffer.
     assert getattr(getattr(tf2_ros, module), name) is getattr(tf2_ros, name)
 
 
@@ -160,7 +149,7 @@ def test_unknown_name_is_an_attribute_error():
 
 
 def test_names_that_come_along_are_there():
-    """Those that tf2's files import: programs take them from there."""
+    """Names that tf2's files import, and that programs take from there."""
     from tf2_geometry_msgs import PointStamped, PoseStamped
     from tf2_geometry_msgs.tf2_geometry_msgs import TransformStamped
     import tf2_ros
@@ -187,7 +176,7 @@ def test_import_alone_loads_no_messages():
     result = run('-m', 'tf_tree_py.dropin', '-m', 'this')
     assert 'Beautiful is better' in result.stdout, result.stderr
     loaded = 'print([name for name in sys.modules if "rclpy" in name or "msg" in name])'
-    # An installed tf2_ros, if there is one, loads them itself.
+    # An installed tf2_ros loads them itself.
     for rest in ('install()', 'install(force=True)\nimport tf2_ros'):
         result = run('-c', f'import sys, tf_tree_py.dropin\ntf_tree_py.dropin.{rest}\n{loaded}')
         assert result.stdout == '[]\n', result.stderr

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Which packages are found, and programs that are run with them."""
+"""Which packages are found, and programs that run with them."""
 
 import ast
 import sys
@@ -56,7 +45,7 @@ def test_messages_are_made_known_to_an_installed_tf2_ros(program, real):
     """)
     known = ast.literal_eval(run('-m', 'tf_tree_py.dropin', file, path=real).stdout)
     assert {'PointStamped', 'PoseStamped', 'Vector3Stamped', 'PointCloud2'} <= set(known)
-    assert 'Odometry' not in known, 'that is a message of neither package'
+    assert 'Odometry' not in known, 'neither package has this message'
 
 
 # --- running programs

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What tf2's packages offer to Python, name by name: the drop-in has it, and so have ours."""
+"""The Python names of tf2's packages: the drop-in has them, and so do our packages."""
 
 import json
 from pathlib import Path
@@ -30,10 +19,10 @@ CLASSES = ['Buffer', 'BufferClient', 'BufferCore', 'BufferInterface', 'ConvertRe
            'TransformListener', 'TransformRegistration', 'TypeException']
 FUNCTIONS = ['convert', 'Stamped']
 
-# What programs do not take from tf2: Python's own, numpy, and a helper for Windows.
+# Names that programs do not take from tf2: Python's own, numpy, and a helper for Windows.
 NOT_TF2S = {*sys.stdlib_module_names, 'numpy', 'rpyutils'}
 
-# What is left out, and why.
+# The names that are missing, and why.
 NOT_IN_THE_DROPIN = {
     ('Buffer', 'jump_handle'): 'a buffer goes by several clocks, which come and go',
 }
@@ -47,9 +36,7 @@ NOT_IN_OURS = NOT_IN_THE_DROPIN | {
     ('TransformListener', 'group'): 'likewise',
 }
 OTHER_PARAMETERS_IN_OURS = {
-    ('TransformListener', None): 'node may be None; spin_thread is True, and is another thing',
-    ('Buffer', 'set_transform'): 'the authority has a default',
-    ('Buffer', 'set_transform_static'): 'likewise',
+    ('TransformListener', None): 'spin_thread is True, and has another meaning',
 }
 
 
@@ -117,7 +104,7 @@ def test_our_classes_have_every_method_and_attribute(theirs, ours):
 
 
 def differing_calls(theirs, ours):
-    """Yield which classes (None) or members are called in another way than tf2's."""
+    """Yield the classes (None) or members whose parameters differ from tf2's."""
     for kind in CLASSES:
         described = theirs[kind]
         for member, wanted in [(None, described['parameters']), *described['members'].items()]:
@@ -128,9 +115,12 @@ def differing_calls(theirs, ours):
 
 
 def is_callable_as(wanted, found):
-    """Return whether what we add comes behind, and may be left out."""
+    """Return whether our additional parameters come last, and all are as optional as tf2's."""
     begin, more = found[:len(wanted)], found[len(wanted):]
-    return begin == wanted and all(
+    same = len(begin) == len(wanted) and all(
+        ours[:2] == theirs[:2] and theirs[2] in (ours[2], 'required')
+        for ours, theirs in zip(begin, wanted, strict=True))
+    return same and all(
         default != 'required' or kind.startswith('VAR_') for _, kind, default in more)
 
 

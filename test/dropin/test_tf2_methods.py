@@ -1,24 +1,16 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Methods that only the drop-in's buffers have, and tf2's tools and some programs call."""
+
+import json
 
 from inputs import for_each
 import pytest
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from ros_helpers import FAR_STAMPS, lasting, Moment, transform, with_a_lamp
+from standin import run_with_tf2
 import tf_tree_py
 from tf_tree_py import InvalidArgumentException, Pose, TransformException
 from tf_tree_py.dropin.buffer import Buffer
@@ -85,3 +77,29 @@ def test_far_stamp_gets_an_answer_or_an_error_of_ours(name, stamp):
         assert METHODS[name](buffer, Moment(stamp)) is not None
     except TransformException as error:
         assert 'extrapolation' in str(error)
+
+
+def test_chain_of_tf2_lacks_frames():
+    """As docs/deviations.md states about tf2's: it ends before the fixed frame, or has gaps."""
+    said = json.loads(run_with_tf2("""
+        import json
+        from geometry_msgs.msg import TransformStamped
+        from rclpy.time import Time
+        import tf2_ros
+
+        buffer = tf2_ros.Buffer()
+        edges = ('map', 'odom'), ('odom', 'base'), ('base', 'arm'), ('odom', 'lamp')
+        for parent, child in edges:
+            edge = TransformStamped(child_frame_id=child)
+            edge.header.frame_id = parent
+            edge.transform.rotation.w = 1.0
+            buffer.set_transform_static(edge, 'me')
+        one, other = Time(seconds=1), Time(seconds=2)
+        print(json.dumps([
+            buffer._chain('lamp', one, 'arm', one, 'map'),
+            buffer._chain('lamp', one, 'arm', other, 'map'),
+            buffer._chain('lamp', one, 'arm', one, 'lamp'),
+        ]))
+    """))
+    assert said == [['arm', 'base', 'odom'], ['arm', 'map', 'odom', 'lamp'],
+                    ['arm', 'base', 'odom', 'lamp']]

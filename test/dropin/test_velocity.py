@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Velocities as tf2 computes them: against its own arithmetic, step by step, and recordings."""
+"""Velocities as tf2 computes them, compared with its own arithmetic and with recordings."""
 
 import math
 
@@ -96,7 +85,7 @@ def test_velocity_is_as_tf2_computes_it(stamp, full):
                               49.9998160168737)),
 ])
 def test_velocity_at_todays_stamps_is_what_jazzy_was_recorded_to_give(after, interval, recorded):
-    # Seconds since 1970 as floats are 200 ns apart, and which of them tf2 takes shows.
+    # Seconds since 1970 as floats are 200 ns apart, so tf2's rounding is visible.
     buffer, begin = BufferCore(), 1_700_000_000_123_456_789
     for step in range(5):
         buffer.insert('world', 'body', begin + step * PERIOD, Pose.from_xyz_rpy(
@@ -125,7 +114,7 @@ def test_velocity_does_not_look_before_the_beginning_of_time():
     buffer = BufferCore()
     for microsecond in (10, 100_000):
         buffer.insert('world', 'body', microsecond * 1000, Pose(x=microsecond / 1e6))
-    # The interval is cut to begin 10 us after zero; the stamp is as if it had not been.
+    # The interval is cut to begin 10 us after zero; the stamp is that of the uncut one.
     velocity = lookup_velocity(buffer, 'body', 'world', SECOND // 20, SECOND)
     assert velocity.linear == pytest.approx((1.0, 0.0, 0.0))
     assert velocity.stamp == pytest.approx(SECOND // 2 + 10_000, abs=2)
@@ -143,7 +132,7 @@ def test_velocity_refuses_unknown_frames():
 
 @pytest.mark.parametrize(('angle', 'expected'), [
     (0.0, 0.0), (1e-9, 0.0), (1.0, 1.0), (2.0, 2.0), (-2.0, -2.0), (3.0, 3.0),
-    # Beyond 120 degrees tf2 makes the axis positive and goes the long way round.
+    # Beyond 120 degrees, tf2 makes the axis positive and rotates the long way round.
     (-3.0, 2.0 * math.pi - 3.0), (-2.2, 2.0 * math.pi - 2.2),
 ])
 def test_velocity_takes_the_angle_that_tf2_takes(angle, expected):
@@ -155,7 +144,7 @@ def test_velocity_takes_the_angle_that_tf2_takes(angle, expected):
     assert rate == pytest.approx(expected, abs=1e-7)
 
 
-# --- beside the real one
+# --- compared with the real one
 
 def test_velocities_are_those_of_tf2():
     assert run_with_tf2("""

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A router, robots and listeners for each file's tests; nothing runs without Zenoh."""
+"""A router, robots and listeners for each file's tests; all tests skip without Zenoh."""
 
 from importlib.util import find_spec
 import itertools
@@ -41,13 +30,13 @@ def session(router):
 
 @pytest.fixture
 def hall():
-    """Return a prefix of keys that no other test has."""
+    """Return a prefix of keys that is unique to the test."""
     return f'hall{next(numbers)}'
 
 
 @pytest.fixture
 def listen(router, hall):
-    """Return what makes listeners of this hall, which end with the test."""
+    """Return a function that creates listeners of this hall, closed at the end of the test."""
     made = []
 
     def listen(robots='*', **options):
@@ -61,7 +50,7 @@ def listen(router, hall):
 
 @pytest.fixture
 def robot(session, hall):
-    """Return what makes robots of this hall, which go with the test."""
+    """Return a function that creates robots of this hall, closed at the end of the test."""
     made = []
 
     def robot(name, **options):

@@ -1,29 +1,18 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Somebody who hears a robot over Zenoh, as a program without this package would."""
+"""A receiver of a robot's messages over Zenoh, like a program without this package."""
 
 import threading
 
 from programs import PATIENCE_S
-from tf_tree_py.core.arrivals import wire
+from tf_tree_py.core.ingest import wire
 from tf_tree_py.fleet import configuration, open_session
 import zenoh.ext
 
 
 class Ears:
-    """Keeps the samples of all messages under some keys, in the order in which they came."""
+    """Stores the samples of all messages under some keys, in the order of their arrival."""
 
     def __init__(self, address, keys):
         self._heard, self._came = [], threading.Condition(threading.RLock())
@@ -44,7 +33,7 @@ class Ears:
             return [samples for heard, samples in self._heard if heard == key]
 
     def wait_for(self, key, arrived):
-        """Return the messages under a key as soon as they are as they should be."""
+        """Return the messages under a key as soon as a condition of them holds."""
         with self._came:
             assert self._came.wait_for(lambda: arrived(self.messages(key)), PATIENCE_S), (
                 self.messages(key))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Routers of Zenoh, robots, and what a fleet's tests wait with: no ROS, and nobody sleeps."""
+"""Helpers of a fleet's tests, without ROS: routers of Zenoh, robots, and waits."""
 
 from contextlib import contextmanager
 from glob import glob
@@ -26,7 +15,7 @@ import sys
 import time
 
 from tf_tree_py.core import Sample
-from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.ingest.wire import write
 from tf_tree_py.fleet import configuration, open_session
 import zenoh
 from zenoh import ext
@@ -55,7 +44,7 @@ def router_config(endpoint, **more):
 
 
 class Router:
-    """A router in a process of its own, which may die and come back."""
+    """A router in a separate process, which can be killed and restarted."""
 
     def __init__(self, protocol='tcp', **more):
         self.endpoint = f'{protocol}/127.0.0.1:{free_port()}'
@@ -96,7 +85,7 @@ def session_at(endpoint, config=None):
 
 
 def kept(session, key, data):
-    """Send as bridges and rmw_zenoh do what is transient local; return what keeps it."""
+    """Publish transient-local data like bridges and rmw_zenoh; return the publisher."""
     publisher = ext.declare_advanced_publisher(
         session, key, cache=ext.CacheConfig(max_samples=1), publisher_detection=True,
         sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None))
@@ -105,7 +94,7 @@ def kept(session, key, data):
 
 
 class Visits:
-    """Hears which robots come and go, and waits for that."""
+    """Records which robots connect and disconnect, and waits for it."""
 
     def __init__(self):
         self._told = SimpleQueue()
@@ -124,7 +113,7 @@ class Visits:
 
 
 def listening():
-    """Return on which addresses this process listens, as the kernel writes them, and how."""
+    """Return the addresses on which this process listens, in the kernel's format, with kinds."""
     own = {os.readlink(path) for path in glob('/proc/self/fd/*') if os.path.islink(path)}
     found = set()
     for kind, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07')):
@@ -140,18 +129,10 @@ def place(x):
 
 
 def message(*edges, stamp=None):
-    """Return a TFMessage of (parent, child, x), all of now unless said otherwise."""
+    """Return a TFMessage of (parent, child, x), by default with the current stamp."""
     stamp = time.time_ns() if stamp is None else stamp
     return write([Sample(parent, child, stamp, place(x)) for parent, child, x in edges])
 
 
 def x_of(buffer, target, source):
     return buffer.lookup_within(PATIENCE_S, target, source).x
-
-
-def until(true, what='it'):
-    """Wait until something holds that no event tells of."""
-    end = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < end, f'{what} did not happen'
-        time.sleep(0.01)

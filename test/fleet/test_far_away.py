@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot and a desk with a poor link between them: 100 ms, 2 % of all packets lost, and gone."""
+"""A robot and a desk with a poor link: 100 ms, 2 % of all packets lost, then interrupted."""
 
 from contextlib import closing
 import json
@@ -26,10 +15,10 @@ import pytest
 
 GAP_S = 10.0
 RATE_HZ = 20
-# What a straight line between two samples costs, a T^2 / 8, where one or two are late.
+# The error of linear interpolation, a T^2 / 8, with one or two samples missing.
 OFF = (3 / RATE_HZ) ** 2 / 8
 PORT = 7447
-# Where the robot is, as a function of the stamp alone, in the robot and here.
+# The position of the robot as a function of the stamp, used by the robot and here.
 PLACE = 'math.sin(stamp * 1e-9)'
 
 ROBOT = f"""
@@ -38,11 +27,11 @@ ROBOT = f"""
     import threading
     import time
     from tf_tree_py.core import Pose, Sample
-    from tf_tree_py.core.departures.sending import Static
+    from tf_tree_py.core.thinning.senders import StaticSender
     from tf_tree_py.fleet.uplink import Uplink
 
     uplink = Uplink('tcp/10.0.0.2:{PORT}', 'robot7', history=400)
-    static, ended = Static(uplink.send_static), threading.Event()
+    static, ended = StaticSender(uplink.send_static), threading.Event()
 
     def drive():
         while not ended.wait(1 / {RATE_HZ}):
@@ -94,7 +83,7 @@ def hosts():
     with two_apart() as (robot, desk), closing(
             PoorLink((robot, desk), delay_s=0.05, loss=0.02)) as link:
         yield robot, desk, link
-        # While they can still tell each other.
+        # While the link still carries packets.
         robot.end()
         desk.end()
 
@@ -105,7 +94,7 @@ def test_after_a_gap_nothing_is_missing_and_the_newest_statics_are_there(hosts):
     robot.run(ROBOT)
 
     def where_is(frame, stamp=None, timeout_s=PATIENCE_S):
-        """Return what the desk knows of a frame, and after how many seconds; the latest: None."""
+        """Return the desk's result for a frame, and the seconds that it took; None: the latest."""
         return json.loads(desk.tell(json.dumps([frame, stamp, timeout_s])))
 
     def assert_right(stamp):
@@ -126,6 +115,6 @@ def test_after_a_gap_nothing_is_missing_and_the_newest_statics_are_there(hosts):
     assert isinstance(place, float)
     print(f'after {GAP_S:g} s without a link the newest static transform came in {waited_s:.1f} s')
     assert_right(after)
-    # The robot kept what it sent meanwhile.
+    # The robot stored its messages meanwhile.
     for stamp in range(before, after, 10**9):
         assert_right(stamp)

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The tools by their command lines, on a fleet: without ROS."""
 
@@ -21,7 +10,8 @@ import sys
 import threading
 import time
 
-from fleet_helpers import message, until
+from conditions import until
+from fleet_helpers import message
 from programs import Program
 import pytest
 from tf_tree_py.bag import open_bag
@@ -113,7 +103,7 @@ def test_view_shows_a_fleet(hall):
     pytest.importorskip('viser')
     program = Program(sys.executable, '-m', 'tf_tree_py.view.tf_view', '--fleet', hall)
     try:
-        program.wait_for(f'{hall} is to be seen at http://')
+        program.wait_for(f'{hall} is shown at http://')
         program.interrupt()
         assert program.end() == 0
     finally:
@@ -124,15 +114,16 @@ def test_a_router_that_is_not_there_is_told():
     done = tool('tf_echo', 'map', 'base', '--fleet', NOBODY, '--once', '--seconds', 0.1)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == (
-        f'tf_echo: no transform arrived from {NOBODY}; there is no connection to {NOBODY}')
+        f'tf_echo: no transform arrived from {NOBODY}; there is no connection to {NOBODY}: '
+        f'{NOBODY.removeprefix("tcp/")} cannot be reached: Connection refused')
 
 
 @pytest.mark.parametrize(('arguments', 'sentence'), [
-    (('--fleet', 'hall'), "'hall' is no address of a router"),
-    (('--fleet', NOBODY, '--bag', 'run.mcap'), '--bag and --fleet are two places'),
+    (('--fleet', 'hall'), "'hall' is not the address of a router"),
+    (('--fleet', NOBODY, '--bag', 'run.mcap'), '--bag and --fleet cannot be used together'),
     (('--fleet-config', 'nothing.json5'), 'nothing.json5: there is no such configuration file'),
-    (('--fleet', NOBODY, '--robots', 'a//b'), "no robot of keys of Zenoh can be like 'a//b'"),
-    (('--fleet', NOBODY, '--robots', ','), 'no robots are to be heard'),
+    (('--fleet', NOBODY, '--robots', 'a//b'), "'a//b' cannot match a robot in Zenoh keys"),
+    (('--fleet', NOBODY, '--robots', ','), 'no robots are selected'),
 ])
 def test_wrong_arguments_are_one_sentence(arguments, sentence):
     assert_one_sentence(tool('tf_echo', 'map', 'base', *arguments), 'tf_echo', sentence)

@@ -1,19 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Keys and tokens of the three forms, written from the documents of those who send them."""
+"""Keys and tokens of the three forms, written from the documents of their programs."""
 
+from hypothesis import example, given, strategies as st
 import pytest
 from tf_tree_py.fleet import FleetError, keys
 from tf_tree_py.fleet.keys import Topic
@@ -22,6 +12,9 @@ import zenoh
 RMW = 'tf2_msgs::msg::dds_::TFMessage_/RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5'
 ZID = 'aac3178e146ba6f1fc6e6a4085e77f21'
 NOBODY = ('robot7/odom', 'tf', 'robot7', 'robot7/tf2', f'0/robot7/scan/{RMW}')
+# Key expressions also match these, because Zenoh has no pattern for numbers.
+SUSPICIOUS = (f'robot7/robot8/tf/{RMW}', f'robot7/tf/{RMW}', f'-1/robot8/tf/{RMW}', '7/tf',
+              'domain7/tf', f'0/domain7/tf/{RMW}', 'robot7/@adv/robot8/tf', f'{"x" * 256}/tf')
 
 KEYS = {
     'robot7/tf': Topic('robot7', False),
@@ -50,7 +43,7 @@ def test_tokens_of_all_forms_name_a_robot():
     assert {key: keys.topic_of_token(key) for key in TOKENS} == TOKENS
 
 
-@pytest.mark.parametrize('key', NOBODY)
+@pytest.mark.parametrize('key', NOBODY + SUSPICIOUS)
 def test_other_keys_are_nobodys(key):
     assert keys.topic_of(key) is None and keys.topic_of_token(key) is None
 
@@ -74,6 +67,40 @@ def test_another_prefix_is_another_fleet():
     assert keys.topic_of('hall3/robot7/tf', 'hall4') is None
     assert keys.topic_of(f'0/hall3/robot7/tf/{RMW}', 'hall4') is None
     assert keys.topic_of('hall3/tf', 'hall3') is None
+
+
+PARTS = st.sampled_from([
+    'tf', 'tf_static', 'robot7', 'robot8', 'domain8', 'hall3', '0', '8', '@tf_tree_py', '@adv',
+    '@ros2_lv', '@', 'MP', '%', '%robot8%tf', 'robot8§tf', 'tf2_msgs§msg§TFMessage', ZID,
+    *RMW.split('/')])
+RESTS = st.lists(PARTS, min_size=1, max_size=13) | st.sampled_from(
+    [key.split('/') for key in (*KEYS, *TOKENS)])
+
+
+@given(RESTS, st.sampled_from(['', 'hall3']),
+       st.sampled_from(['robot7', 'domain7', 'tf', 'MP', '1234']))
+@example(['robot8', 'tf', *RMW.split('/')], '', 'robot7')
+@example(['robot8', 'tf', *RMW.split('/')], '', '1234')
+@example(['hall3', 'robot8', 'tf', *RMW.split('/')], '', 'hall3')
+def test_no_key_below_one_robots_name_counts_as_anothers(rest, key_prefix, robot):
+    key = '/'.join(filter(None, (key_prefix, robot, *rest)))
+    for heard_below in {'', key_prefix}:
+        own = robot if heard_below else f'{key_prefix}/{robot}'.lstrip('/')
+        for topic in (keys.topic_of(key, heard_below), keys.topic_of_token(key, heard_below)):
+            assert topic is None or f'{topic.robot}/'.startswith(f'{own}/')
+
+
+@given(RESTS, st.sampled_from(['0', '73']))
+def test_no_key_below_a_namespace_of_a_domain_counts_as_another_robots(rest, domain):
+    topic = keys.topic_of('/'.join((domain, 'robot7', *rest)))
+    assert topic is None or f'{topic.robot}/'.startswith('robot7/')
+
+
+def test_bridge_without_a_namespace_is_recognised():
+    token = f'@/{ZID}/@ros2_lv/MP/tf_static/tf2_msgs§msg§TFMessage/:1:1:0,1'
+    assert keys.is_nameless_bridge(token) and not keys.is_nameless_bridge(token, 'hall3')
+    assert keys.is_nameless_bridge(token.replace('/tf_', '/hall3§tf_'), 'hall3')
+    assert not any(keys.is_nameless_bridge(one) for one in TOKENS)
 
 
 def asked(robots, static, key):
@@ -101,6 +128,15 @@ def test_patterns_of_tokens_ask_for_them():
 def test_a_name_that_no_key_can_have_is_refused(name):
     with pytest.raises(FleetError, match='cannot be the name of a robot'):
         keys.check_robot(name)
+
+
+@pytest.mark.parametrize('name', ['7', '7/arm', 'domain7'])
+def test_name_that_a_domain_of_rmw_zenoh_has_is_no_robots(name):
+    with pytest.raises(FleetError, match='Call it robot7, or set a key prefix'):
+        keys.check_sender(name)
+    assert keys.check_sender(name, 'hall3') == (name, 'hall3')
+    with pytest.raises(FleetError, match='prefix'):
+        keys.check_sender('robot7', '3')
 
 
 def test_outer_slashes_are_no_part_of_a_name():

@@ -1,28 +1,27 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Robots that run a bridge or rmw_zenoh are understood, as their documents say what they send."""
+"""Robots with a bridge or rmw_zenoh, whose data is as in the documents of these programs."""
 
+import threading
 import time
 
-from fleet_helpers import kept, message, until, Visits, x_of
+from conditions import until
+from fleet_helpers import kept, message, Visits, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.fleet import FleetListener
-from tf_tree_py.fleet.attachment import Attachment, read_attachment, write_attachment
+from tf_tree_py.fleet.attachment import Attachment, read_attachment
 from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
 from zenoh import ext
+
+
+def serialized(attachment):
+    """Return an attachment as rmw_zenoh serializes it."""
+    fields = (('sequence_number', ext.Int64(attachment.number)),
+              ('source_timestamp', ext.Int64(attachment.sent)),
+              ('source_gid', bytes.fromhex(attachment.gid)))
+    return b''.join(ext.z_serialize(part).to_bytes() for field in fields for part in field)
 
 
 def rmw_token(session, hall, topic):
@@ -95,13 +94,64 @@ def test_what_an_older_rmw_zenoh_has_kept_is_asked_for(listen, session, hall):
     cache.undeclare()
 
 
+def test_many_tokens_of_publishers_that_never_answer_cost_one_thread(
+        listen, session, hall, caplog):
+    asked = []  # A stored query without a response keeps the querying side waiting.
+    cache = session.declare_queryable(f'{session.zid()}/**', asked.append, complete=True)
+    tokens = [session.liveliness().declare_token(
+        rmw_token(session, hall, 'tf_static').replace('/10/', f'/{number}/').replace(
+            TYPE_HASH, f'RIHS01_{number}')) for number in range(60)]
+    listener = listen()
+    until(lambda: asked)
+    # Three for tokens (one per form), four for keys (two by two kinds), and one each for the link,
+    # the decoder, the answers, and the listener.
+    assert sum(thread.name.startswith('fleet') for thread in threading.enumerate()) <= 11
+    listener.close()
+    assert not any(record.exc_info for record in caplog.records)
+    asked.clear()
+    for token in tokens:
+        token.undeclare()
+    cache.undeclare()
+
+
+def test_answer_under_the_key_of_another_robot_is_not_taken(listen, session, hall):
+    own, other = (rmw_key_of(Topic(robot, True), key_prefix=hall) for robot in (
+        'robot7', 'robot8'))
+
+    def answer(query):
+        query.reply(other, message(('base', 'fork', 666)))
+        query.reply(own, message(('base', 'fork', 2)))
+
+    cache = session.declare_queryable(f'{session.zid()}/{own}', answer, complete=True)
+    token = session.liveliness().declare_token(rmw_token(session, hall, 'tf_static'))
+    buffer = listen().buffer
+    assert x_of(buffer, 'robot7/base', 'robot7/fork') == 2.0
+    assert not any(frame.startswith('robot8') for frame in buffer.frames())
+    token.undeclare()
+    cache.undeclare()
+
+
+def test_bridge_without_a_namespace_is_told_of_once(listen, session, hall, caplog):
+    listener = listen()
+    tokens = [session.liveliness().declare_token(
+        f'@/{session.zid()}/@ros2_lv/MP/{hall}§{topic}/tf2_msgs§msg§TFMessage/:::')
+        for topic in ('tf', 'tf_static')]
+    named = session.liveliness().declare_token(
+        f'@/{session.zid()}/@ros2_lv/MP/{hall}§robot7§tf/tf2_msgs§msg§TFMessage/:::')
+    until(lambda: listener.robots() and '--namespace' in caplog.text)
+    assert caplog.text.count('start it with --namespace /robot7') == 1
+    assert f"'{hall}/tf'" in caplog.text
+    for token in (*tokens, named):
+        token.undeclare()
+
+
 def test_losses_show_in_the_numbers_that_rmw_zenoh_attaches(listen, session, hall):
     listener = listen()
     key = rmw_key_of(Topic('robot7', False), key_prefix=hall)
     until(lambda: session.put(key, message(('map', 'base', 0))) or listener.robots())
     for gid in ('07' * 16, '08' * 16):
         for number in (5, 6, 9, 10, 20):
-            session.put(key, message(('map', 'base', number)), attachment=write_attachment(
+            session.put(key, message(('map', 'base', number)), attachment=serialized(
                 Attachment(number, time.time_ns(), gid)))
     until(lambda: listener.robots()[0].lost == 2 * (2 + 9))
 
@@ -113,8 +163,4 @@ def test_another_attachment_is_none(data):
 
 def test_an_attachment_is_read_as_zenoh_serializes_it():
     attachment = Attachment(5, 1_700_000_000_000_000_000, bytes(range(16)).hex())
-    fields = (('sequence_number', ext.Int64(attachment.number)),
-              ('source_timestamp', ext.Int64(attachment.sent)),
-              ('source_gid', bytes.fromhex(attachment.gid)))
-    data = b''.join(ext.z_serialize(part).to_bytes() for field in fields for part in field)
-    assert read_attachment(data) == attachment and write_attachment(attachment) == data
+    assert read_attachment(serialized(attachment)) == attachment

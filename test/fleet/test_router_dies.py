@@ -1,20 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A router that dies costs what was sent meanwhile and nothing else, with one line each way."""
+"""A router that dies costs only the messages meanwhile, with one log line at each change."""
 
-from fleet_helpers import kept, message, Router, SECOND, session_at, until, Visits, x_of
+from conditions import until
+from fleet_helpers import kept, message, Router, SECOND, session_at, Visits, x_of
 import pytest
 from tf_tree_py.fleet import FleetListener, RobotPublisher
 
@@ -49,7 +39,7 @@ def test_a_router_that_comes_back_finds_everything_as_it_was(router, caplog):
         assert x_of(buffer, 'map', 'robot7/fork') == 100.0
         router.kill()
         until(lambda: not listener.connected)
-        # What is known stays, and what is sent meanwhile is kept as far as the robot keeps it.
+        # Known data stays. The robot stores what it sends meanwhile, up to its limit.
         assert buffer.lookup('map', 'robot7/fork').x == 100.0
         send(range(1, 21))
         router.start()
@@ -91,7 +81,7 @@ def test_a_robot_that_comes_back_sends_its_statics_anew(router):
     with FleetListener(router.endpoint, on_robot=visits) as listener:
         for fork in (1, 2):
             with session_at(router.endpoint) as session:
-                # It dies without a word: its session ends, and it undeclares nothing.
+                # It dies without undeclaring anything: only its session ends.
                 robot = RobotPublisher(session, 'robot7')
                 robot.send_static(message(('base', 'fork', fork)))
                 assert visits.wait() == ('robot7', True)

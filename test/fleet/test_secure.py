@@ -1,34 +1,36 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Mutual TLS, access control, users with passwords: by the files that docs/fleet.md explains."""
+"""Mutual TLS, access control, users with passwords: with the files that docs/fleet.md explains."""
 
+from datetime import datetime, timezone
 from pathlib import Path
 
-from fleet_helpers import free_port, message, session_at, Visits, x_of
+from conditions import until
+from fleet_helpers import (
+    free_port,
+    kept,
+    message,
+    router_here,
+    session_at,
+    Visits,
+    x_of,
+)
 import pytest
 from tf_tree_py.fleet import configuration, FleetError, FleetListener, open_session, RobotPublisher
+from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
+from tf_tree_py.tools.tf_doctor import main as tf_doctor
 import zenoh
 
 trustme = pytest.importorskip('trustme')
 EXAMPLES = Path(__file__).parents[2] / 'config'
-NAMES = ('router', 'desk', 'robot7', 'robot8')
+NAMES = ('router', 'desk', 'robot7', 'robot8', 'forklift1', 'forklift2')
+LONG_AGO = datetime(2020, 1, 1, tzinfo=timezone.utc)
 
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
-    """Return a folder with certificates of the fleet, and of a stranger."""
+    """Return a folder with certificates of the fleet, and of an unknown client."""
     folder = tmp_path_factory.mktemp('fleet') / 'certificates'
     folder.mkdir()
     ours, theirs = trustme.CA(), trustme.CA()
@@ -37,11 +39,15 @@ def folder(tmp_path_factory):
         made = authority.issue_cert('localhost', '127.0.0.1', common_name=name)
         made.private_key_pem.write_to_path(folder / f'{name}.key')
         made.cert_chain_pems[0].write_to_path(folder / f'{name}.pem')
+    old = ours.issue_cert('localhost', '127.0.0.1', common_name='old', not_after=LONG_AGO)
+    old.private_key_pem.write_to_path(folder / 'old.key')
+    old.cert_chain_pems[0].write_to_path(folder / 'old.pem')
+    theirs.cert_pem.write_to_path(folder / 'theirs.pem')
     return folder.parent
 
 
 def written(folder, example, name, changes):
-    """Write an example's file with other names and places; return its path."""
+    """Write an example's file with other names and addresses; return its path."""
     text = (EXAMPLES / f'{example}.json5').read_text()
     for old, new in {'certificates/': f'{folder}/certificates/', **changes}.items():
         assert old in text
@@ -62,7 +68,7 @@ def user(name, password):
 
 @pytest.fixture
 def router(folder):
-    """Return what runs a router with the example's file; yield nothing else."""
+    """Yield a function that runs a router with the example's file."""
     sessions = []
 
     def router(changes=None):
@@ -96,6 +102,53 @@ def test_each_robot_speaks_below_its_own_name_and_the_desk_hears(folder, router)
         assert visits.wait() == ('robot7', False)
 
 
+def rmw_token(zid, robot, topic):
+    return (f'@ros2_lv/0/{zid}/0/10/MP/%/%{robot}/driver/%{robot}%{topic}/{RMW_TYPE}/{TYPE_HASH}/'
+            '::,1:,:,:,,')
+
+
+def bridge_token(zid, robot, topic):
+    return f'@/{zid}/@ros2_lv/MP/{robot}§{topic}/tf2_msgs§msg§TFMessage/:1:1:0,1'
+
+
+@pytest.mark.parametrize(('own', 'key_of', 'token_of'), [
+    ('forklift1', rmw_key_of, rmw_token), ('forklift2', key_of, bridge_token)])
+def test_robots_of_others_speak_below_their_own_names_too(folder, router, own, key_of, token_of):
+    endpoint, visits = router(), Visits()
+    with session_at(endpoint, client(folder, own)) as session:
+        # The last one is permitted, so the one before would have arrived.
+        held = [(kept(session, key_of(Topic(robot, True)), message(('base', 'fork', 2))),
+                 session.liveliness().declare_token(token_of(session.zid(), robot, 'tf_static')))
+                for robot in ('robot7', own)]
+        with FleetListener(endpoint, config=client(folder, 'desk'), on_robot=visits) as listener:
+            assert x_of(listener.buffer, f'{own}/base', f'{own}/fork') == 2.0
+            assert visits.wait() == (own, True)
+            session.put(key_of(Topic('robot7', False)), message(('map', 'base', 666)))
+            until(lambda: session.put(key_of(Topic(own, False)), message(('map', 'base', 1)))
+                  or 'map' in listener.buffer.frames())
+            assert [one.name for one in listener.robots()] == [own]
+        del held
+
+
+def test_cache_of_a_robot_cannot_answer_for_another(folder, router):
+    endpoint = router()
+    with session_at(endpoint, client(folder, 'robot7')) as own, \
+            session_at(endpoint, client(folder, 'forklift2')) as other:
+        def answer(query):
+            query.reply('robot7/tf_static', message(('base', 'fork', 666)))
+            query.reply('forklift2/tf_static', message(('base', 'fork', 2)))
+
+        evil = other.declare_queryable('forklift2/tf_static/@adv/pub/**', answer)
+        with FleetListener(endpoint, config=client(folder, 'desk')) as listener:
+            good = kept(own, 'robot7/tf_static', message(('base', 'fork', 7)))
+            assert x_of(listener.buffer, 'robot7/base', 'robot7/fork') == 7.0
+            token = other.liveliness().declare_token('forklift2/tf_static/@adv/pub/1/2/_')
+            x_of(listener.buffer, 'forklift2/base', 'forklift2/fork')
+            assert listener.buffer.lookup('robot7/base', 'robot7/fork').x == 7.0
+        for declared in (good, token, evil):
+            declared.undeclare()
+
+
 def test_who_has_no_certificate_of_the_fleet_is_kept_out(folder, router):
     endpoint = router()
     nothing = folder / 'nothing.json5'
@@ -115,3 +168,68 @@ def test_users_have_passwords_where_the_router_wants_them(folder, router):
     for wrong in (user('robot7', 'guessed'), user('desk', 'secret'), ''):
         with pytest.raises(FleetError, match='Unable to connect'):
             open_session(configuration(endpoint, client(folder, 'robot7', wrong)), timeout_s=0.5)
+
+
+# --- the reasons of refusals
+
+def reason(endpoint, config=None):
+    with pytest.raises(FleetError) as raised:
+        open_session(configuration(endpoint, config), timeout_s=0.3)
+    assert '\n' not in str(raised.value)
+    return str(raised.value)
+
+
+def desk(folder, name, changes):
+    return written(folder, 'fleet_client', name, changes)
+
+
+@pytest.mark.parametrize(('changes', 'sentence'), [
+    ({'desk.pem': 'none.pem'}, 'none.pem cannot be read (connect_certificate): No such file'),
+    ({'ca.pem': 'none.pem'}, 'none.pem cannot be read (root_ca_certificate): No such file'),
+    ({'desk.key': 'robot7.key'}, 'is not the private key of the certificate'),
+    ({'desk.key': 'desk.pem'}, 'are not a certificate and its private key in PEM format'),
+    ({'ca.pem': 'desk.key'}, 'is not the certificate of an authority in PEM format'),
+    ({'desk.': 'old.'}, 'certificate has expired, by the clock of this machine (20'),
+    ({'desk.': 'stranger.'}, 'stranger.pem is refused: it is not signed by the authority in'),
+    ({'ca.pem': 'theirs.pem', 'desk.': 'stranger.'}, 'refuses the certificate of the '
+     'router at 127.0.0.1: it is not signed by the authority in'),
+    ({'enable_mtls: true,': '', 'connect_certificate:': '//', 'connect_private_key:': '//'},
+     'requires a client certificate: set transport/link/tls'),
+])
+def test_why_a_certificate_is_refused_is_explained(folder, router, changes, sentence):
+    assert sentence in reason(router(), desk(folder, 'refused', changes))
+
+
+def test_router_that_expects_another_authority_is_explained(folder, router):
+    endpoint = router({'ca.pem': 'theirs.pem'})
+    assert "refuses this machine's certificate: unknown ca" in reason(
+        endpoint, client(folder, 'desk'))
+
+
+def test_other_reasons_are_explained(folder, router):
+    with router_here() as endpoint:
+        assert 'does not use TLS' in reason(endpoint.replace('tcp', 'tls'), client(folder, 'desk'))
+    assert 'cannot be reached: Connection refused' in reason(endpoint)
+    endpoint = router()
+    assert 'require tls/ instead of tcp/' in reason(endpoint.replace('tls', 'tcp'))
+    assert 'no address is known' in reason('tcp/no-such-host.invalid:7447')
+
+
+def test_password_that_is_wrong_is_a_possible_reason(folder, router):
+    (folder / 'users.txt').write_text('robot7:secret\n')
+    endpoint = router({'    link: {': f"""auth: {{ usrpwd: {{
+        user: "router", password: "x", dictionary_file: "{folder}/users.txt" }} }}, link: {{"""})
+    assert 'may require a user and a password' in reason(
+        endpoint, client(folder, 'robot7', user('robot7', 'guessed')))
+
+
+def test_listener_and_tool_say_why(folder, router, caplog, capsys):
+    config = desk(folder, 'expired', {'desk.': 'old.'})
+    endpoint = router()
+    with FleetListener(endpoint, config=config) as listener:
+        until(lambda: 'yet, retrying' in caplog.text)
+        assert 'certificate has expired' in caplog.text
+        assert 'certificate has expired' in listener.why_not_connected()
+    tf_doctor(['tf_doctor', '--fleet', endpoint, '--fleet-config', str(config), '--seconds', '1'])
+    shown = capsys.readouterr()
+    assert 'certificate has expired' in ' '.join((shown.out + shown.err).split())

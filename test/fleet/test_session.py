@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Sessions are careful unless they are told otherwise, and say what is wrong in a sentence."""
+"""Sessions have safe defaults, and report errors in one sentence."""
 
 import subprocess
 import sys
@@ -28,6 +17,7 @@ def test_a_session_is_a_client_that_is_found_by_nobody():
     assert made.get_json('mode') == '"client"'
     assert made.get_json('connect/endpoints') == '["tcp/hall:7447"]'
     assert made.get_json('scouting/multicast/enabled') == 'false'
+    assert made.get_json('transport/shared_memory/enabled') == 'false'
     assert '[::]' not in made.get_json('listen/endpoints')
 
 
@@ -57,7 +47,7 @@ def test_no_address_at_all_is_an_error():
 def test_a_file_that_is_no_configuration_is_named(tmp_path, text):
     path = tmp_path / 'bad.json5'
     path.write_text(text)
-    with pytest.raises(FleetError, match='bad.json5 is no configuration of Zenoh') as raised:
+    with pytest.raises(FleetError, match='bad.json5 is not a Zenoh configuration') as raised:
         configuration('tcp/hall:7447', path)
     assert '\n' not in str(raised.value) and '.rs' not in str(raised.value)
 
@@ -85,4 +75,4 @@ except FleetError as error:
     result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
                             timeout=60, check=True)
     assert result.stdout == ('a fleet needs eclipse-zenoh, which is not installed: '
-                             "pip install 'tf_tree_py[fleet]'\n")
+                             'pip install eclipse-zenoh\n')

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The demo's fleet drives as its motions say, and ends when it is told to."""
+"""The demo's fleet drives as its motions define, and ends on a signal."""
 
 import os
 from pathlib import Path
@@ -51,7 +40,7 @@ def test_fleet_drives_and_ends(start):
         for number in (1, 2, 3):
             buffer.lookup_within(PATIENCE_S, 'map', f'robot{number}/gripper')
         assert [robot.name for robot in listener.robots()] == ['robot1', 'robot2', 'robot3']
-        # The third stands at the beginning of the second row.
+        # The third starts at the beginning of the second row.
         stamp = buffer.latest_common_time('robot3/odom', 'robot3/base_link')
         truth = FiveFrameMotion(lap_time=17_000_000_000).odom_T_base_link(stamp)
         there = buffer.lookup('robot3/odom', 'robot3/base_link', stamp)
@@ -65,4 +54,4 @@ def test_fleet_drives_and_ends(start):
 def test_fleet_of_nobody_is_refused(start):
     program = start('0')
     assert program.end() == 2
-    assert 'a fleet has at least one robot' in program.output
+    assert 'a fleet must have at least one robot' in program.output

@@ -1,29 +1,28 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot says what it likes of its own frames, and nothing of others; no bytes do any harm."""
+"""A robot can only affect its own frames, and no bytes do any harm."""
 
 import itertools
 import logging
 
+from conditions import until
 from effort import examples
-from fleet_helpers import message, PATIENCE_S, SECOND, until, x_of
+from fleet_helpers import (
+    message,
+    PATIENCE_S,
+    router_here,
+    SECOND,
+    session_at,
+    x_of,
+)
 from hypothesis import given, HealthCheck, strategies as st
 import pytest
 from tf_tree_py.core import Kind
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.fleet import FleetListener, RobotPublisher
+from tf_tree_py.fleet.keys import RMW_TYPE, TYPE_HASH
 
 
 def test_a_robot_cannot_hang_what_is_shared_elsewhere_nor_touch_others(listen, robot):
@@ -54,7 +53,7 @@ def test_a_robot_among_whose_frames_another_would_get_is_not_heard(listen, robot
     assert x_of(listener.buffer, 'map', 'robot7/base') == 7.0
     robot('robot7/arm').send(message(('map', 'base', 8)))
     until(lambda: 'robot7/arm' in caplog.text)
-    assert 'would get among those of another' in caplog.text
+    assert 'would mix with those of another' in caplog.text
     assert [one.name for one in listener.robots()] == ['robot7']
 
 
@@ -66,6 +65,38 @@ def test_refusals_are_logged_and_no_more_than_a_person_reads(listen, robot, capl
     until(lambda: listener.robots() and listener.robots()[0].refused == 50)
     assert [record.levelno for record in caplog.records] == [logging.WARNING]
     assert 'shared by all robots' in caplog.text and "from 'robot7'" in caplog.text
+
+
+# --- keys
+
+KEY_PARTS = st.sampled_from(['tf', 'tf_static', 'robot8', '0', '8', 'domain8', '@tf_tree_py',
+                             '@adv', '@ros2_lv', RMW_TYPE, TYPE_HASH])
+FORMS = st.lists(KEY_PARTS, min_size=1, max_size=6) | st.sampled_from([
+    ['robot8', 'tf', RMW_TYPE, TYPE_HASH], ['robot8', 'tf_static', RMW_TYPE, TYPE_HASH],
+    ['tf', RMW_TYPE, TYPE_HASH], ['tf'], ['tf_static']])
+
+
+@pytest.fixture(scope='module')
+def wide():
+    """Return a separate router's session, a listener to all, a robot, and numbers."""
+    with router_here() as endpoint, session_at(endpoint) as session, \
+            FleetListener(endpoint, '**') as listener:
+        yield session, listener, RobotPublisher(session, 'robot8'), itertools.count(1)
+
+
+@given(st.lists(FORMS, min_size=1, max_size=20))
+@examples(4)
+def test_whatever_key_below_its_name_a_robot_writes_nothing_of_others_changes(wide, written):
+    session, listener, good, turns = wide
+    for rest in written:
+        session.put('/'.join(('robot7', *rest)), message(('map', 'base', 666)))
+    turn = next(turns)
+    good.send(message(('map', 'base', turn), stamp=turn * SECOND))
+    assert listener.buffer.lookup_within(
+        PATIENCE_S, 'map', 'robot8/base', turn * SECOND).x == turn
+    assert listener.buffer.lookup('map', 'robot8/base').x == turn
+    for edge in listener.buffer.edges():
+        assert edge.child == 'robot8/base' or edge.child.startswith('robot7/')
 
 
 # --- bytes
@@ -86,7 +117,7 @@ def test_no_bytes_harm_others_or_end_the_listening(pair, payloads):
     listener, evil, good, turns = pair
     for payload in payloads:
         evil.send(payload)
-    # It goes the same way, behind them.
+    # It is processed in the same way, after them.
     turn = next(turns)
     good.send(message(('map', 'base', turn), stamp=turn * SECOND))
     assert listener.buffer.lookup_within(
@@ -99,5 +130,5 @@ def test_no_bytes_harm_others_or_end_the_listening(pair, payloads):
 
 @pytest.fixture
 def pair(listen, robot):
-    """Return a listener, one who sends anything, one who sends well, and numbers."""
+    """Return a listener, a robot that sends anything, one that sends correctly, and numbers."""
     return listen(), robot('evil'), robot('good'), itertools.count(1)

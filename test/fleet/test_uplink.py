@@ -1,23 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a robot sends reaches whoever listens, whenever the router is there."""
+"""A robot's messages reach the listeners whenever the router is available."""
 
 from contextlib import closing
+import threading
 
+from conditions import until
 from ears import Ears
-from fleet_helpers import free_port, Router, router_here, until
+from fleet_helpers import free_port, Router, router_here
 import pytest
 from tf_tree_py.core import Sample
 from tf_tree_py.core.geometry.se3 import IDENTITY
@@ -30,6 +21,10 @@ CAMERA = Sample('base', 'camera', 0, (0.25, *IDENTITY[1:]))
 
 def at(stamp):
     return Sample('odom', 'base', stamp, (float(stamp), *IDENTITY[1:]))
+
+
+def names_of_threads():
+    return [thread.name for thread in threading.enumerate()]
 
 
 def uplink(endpoint):
@@ -83,11 +78,13 @@ def test_router_that_died_comes_back_to_what_was_sent_meanwhile(caplog):
 def test_uplink_that_never_came_up_ends():
     with uplink('tcp/127.0.0.1:9') as robot:
         robot.send_static([CAMERA])
+        assert 'uplink' in names_of_threads()
+    assert 'uplink' not in names_of_threads()
 
 
 @pytest.mark.parametrize(('connect', 'robot', 'sentence'), [
     ('tcp/127.0.0.1:9', '*', r"'\*' cannot be the name of a robot"),
-    ('hall', 'robot7', 'no address of a router'),
+    ('hall', 'robot7', 'not the address of a router'),
     (None, 'robot7', 'nothing to connect to'),
 ])
 def test_wrong_arguments_are_named_at_once(connect, robot, sentence):

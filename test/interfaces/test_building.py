@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What building tf2_msgs takes is said before anything is touched; no ROS is needed for that."""
+"""Missing requirements for building tf2_msgs are reported first; no ROS is needed for that."""
 
 import sys
 import sysconfig
@@ -25,7 +14,7 @@ from tf_tree_py.interfaces.cmake_exports import repair
 
 @pytest.fixture
 def prefix(tmp_path, monkeypatch):
-    """Return an environment that has the generators, as far as anybody looks."""
+    """Return an environment that appears to contain the generators."""
     (tmp_path / 'share' / 'rosidl_default_generators').mkdir(parents=True)
     monkeypatch.setattr(sys, 'prefix', str(tmp_path))
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
@@ -33,7 +22,7 @@ def prefix(tmp_path, monkeypatch):
 
 
 def test_environment_without_jazzy_is_told_what_to_install(tmp_path):
-    with pytest.raises(CannotBuild, match=r"pip install 'tf_tree_py\[jazzy\]'.*apt install ros-j"):
+    with pytest.raises(CannotBuild, match=r"pip install '\.\[jazzy\]'.*apt install ros-"):
         build(tmp_path)
 
 
@@ -44,7 +33,7 @@ def test_command_says_it_in_one_sentence(prefix, monkeypatch, capsys):
     assert find() is None
     assert main() == 1
     assert capsys.readouterr().err == (
-        'tf2_msgs: it takes a C++ compiler: sudo apt install g++\n')
+        'tf2_msgs: the build needs a C++ compiler: sudo apt install g++\n')
 
 
 def test_failure_of_cmake_shows_what_it_said(prefix, monkeypatch):

@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-A program: ``ros2`` commands one after the other, in one process.
+Program: run ``ros2`` commands one after the other, in one process.
 
-A line of standard input is a JSON list of words; the line that answers it has the status and
-what was written to both streams. A command does what it does by itself; but most of a
-second of that is to begin Python, and to import rclpy.
+A line of standard input is a JSON list of words; the line that is printed for it has the status
+and the output of both streams. A command runs as it does by itself, but without the start of
+Python and the import of rclpy, which take most of a second.
 """
 
 from contextlib import contextmanager
@@ -44,7 +33,7 @@ def status_of(words):
 
 @contextmanager
 def captured(number):
-    """Turn what goes to a file descriptor, also from C, into a file."""
+    """Redirect the output of a file descriptor, also from C, to a file."""
     kept = os.dup(number)
     with tempfile.TemporaryFile() as file:
         os.dup2(file.fileno(), number)
@@ -56,13 +45,13 @@ def captured(number):
 
 
 def text_of(file):
-    """Return all that was written to a file."""
+    """Return the whole content of a file."""
     file.seek(0)
     return file.read().decode()
 
 
 def run(words):
-    """Return a command's status, and what it wrote to both streams."""
+    """Return a command's status, and its output of both streams."""
     with captured(1) as out, captured(2) as err:
         status = status_of(words)
         sys.stdout.flush()
@@ -72,7 +61,7 @@ def run(words):
 
 def main():
     questions = os.fdopen(os.dup(0))
-    # What a command starts must not read them.
+    # The programs that a command starts must not read them.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     for line in questions:
         print(json.dumps(run(json.loads(line))), flush=True)

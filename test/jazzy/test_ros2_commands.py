@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What ``ros2`` and tf2's own tools tell of this package's nodes while they run."""
+"""The output of ``ros2`` and of tf2's own tools for this package's running nodes."""
 
 import re
 
@@ -40,7 +29,7 @@ rclpy.spin(node)
 
 @pytest.fixture(scope='module', autouse=True)
 def robot(start_for_all, tell_at_last):
-    """Start a robot with all that this package has, and wait until ``ros2`` has heard of it."""
+    """Start a robot with all nodes of this package, and wait until ``ros2`` discovers it."""
     def run(name, *words):
         return start_for_all('ros2', 'run', 'tf_tree_py', name, *words)
 
@@ -95,7 +84,7 @@ def test_echo_shows_what_moves_and_what_does_not(tell, tell_at_last):
 def test_who_listens_and_who_talks_is_told(tell):
     told = tell('topic', 'info', '--verbose', '/tf')
     assert 'Node name: five_frame_publisher' in told
-    # Listeners have a node of their own, which says what it is.
+    # Listeners have a separate node with a descriptive name.
     assert told.count('Node name: _transform_listener_impl_') >= 4
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The launch files by ``ros2 launch``, and this package's nodes in launch files as tf2's are."""
+"""The launch files with ``ros2 launch``; our nodes replace tf2's in launch files."""
 
 from pathlib import Path
 import textwrap
@@ -46,7 +35,7 @@ YAML = """
 
 @pytest.fixture
 def frontend(run):
-    """Skip where the launch that is installed reads Python alone: it needs a grammar."""
+    """Skip where the installed launch has no grammar, so that it can only read Python."""
     done = run('python3', '-c', 'from launch.frontend.parse_substitution import *; '
                                 'from pathlib import Path; '
                                 'print(Path(get_grammar_path()).is_file())')
@@ -73,7 +62,7 @@ def test_publisher_by_its_launch_file(start, tell_at_last):
     program = start('ros2', 'launch', 'tf_tree_py', 'five_frame_publisher.launch.py',
                     'namespace:=robot1')
     tell_at_last('(?m)^/robot1/five_frame_publisher$', 'node', 'list')
-    # In every namespace the same topics.
+    # The topics are the same in every namespace.
     tell_at_last('child_frame_id: ', 'topic', 'echo', '--once', '/tf')
     assert ended_cleanly(program)
 
@@ -81,7 +70,7 @@ def test_publisher_by_its_launch_file(start, tell_at_last):
 def test_listener_by_its_launch_file(start, tell_at_last):
     program = start('ros2', 'launch', 'tf_tree_py', 'five_frame_listener.launch.py',
                     'use_sim_time:=true')
-    program.wait_for('Where gripper is in world')
+    program.wait_for('The pose of gripper in world')
     tell_at_last('Boolean value is: True', 'param', 'get', '/five_frame_listener', 'use_sim_time')
     assert ended_cleanly(program)
 
@@ -122,5 +111,5 @@ def test_launch_ends_with_a_program_that_refuses_its_parameters(start, tmp_path)
     program = start('ros2', 'launch', 'tf_tree_py', 'five_frame_publisher.launch.py',
                     f'params_file:={file}')
     program.end()
-    program.wait_for('five_frame_publisher: parameter radius has to be a number')
+    program.wait_for('five_frame_publisher: parameter radius must be a number')
     assert 'Traceback' not in program.output

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Every executable by ``ros2 run``, until Ctrl-C."""
 
@@ -22,7 +11,7 @@ import pytest
 CONFIG = Path(__file__).parents[2] / 'config'
 ROBOT = ['--urdf', str(CONFIG / 'five_frames.urdf')]
 FRAMES = ['--frame-id', 'map', '--child-frame-id', 'odom']
-# With which words it is started, what it then says, and what of it can be seen from outside.
+# The arguments, the output to wait for, a pattern, and the ros2 command whose output has it.
 LONG_LIVED = {
     'buffer_server': ([], None, ('/tf2_frames', 'service', 'list')),
     'edge_switch': ([], None, ('/edge_switch/switch_to/vo', 'service', 'list')),
@@ -40,10 +29,10 @@ LONG_LIVED = {
         ROBOT, "<Robot 'five_frames'", ('/robot_description', 'topic', 'list')),
 }
 SHORT_LIVED = {'tf_lab': (['order', '--json'], '"law"')}
-# test/tools tries these; what ros2 makes verbs of, test_ros2_verbs.
+# test/tools tests these; those with verbs of ros2 are in test_ros2_verbs.
 TOOLS = dict.fromkeys((
-    'tf_archive', 'tf_audit', 'tf_doctor', 'tf_echo', 'tf_export', 'tf_frames', 'tf_monitor',
-    'tf_record', 'tf_view', 'view_frames'))
+    'tf_archive', 'tf_audit', 'tf_calibrate', 'tf_doctor', 'tf_echo', 'tf_export', 'tf_frames',
+    'tf_monitor', 'tf_record', 'tf_view', 'view_frames'))
 
 
 def test_all_are_listed_and_tried(tell):
@@ -84,6 +73,6 @@ def test_help_comes_through(ros2, name):
 
 def test_mistake_is_one_sentence_and_a_status(ros2):
     done = ros2('run', 'tf_tree_py', 'tf_relay')
-    assert done.returncode == 1
-    assert 'it would hear itself' in done.stderr
+    assert done.returncode == 2
+    assert 'the relay would receive its own output' in done.stderr
     assert 'Traceback' not in done.stderr

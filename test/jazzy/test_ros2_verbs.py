@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The tools as verbs of the ros2 command, with the arguments that they have alone."""
+"""The tools as verbs of the ros2 command, with the same arguments as the tools alone."""
 
 import pytest
 
@@ -20,10 +9,10 @@ VERBS = ('archive', 'audit', 'doctor', 'echo', 'export', 'frames', 'monitor', 'r
 
 
 def test_verbs_are_listed_with_what_they_do(tell):
-    assert 'Look at the transform tree' in tell('--help')
+    assert 'Inspect the transform tree' in tell('--help')
     listed = tell('tf')
     assert all(verb in listed for verb in VERBS)
-    assert 'Print where one frame is in another, and why' in listed
+    assert 'Print the pose of one frame in another' in listed
 
 
 @pytest.mark.parametrize('verb', VERBS)

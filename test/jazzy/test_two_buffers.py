@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""tf2's buffer and ours on one live stream, side by side in one process, give one answer."""
+"""tf2's buffer and ours on one live stream, in one process, give the same results."""
 
 import json
 from pathlib import Path
@@ -28,7 +17,7 @@ KINDS = {'LookupException', 'ConnectivityException', 'ExtrapolationException',
 
 @pytest.fixture(scope='module')
 def answers(env, start_for_all):
-    """Return what both said of a robot that two publishers of tf2 and ours tell about."""
+    """Return both results for a robot that one publisher of tf2 and one of ours publish."""
     robot = start_for_all('ros2', 'run', 'tf_tree_py', 'five_frame_publisher')
     start_for_all('ros2', 'run', 'tf2_ros', 'static_transform_publisher', '--x', '0.1',
                   '--frame-id', 'island', '--child-frame-id', 'palm')
@@ -71,5 +60,5 @@ def test_errors_are_of_the_same_class(answers):
         theirs, ours = answer['theirs'], answer['ours']
         assert is_error(theirs) == is_error(ours), answer
         if is_error(theirs):
-            # Ours may be of a class below.
+            # Ours may be of a subclass.
             assert theirs[0] in ours, answer

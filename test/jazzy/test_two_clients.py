@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Both clients, tf2's and ours, get the same from both servers, tf2's and ours."""
+"""Both clients, tf2's and ours, get the same results from both servers, tf2's and ours."""
 
 import json
 from pathlib import Path
@@ -26,15 +15,15 @@ PROGRAM = Path(__file__).with_name('two_clients.py')
 
 @pytest.fixture(scope='module', params=['tf2_ros', 'tf_tree_py'])
 def package(request):
-    """Return whose server is asked."""
+    """Return the package whose server is used."""
     return request.param
 
 
 @pytest.fixture(scope='module')
 def said(env, package, start_for_all):
-    """Return what both clients said of that server."""
+    """Return the results of both clients with that server."""
     server = start_for_all('ros2', 'run', package, 'buffer_server')
-    # These folders are on the path for what it shares with other programs and tests.
+    # These folders are on the path for the modules that other programs and tests share.
     found = {**env, 'PYTHONPATH': f'{PROGRAM.parent}:{PROGRAM.parents[1]}:{env["PYTHONPATH"]}'}
     done = subprocess.run(['python3', str(PROGRAM)], env=found, capture_output=True, text=True,
                           timeout=4 * PATIENCE_S, check=False)
@@ -72,5 +61,5 @@ def test_what_never_comes_is_a_timeout(said, package):
     if package == 'tf_tree_py':
         assert said['never']['theirs'][0] == 'TimeoutException'
     else:
-        # tf2's server says nothing of it, and its client takes that for an identity.
+        # tf2's server does not report it, and its client returns an identity.
         assert said['never']['theirs'] == [0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]

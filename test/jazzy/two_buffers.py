@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A program: tf2's buffer and ours hear one stream, and are asked the same. It prints JSON."""
+"""Program: look up the same in tf2's buffer and in ours, which receive one stream; print JSON."""
 
 import itertools
 import json
@@ -32,10 +21,10 @@ FRAMES = [*CHAIN, 'palm', 'nowhere', '']
 
 
 def answer(buffer, method, *arguments):
-    """Return seven numbers, or the names of the classes of what was raised."""
+    """Return seven numbers, or the names of the classes of the exception."""
     try:
         found = getattr(buffer, method)(*arguments)
-    except Exception as error:  # noqa: B902 - that is what is compared
+    except Exception as error:  # noqa: B902 - the exceptions are compared
         return [kind.__name__ for kind in type(error).__mro__]
     if isinstance(found, Time):
         return [found.nanoseconds]
@@ -56,7 +45,7 @@ def has_all(buffer):
 
 
 def questions(stamp):
-    """Yield questions about many pairs, in the span and outside, of both kinds of lookup."""
+    """Yield lookups of many pairs, inside and outside the span, of both kinds."""
     pairs = list(itertools.product(FRAMES, FRAMES))
     for ago in (0.0, 0.013, 0.2, 0.51, 1.0, -0.4, 60.0):
         time = Time(nanoseconds=stamp - round(ago * 1e9))
@@ -78,20 +67,20 @@ def main():
     executor = SingleThreadedExecutor()
     executor.add_node(theirs_node)
     end = time.monotonic() + PATIENCE_S
-    # Two seconds of the robot; then it is told to stop, and both have to have heard the same.
+    # After two seconds of the robot it is stopped; then both must have received the same.
     begun = None
     while begun is None or newest(ours)[-1][0] < begun + 2_000_000_000:
         executor.spin_once(timeout_sec=0.1)
         if begun is None and all(has_all(buffer) for buffer in (theirs, ours)):
             begun = max(stamp[0] for stamp in newest(theirs) + newest(ours))
         if time.monotonic() > end:
-            sys.exit('nothing was heard')
+            sys.exit('no transform was received')
     print('heard', flush=True)
     sys.stdin.readline()
     while ours_node.count_publishers('/tf') or newest(theirs) != newest(ours):
         executor.spin_once(timeout_sec=0.1)
         if time.monotonic() > end:
-            sys.exit('the two did not hear the same')
+            sys.exit('the two buffers did not receive the same transforms')
     stamp = newest(ours)[-1][0]
     print(json.dumps([
         {'question': [str(word) for word in question], 'theirs': answer(theirs, *question),

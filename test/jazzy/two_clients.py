@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A program: tf2's client and ours ask whichever server is there the same. It prints JSON."""
+"""Program: tf2's client and ours look up the same with the running server; print JSON."""
 
 from concurrent.futures import ThreadPoolExecutor
 import json
@@ -36,7 +25,7 @@ SPAN = range(100, 110)
 
 
 def transform(parent, child, seconds, x):
-    """Return a transform that moves along x."""
+    """Return a transform with a translation along x."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = parent
     message.header.stamp = Time(seconds=seconds).to_msg()
@@ -45,7 +34,7 @@ def transform(parent, child, seconds, x):
 
 
 def questions():
-    """Yield what both are asked of what is there."""
+    """Yield the lookups of existing data, for both clients."""
     for target, source in (('map', 'base'), ('base', 'map'), ('map', 'camera'), ('camera', 'map'),
                            ('map', 'nowhere'), ('map', 'palm'), ('', 'base')):
         for time in (Time(), Time(nanoseconds=104_500_000_000), Time(seconds=104),
@@ -56,7 +45,7 @@ def questions():
 
 
 def tell(node):
-    """Publish a robot that moves, and an island; return what publishes its next positions."""
+    """Publish a moving robot, and an island; return a function that moves the robot."""
     fixed = tf_tree_py.StaticTransformBroadcaster(node)
     fixed.sendTransform([transform('base', 'camera', 0, 0.5), transform('island', 'palm', 0, 1.0)])
     moving = tf_tree_py.TransformBroadcaster(node)
@@ -66,7 +55,7 @@ def tell(node):
 
 
 def ask(clients, move):
-    """Return what both say of what is there, of what comes meanwhile, and of what never does."""
+    """Return both clients' results for existing data, for later data, and for missing data."""
     found = [{'question': [str(word) for word in question],
               **{name: answer(client, *question) for name, client in clients.items()}}
              for question in questions()]
@@ -74,7 +63,7 @@ def ask(clients, move):
     with ThreadPoolExecutor() as threads:
         waiting = {name: threads.submit(answer, client, *after)
                    for name, client in clients.items()}
-        # By then the server has most likely heard of both.
+        # By then the server has most likely received both goals.
         answer(clients['ours'], 'lookup_transform', 'map', 'base', Time())
         move(SPAN[-1] + 1)
         waited = {name: future.result() for name, future in waiting.items()}
@@ -95,11 +84,11 @@ def main():
     close_race(theirs.action_client)
     with tf_tree_py.BufferClient(asking, ACTION) as ours:
         if not (theirs.action_client.wait_for_server(30.0) and ours.wait_for_server(PATIENCE)):
-            sys.exit('there is no server')
+            sys.exit('no buffer server is available')
         move = tell(telling)
         for seconds in SPAN:
             move(seconds)
-        # Until the server has heard all of it.
+        # Until the server has received everything.
         ours.lookup_transform('island', 'palm', Time(), PATIENCE)
         ours.lookup_transform('map', 'camera', Time(seconds=SPAN[-1]), PATIENCE)
         print(json.dumps(ask({'theirs': theirs, 'ours': ours}, move)), flush=True)

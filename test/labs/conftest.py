@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What needs ROS runs on this machine alone, on a domain of this process alone."""
+"""Tests with ROS use only this machine, and this process's domain."""
 
 from importlib.util import find_spec
 
 from domains import isolate
 
-# The labs themselves need no ROS, and so most of their tests.
+# The labs themselves need no ROS, and neither do most of their tests.
 collect_ignore = [] if find_spec('rclpy') else ['test_audit_ros.py', 'test_live.py']
 
 # Before rclpy.init, here and in the processes that tests start; a lab's session has its own.

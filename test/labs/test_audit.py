@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The lookup audit: each line of code, what it asked for, and what that is worth."""
+"""The lookup audit: each line of code, its lookups, and their value."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -21,8 +10,8 @@ from math import radians
 
 import pytest
 from tf_tree_py.core import BufferCore, InvalidArgumentException, LATEST, Pose, TransformException
+from tf_tree_py.core.reports.audit import _MAX_LINES, Caller, Lookup, LookupAudit
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.core.telling.audit import _MAX_LINES, Caller, Lookup, LookupAudit
 
 NEWEST = from_seconds(2.0)
 NOW = from_seconds(2.005)
@@ -65,7 +54,7 @@ def test_watched_lookup_says_and_raises_what_the_lookup_does(lookup, buffer):
 def test_line_that_gave_a_stamp_learns_what_the_latest_would_have_cost(audit, lookup):
     lookup('odom', 'base', NEWEST - from_seconds(0.05))
     [line] = audit.lines()
-    assert (line.latest, line.told, line.lookups, line.failed) == (False, False, 1, 0)
+    assert (line.latest, line.stamp_known, line.lookups, line.failed) == (False, False, 1, 0)
     assert line.behind_newest_s == line.apart_s == pytest.approx(0.05)
     assert line.behind_now_s == pytest.approx(0.055)
     assert line.moved_m == pytest.approx(0.05)
@@ -90,7 +79,7 @@ def test_told_the_stamp_of_the_data_it_knows_what_it_cost(audit, lookup):
                 lookup('odom', 'base', stamp)
     assert [line.lookups for line in audit.lines()] == [3, 6]
     latest, stamped = audit.lines()
-    assert latest.latest and latest.told and latest.meaning == 'that is what it cost'
+    assert latest.latest and latest.stamp_known and latest.meaning == 'that is what it cost'
     assert latest.moved_m == pytest.approx(0.08)
     assert stamped.moved_m == pytest.approx(0.06)
     assert stamped.apart_s == pytest.approx(0.03)
@@ -100,7 +89,7 @@ def test_after_it_the_stamp_of_the_data_is_not_known_any_more(audit, lookup):
     with audit.data_of(NEWEST):
         pass
     lookup('odom', 'base')
-    assert not audit.lines()[0].told
+    assert not audit.lines()[0].stamp_known
 
 
 def test_lines_of_code_are_told_apart(audit, lookup):

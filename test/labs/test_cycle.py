@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A loop: what tf2 says of every pair, as the real one said it, and what this tree says."""
+"""A loop: the recorded results of the real tf2 for every pair, and this tree's results."""
 
 from lab_reports import report_of, rows_of
 import numpy as np
@@ -20,8 +9,8 @@ import pytest
 from tf_tree_py.core import Kind
 from tf_tree_py.labs.cycle import disputed, FRAMES, publish, tf2_lookup, TooDeep
 
-# What tf2's own BufferCore (tf2_py 0.7) answers when it is fed the same: x in metres, rows are
-# target frames, columns source frames; None is LookupException "... contains a loop".
+# The recorded results of tf2's own BufferCore (tf2_py 0.7) with the same data: x in metres; rows
+# are target frames, columns source frames; None is LookupException "... contains a loop".
 RECORDED = {
     'odom': (0.0, 2.0, 2.1, 2.3, 0.5),
     'base_link': (-2.3, 0.0, 0.1, 0.3, -1.8),

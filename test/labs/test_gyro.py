@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a gyroscope adds between poses."""
+"""The effect of a gyroscope between poses."""
 
 from lab_reports import report_of, rows_of
 import numpy as np
@@ -39,7 +28,7 @@ def test_slerp_is_off_by_the_square_of_the_period_and_the_gyroscope_by_next_to_n
 def test_bias_cancels_but_for_a_little():
     rows = rows_of('gyro', 1)
     assert [row['aided_rad'] for row in rows] == sorted(row['aided_rad'] for row in rows)
-    # For 50 ms without the poses it would be 50 mrad for each rad/s.
+    # Without the poses, it would be 50 mrad after 50 ms for each rad/s.
     assert report_of('gyro').numbers['of_bias_s'] < 0.015
 
 

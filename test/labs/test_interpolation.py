@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Between samples: a T^2 / 8 on a curve, and invented poses at a jump."""
 
@@ -54,10 +43,10 @@ def test_rule_of_thumb_keeps_its_promise(speed, turn_rate):
 
 def test_jump_invents_poses_halfway():
     assert [(round(one.from_before, 9), round(one.from_after, 9))
-            for one in invented(told_before=False)] == [
+            for one in invented(sent_before=False)] == [
         (0.0, 0.5), (0.125, 0.375), (0.25, 0.25), (0.375, 0.125), (0.5, 0.0)]
     assert report_of('interpolation').numbers['invented_m'] == pytest.approx(0.25)
 
 
 def test_old_pose_sent_again_just_before_the_jump_leaves_nothing_to_invent():
-    assert [one.from_before for one in invented(told_before=True)] == [0.0, 0.0, 0.0, 0.0, 0.5]
+    assert [one.from_before for one in invented(sent_before=True)] == [0.0, 0.0, 0.0, 0.0, 0.5]

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Error grows as speed times delay, and is gone with the stamp in the header."""
+"""The error grows as speed times delay, and is zero with the stamp in the header."""
 
 from math import hypot, sin
 
@@ -46,7 +35,7 @@ def test_fitted_slopes_are_the_speeds_within_a_percent():
 def test_with_the_stamp_of_the_header_the_error_collapses():
     rows = rows_of('latency') + rows_of('latency', 1)
     assert all(row['stamped_m'] < 1e-4 for row in rows)
-    # On a curve it is what interpolation leaves, and not nothing.
+    # On a curve, it is the interpolation error, and not zero.
     assert 0.0 < report_of('latency').numbers['worst_stamped_m'] < 1e-4
 
 

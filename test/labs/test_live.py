@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The labs over DDS, short: real processes, and a clean end."""
+"""The labs over DDS, shortened: real processes, and a clean end."""
 
 from concurrent.futures import CancelledError
 import gc
@@ -28,14 +17,14 @@ from programs import PATIENCE_S
 import pytest
 from tf_tree_py.core import LookupException
 from tf_tree_py.labs.live import (
-    anchor,
-    cycle,
-    latency,
-    one_edge,
-    remount,
-    session,
-    startup,
-    static_spam,
+    live_anchor,
+    live_cycle,
+    live_latency,
+    live_one_edge,
+    live_remount,
+    live_session,
+    live_startup,
+    live_static_spam,
 )
 from tf_tree_py.labs.startup import measure
 
@@ -54,24 +43,25 @@ def _ros_variables():
 
 
 def test_anchor_as_a_node_never_jumps():
-    numbers = anchor.run(seconds=5.0).numbers
+    numbers = live_anchor.run(seconds=5.0).numbers
     assert numbers['anchored_m'] < 0.05
-    # It turns about where the robot was when a pose came, and that has gone on since.
+    # It rotates about the robot's position at a pose's stamp; the robot has moved since.
     assert numbers['step_m'] < numbers['own_step_m'] + 1.5 * numbers['rate_m']
 
 
 def test_latency_between_two_processes():
-    numbers = latency.run(images=8).numbers
+    numbers = live_latency.run(images=8).numbers
     for speed, slope in numbers['slopes'].items():
-        # Eight images on a busy machine; the tables of the lab itself have thirty.
-        assert slope == pytest.approx(float(speed), rel=0.15)
+        # On a busy machine the ages of the latest vary, and with them the slope.
+        deviation = numbers['slope_deviations'][speed]
+        assert slope == pytest.approx(float(speed), abs=4.0 * deviation, rel=0.01)
     assert numbers['worst_stamped_m'] < 1e-4
     assert numbers['now_raised'] > 0.9 * numbers['now_asked']
     assert 0.0 < numbers['transport_median_s'] <= numbers['transport_worst_s']
 
 
 def test_remounted_camera_reaches_every_module_that_uses_it():
-    report = remount.run(processes=2)
+    report = live_remount.run(processes=2)
     assert (report.numbers['changed'], report.numbers['unchanged']) == (5, 7)
     for row in report.tables[0].as_dict()['rows']:
         assert (row['after_s'] is not None) == (row['sensor'] == 'head_camera')
@@ -79,7 +69,7 @@ def test_remounted_camera_reaches_every_module_that_uses_it():
 
 
 def test_edited_line_reaches_every_module_that_looks_over_its_edge():
-    report = one_edge.run(processes=2)
+    report = live_one_edge.run(processes=2)
     assert (report.numbers['changed'], report.numbers['unchanged']) == (7, 5)
     above = {'head_camera', 'chest_camera', 'lidar'}
     for row in report.tables[0].as_dict()['rows']:
@@ -88,14 +78,14 @@ def test_edited_line_reaches_every_module_that_looks_over_its_edge():
 
 
 def test_startup_before_the_publisher():
-    numbers = startup.run(starts=3).numbers
+    numbers = live_startup.run(starts=3).numbers
     assert numbers['first_failed']['0.0'] == numbers['starts'] == 3
     assert 0.0 < numbers['came_median_s'] <= numbers['came_worst_s']
 
 
 def test_spam_costs_and_its_death_is_noticed():
-    numbers = static_spam.run(seconds=0.5).numbers
-    # How many, the lab's own table tells: a busy machine gets through fewer than are due.
+    numbers = live_static_spam.run(seconds=0.5).numbers
+    # The number is only in the lab's own table: a busy machine sends fewer than intended.
     assert numbers['spam_transforms_per_s'] > 0.0 and numbers['static_transforms_per_s'] == 0.0
     assert numbers['spam_cpu'] > numbers['static_cpu']
     dead, fixed = numbers['after'].values()
@@ -103,14 +93,14 @@ def test_spam_costs_and_its_death_is_noticed():
 
 
 def test_loop_is_refused_when_it_arrives():
-    numbers = cycle.run(seconds=0.3).numbers
+    numbers = live_cycle.run(seconds=0.3).numbers
     assert numbers['refused'] > 0 and numbers['errors'] == 0
     assert numbers['different_answers'] == 20
     assert 'would close a loop' in numbers['incident']
 
 
 def silent(_, pipe):
-    """Say nothing, and end with the pipe."""
+    """Send nothing, and end with the pipe."""
     pipe.recv()
 
 
@@ -119,18 +109,18 @@ def gone(_, pipe):
 
 
 def test_process_that_is_gone_or_silent_is_told(monkeypatch):
-    monkeypatch.setattr(session, '_PATIENCE_S', 0.1)
-    with session.session() as lab:
+    monkeypatch.setattr(live_session, '_PATIENCE_S', 0.1)
+    with live_session.session() as lab:
         pipe = lab.start(silent)
-        with pytest.raises(RuntimeError, match='said nothing'):
-            session.answer(pipe)
-        monkeypatch.setattr(session, '_PATIENCE_S', 20.0)
-        with pytest.raises(RuntimeError, match='ended too soon'):
-            session.answer(lab.start(gone))
+        with pytest.raises(RuntimeError, match='sent nothing'):
+            live_session.answer(pipe)
+        monkeypatch.setattr(live_session, '_PATIENCE_S', 20.0)
+        with pytest.raises(RuntimeError, match='ended prematurely'):
+            live_session.answer(lab.start(gone))
 
 
 def assert_nothing_but_progress(err):
-    """On a slow machine a lab tells what is going on; beside that nothing is said."""
+    """Assert that there is no output except the progress lines of a slow machine."""
     assert not [line for line in err.splitlines() if ' s so far, Ctrl-C ends it' not in line]
 
 
@@ -147,21 +137,21 @@ def test_ctrl_c_ends_all_processes_without_a_word():
         os.kill(pid, 0)
 
 
-# A lab that waits for ever for what its other process says; it tells when it does.
+# A lab that waits forever for its other process; it prints when it starts to wait.
 _STUCK = """
 import sys
 from tf_tree_py.labs import catalogue
-from tf_tree_py.labs.live import latency, session, startup
+from tf_tree_py.labs.live import live_latency, live_session, live_startup
 from tf_tree_py.labs.tf_lab import main
 
 def run():
-    with session.session() as lab:
-        pipe = lab.start(startup.publish)
-        session.answer(pipe)
+    with live_session.session() as lab:
+        pipe = lab.start(live_startup.publish)
+        live_session.answer(pipe)
         print(lab._processes[0][0].pid, flush=True)
-        session.answer(pipe)
+        live_session.answer(pipe)
 
-latency.run = run
+live_latency.run = run
 sys.exit(main(['tf_lab', 'latency', '--ros']))
 """
 
@@ -196,9 +186,9 @@ def test_ctrl_c_while_a_lab_starts_ends_it(name):
 
 @pytest.fixture
 def ctrl_c_is_heard():
-    """Undo what a shell does for what it starts in the background: there SIGINT is ignored."""
+    """Restore SIGINT, which a shell makes background processes ignore."""
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
-    gc.disable()  # hypothesis is called by every collection, and an exception there is lost
+    gc.disable()  # hypothesis runs in every collection, where an exception is lost
     yield
     gc.enable()
     signal.signal(signal.SIGINT, handler)
@@ -209,7 +199,7 @@ def test_threads_of_a_startup_end_with_ctrl_c(ctrl_c_is_heard):
         raise LookupException('not there yet')
 
     def begin():
-        # To the process, as from a terminal: one to this thread would not wake the main one.
+        # To the process, as from a terminal: a signal to this thread would not wake the main one.
         os.kill(os.getpid(), signal.SIGINT)
 
     before = set(threading.enumerate())

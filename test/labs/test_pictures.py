@@ -1,31 +1,22 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What is written in a picture can be read: no words on others, none cut off at the edge."""
+"""The text in a picture is readable: no text overlaps another, none is cut off."""
 
+import errno
 from itertools import combinations
+from pathlib import Path
 
 from lab_reports import report_of
 import pytest
 from tf_tree_py.labs.catalogue import LABS
-from tf_tree_py.labs.pictures import figure_of
+from tf_tree_py.labs.pictures import figure_of, NoPicture, save
 
 pytest.importorskip('matplotlib')
 
 
 def words(figure, monkeypatch):
-    """Return each text that is drawn, whether it leans, and the box that it fills, in pixels."""
+    """Return each drawn text, whether it is rotated, and its box, in pixels."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
     boxes = {}
@@ -51,6 +42,24 @@ def test_no_words_stand_on_others_or_are_cut_off(name, monkeypatch):
         assert figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1, text
         assert figure.bbox.y0 <= box.y0 and box.y1 <= figure.bbox.y1, text
     for (one, leans, its), (other, leans_too, others) in combinations(boxes, 2):
-        # The boxes of two leaning texts beside each other overlap, and the texts do not.
+        # The boxes of two rotated texts side by side overlap, but the texts do not.
         apart = not its.padded(-1.0).overlaps(others.padded(-1.0))
         assert apart or (leans and leans_too), (one, other)
+
+
+def test_picture_that_is_there_stays_where_there_is_no_place_for_another(tmp_path, monkeypatch):
+    pictures = save(lambda figure: figure.text(0.5, 0.5, 'one'), tmp_path, 'numbers')
+    before = [picture.read_bytes() for picture in pictures]
+    plain_open = Path.open
+
+    def full(path, mode='r', *rest):
+        if 'w' in mode:
+            plain_open(path, mode, *rest).close()
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        return plain_open(path, mode, *rest)
+
+    monkeypatch.setattr(Path, 'open', full)
+    with pytest.raises(NoPicture, match='No space left'):
+        save(lambda figure: figure.text(0.5, 0.5, 'another'), tmp_path, 'numbers')
+    assert [picture.read_bytes() for picture in pictures] == before
+    assert sorted(tmp_path.iterdir()) == sorted(pictures)

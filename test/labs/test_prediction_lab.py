@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How far off predictions are, and what they know of it."""
+"""The errors of predictions, and their stated uncertainty."""
 
 from lab_reports import report_of, rows_of
 import pytest
@@ -40,4 +29,4 @@ def test_first_brake_is_more_than_it_knows_of():
 
 
 def test_beyond_the_horizon_there_is_no_answer():
-    assert 'goes no further than its horizon, 500 ms' in report_of('prediction').remarks[0]
+    assert 'beyond the horizon of the prediction, 500 ms' in report_of('prediction').remarks[0]

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What takes long is told on stderr; what does not is not."""
+"""Slow steps are reported on stderr; quick ones are not."""
 
 import sys
 import threading
@@ -24,7 +13,7 @@ from tf_tree_py.labs.progress import progress
 
 
 class Told:
-    """A stream that tells when something was written."""
+    """A stream that sets an event when something is written."""
 
     def __init__(self, terminal=False):
         self.text = ''
@@ -55,7 +44,7 @@ def test_line_says_what_takes_long(terminal, monkeypatch):
     with progress('a lab'):
         assert told.written.wait(PATIENCE_S)
     assert 'a lab: 0 s so far, Ctrl-C ends it' in told.text
-    # The line on a terminal is taken away again.
+    # The line on a terminal is erased at the end.
     assert told.text.endswith('\r\x1b[K' if terminal else 'ends it\n')
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Pictures of splats: rendered as they should be, and found again."""
+"""Pictures of splats: rendered correctly, and localised."""
 
 from lab_reports import report_of, rows_of
 import numpy as np
@@ -24,7 +13,7 @@ from tf_tree_py.labs.splats import HEIGHT, picture, room, Scene, WIDTH
 
 
 def one_by_one(scene, map_T_camera):
-    """Composite back to front, a Gaussian after the other: the other order, the same sum."""
+    """Composite back to front, one Gaussian after the other: the other order, the same sum."""
     camera_T_map = np.linalg.inv(se3.as_matrix(map_T_camera))
     image = np.full((HEIGHT, WIDTH, 3), 0.4)
     places = scene.means @ camera_T_map[:3, :3].T + camera_T_map[:3, 3]

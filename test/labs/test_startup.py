@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Who fails at startup: whose timeout is shorter than the transform takes to come."""
+"""Failures at startup: of lookups whose timeout is shorter than the arrival of the transform."""
 
 from lab_reports import rows_of
 import pytest
@@ -43,12 +32,12 @@ def test_nobody_has_an_answer_before_the_transform_came():
 def test_whoever_waits_has_the_answer_when_it_came_and_not_before(arrival_s):
     for timeout_s, one in start(arrival_s).items():
         assert one.success_s >= arrival_s
-        # Each lookup that failed has waited for as long as it may.
+        # Each failed lookup has waited for its whole timeout.
         assert one.success_s >= one.failed * timeout_s
 
 
 def test_who_has_no_answer_yet_asks_again_until_there_is_one():
-    """The transform comes when those that may wait for 0.1 s have failed once."""
+    """The transform arrives after lookups with a timeout of 0.1 s have failed once."""
     buffer = BufferCore()
 
     def ask(timeout_s):
@@ -72,7 +61,7 @@ def test_what_is_there_from_the_start_is_answered_without_a_timeout():
 
 
 def test_report_counts_the_starts_whose_first_lookup_failed():
-    """Without a clock: one lookup fails wherever the transform takes longer than the timeout."""
+    """Without a clock: a lookup fails where the transform takes longer than the timeout."""
     starts = [{timeout_s: Start(int(arrival_s > timeout_s), arrival_s)
                for timeout_s in TIMEOUTS_S} for arrival_s in recorded()]
     numbers = report(starts, 'Made up.').numbers

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A calibration sent as if it moved: what it costs, and what breaks when its sender dies."""
+"""A calibration sent like a moving edge: its cost, and the errors when its sender dies."""
 
 from lab_reports import report_of, rows_of
 import pytest
-from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.ingest.wire import WireReader
 from tf_tree_py.labs.static_spam import CHILD, message, PARENT, POSE
 
 
@@ -31,7 +20,7 @@ def test_message_is_as_ros_serializes_it():
     convert = pytest.importorskip('tf_tree_py.ros.messages.convert')
     data = serialization.serialize_message(messages.TFMessage(transforms=[
         convert.transform_stamped(PARENT, CHILD, 1_234_567_890, POSE)]))
-    # But for the padding, which may be anything.
+    # Except for the padding, which may contain anything.
     assert len(data) == len(message(1_234_567_890))
     assert WireReader().read(data).samples() == WireReader().read(message(1_234_567_890)).samples()
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The simulated arm over DDS: its own process, its node, the tree of its URDF, and perception."""
+"""The simulated arm over DDS: its process, its node, the tree of its URDF, and perception."""
 
 import json
 import os
@@ -49,11 +38,11 @@ def test_block_is_picked_and_placed_by_the_stamp_of_an_image_that_came_over_dds(
 
 def test_without_pybullet_it_says_what_to_run():
     done = command(python=REPOSITORY / 'no' / 'python')
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert 'scripts/arm --ros' in done.stderr and 'Traceback' not in done.stderr
 
 
 def test_arm_that_cannot_start_is_told():
     done = command(python=sys.executable)  # it has no PyBullet
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert 'the process of the arm' in done.stderr

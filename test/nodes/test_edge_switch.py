@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Two odometries of one edge go in, one edge that never jumps comes out: over DDS."""
+"""Two odometries of one edge in, one edge without jumps out: over DDS."""
 
 from contextlib import contextmanager
 import json
@@ -24,16 +13,18 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
+from rclpy.exceptions import InvalidNodeNameException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from ros_helpers import SimClock, until
+from ros_helpers import PATIENCE_S, SimClock, until
 from std_srvs.srv import Trigger
 from tf2_echoes import Tf2Echo
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import Pose, se3
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.ingest.wire import write
 from tf_tree_py.nodes.bad_input import BadInput
+from tf_tree_py.nodes.closing_node import ClosingNode
 from tf_tree_py.nodes.edge_switch import EdgeSwitch, NAME
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.ros.messages.convert import as_sample, time_message
@@ -44,12 +35,14 @@ MS = 1_000_000
 SECOND = 1_000_000_000
 STEP = 10 * MS
 MAX_SPEED, MAX_TURN_RATE = 0.2, 0.1
-# What the camera calls odom is elsewhere.
+# On a busy machine a source whose sender waits for an answer must not count as silent.
+UNHURRIED = {'max_age': 60.0}
+# The camera's odom frame is elsewhere.
 ELSEWHERE = Pose.from_xyz_rpy(x=0.05, y=-0.04, yaw=0.02)
 
 
 class Robot:
-    """A robot that goes 0.1 m/s, two odometries, and what it hears of odom -> base_link."""
+    """A robot at 0.1 m/s, two odometries, and the received samples of odom -> base_link."""
 
     def __init__(self, node):
         self.node = node
@@ -85,18 +78,18 @@ class Robot:
         self.said[name].publish(message)
 
     def drive(self, *names, until_it_is):
-        """Drive on, step by step as the steps are heard back, until something is true."""
-        deadline = time.monotonic() + 30.0
+        """Drive step by step, at the pace of the received samples, until a condition holds."""
+        deadline = time.monotonic() + PATIENCE_S
         while not until_it_is():
             assert time.monotonic() < deadline
-            # No faster than the wall, or the stamps get ahead of the clock.
+            # No faster than real time, otherwise the stamps get ahead of the clock.
             until(lambda: time.time_ns() >= self.stamp + STEP)
             self.stamp += STEP
             for name in names:
                 self.say(name, self.stamp)
 
     def is_where(self, source):
-        """Return whether the edge is what a source says."""
+        """Return whether the edge has the pose of a source."""
         return bool(self.heard) and max(se3.distance(
             self.heard[-1].pose, self.says[source](self.heard[-1].stamp))) < 1e-6
 
@@ -104,7 +97,7 @@ class Robot:
         return lambda: len(self.heard) >= count
 
     def ask(self, source):
-        """Ask for a source; return what is answered."""
+        """Request a source; return the response."""
         client = self.node.create_client(Trigger, f'{NAME}/switch_to/{source}')
         until(client.service_is_ready)
         answer = client.call_async(Trigger.Request())
@@ -112,12 +105,15 @@ class Robot:
         return answer.result()
 
     def assert_no_faster_than_stated(self):
-        stamps = np.array([sample.stamp for sample in self.heard])
-        poses = np.array([sample.pose for sample in self.heard])
+        heard = list(self.heard)  # more may still arrive
+        stamps = np.array([sample.stamp for sample in heard])
+        poses = np.array([sample.pose for sample in heard])
         assert (np.diff(stamps) > 0).all()
         gone, turned = se3.distance_many(poses[:-1], poses[1:])
         seconds = np.diff(stamps) / SECOND
-        assert 0.12 < (gone / seconds).max() <= 0.1 + MAX_SPEED + 1e-5
+        speeds = gone / seconds
+        # It blends, faster or slower than the robot drives.
+        assert abs(speeds - 0.1).max() > 0.02 and speeds.max() <= 0.1 + MAX_SPEED + 1e-5
         assert (turned / seconds).max() <= MAX_TURN_RATE + 1e-5
 
 
@@ -138,16 +134,18 @@ def switching(context, robot, **parameters):
 
 
 def test_edge_is_the_preferred_source_and_goes_over_when_it_is_asked_to(context, robot):
-    with switching(context, robot):
+    with switching(context, robot, **UNHURRIED):
         too_early = robot.ask('vo')
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
         answer = robot.ask('vo')
-        assert answer.success and answer.message.startswith('from ')
+        # The other source may be a sample behind.
+        assert answer.success and answer.message.startswith(
+            ('the switch lasts from ', "the switch begins as soon as 'vo' has reached "))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('vo'))
         again = robot.ask('vo')
     assert not again.success and 'already' in again.message
-    assert not too_early.success and too_early.message == 'nothing was heard yet'
+    assert not too_early.success and too_early.message == 'no source has been received yet'
     robot.assert_no_faster_than_stated()
 
 
@@ -158,16 +156,44 @@ def test_one_that_falls_silent_makes_way_and_the_log_and_diagnostics_say_so(
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         until(lambda: any(f'{NAME}: tf odom -> base_link' == status.name
-                          and "'wheel' made way" in status.message for status in statuses))
+                          and "'wheel' was replaced" in status.message for status in statuses))
     assert "the source 'wheel' sent nothing for more than 100 ms" in capfd.readouterr().err
     robot.assert_no_faster_than_stated()
 
 
 def test_the_first_of_the_list_is_gone_over_to_if_another_was_heard_before(context, robot):
-    with switching(context, robot):
+    with switching(context, robot, **UNHURRIED):
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
     robot.assert_no_faster_than_stated()
+
+
+def test_better_source_that_is_steady_again_is_gone_back_to(context, robot, capfd):
+    with switching(context, robot, max_age=0.1, prefer=['wheel', 'vo'], steady=0.2):
+        robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
+        robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
+        robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
+    assert 'is steady again' in capfd.readouterr().err
+    assert (np.diff([sample.stamp for sample in robot.heard]) > 0).all()
+
+
+def test_order_names_sources(context):
+    for wrong in (['wheels'], ['wheel', 'wheel']):
+        with pytest.raises(BadInput, match='prefer'):
+            EdgeSwitch(context=context, parameter_overrides=[Parameter('prefer', value=wrong)])
+
+
+def test_node_that_is_refused_leaves_no_publisher(context):
+    watching = Node('watching', context=context)
+    with pytest.raises(BadInput, match='its own output') as kept:
+        EdgeSwitch(context=context, parameter_overrides=[Parameter('wheel.topic', value='/tf')])
+    until(lambda: not watching.count_publishers('/tf'))
+    assert kept.tb  # the traceback keeps the node alive, as in a program that logs the error
+
+
+def test_name_that_is_refused_is_the_error(context):
+    with pytest.raises(InvalidNodeNameException):
+        ClosingNode('two words', context=context)
 
 
 def test_clock_that_goes_back_begins_another_run(context, robot):
@@ -216,10 +242,10 @@ def test_what_is_of_no_use_is_told_and_no_more(context, robot, capfd):
     unfilled.pose.pose.orientation.w = 0.0
     with switching(context, robot):
         robot.say('wheel', robot.stamp, frame='map')
-        until(lambda: told("'map' -> 'base_link', not of 'odom' -> 'base_link'"))
+        until(lambda: told("'map' -> 'base_link', not 'odom' -> 'base_link'"))
         robot.say('wheel', robot.stamp + 60 * SECOND)
         until(lambda: told('too far in the future'))
-        # The first complaint was just now, so what is said next is not logged, and not published.
+        # The first complaint was just logged, so these are neither logged nor published.
         for message in (Odometry(child_frame_id='base_link'), unfilled):
             message.header.frame_id = 'odom'
             robot.said['wheel'].publish(message)
@@ -232,9 +258,9 @@ def test_what_is_of_no_use_is_told_and_no_more(context, robot, capfd):
     ({'sources': ['wheel', 'wheel']}, 'two or more names'),
     ({'sources': ['wheel', '/vo/odom']}, 'two or more names'),
     ({'child_frame': '/'}, 'child_frame'),
-    ({'vo.type': 'sensor_msgs/msg/Imu'}, 'there are: Odometry'),
-    ({'vo.topic': 'no topic'}, 'vo.topic has to be a topic'),
-    ({'vo.topic': '/tf', 'vo.type': 'TFMessage'}, 'hear itself'),
+    ({'vo.type': 'sensor_msgs/msg/Imu'}, 'use one of Odometry'),
+    ({'vo.topic': 'no topic'}, 'vo.topic must be a topic'),
+    ({'vo.topic': '/tf', 'vo.type': 'TFMessage'}, 'would receive its own output'),
     ({'max_speed': 0.0}, 'max_speed')])
 def test_wrong_parameter_is_one_sentence(context, parameters, why):
     with pytest.raises(BadInput, match=why):
@@ -258,7 +284,7 @@ def test_doctor_tells_of_a_source_that_made_way_before_it_came(context, robot, s
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         doctor = start_program(sys.executable, '-m', 'tf_tree_py.tools.tf_doctor', '--json')
         robot.drive('vo', until_it_is=lambda: robot.node.count_subscribers('/diagnostics') == 2)
-        until_told = len(told) + 6  # three times, of the buffer and of the edge
+        until_told = len(told) + 6  # three times, about the buffer and the edge
         robot.drive('vo', until_it_is=lambda: len(told) >= until_told)
         doctor.interrupt()
         doctor.end()
@@ -269,11 +295,11 @@ def test_doctor_tells_of_a_source_that_made_way_before_it_came(context, robot, s
     assert "'wheel' sent nothing for more than 100 ms" in found['summary']
 
 
-# --- nodes that never heard of this package
+# --- nodes without this package
 
 @pytest.fixture
 def tf2_echo():
-    """Return tf2's own program, the C++ one, listening to odom -> base_link."""
+    """Return tf2's own C++ program, listening to odom -> base_link."""
     program = Tf2Echo('odom', 'base_link')
     yield program
     program.kill()
@@ -290,6 +316,6 @@ def test_tf2_echo_sees_the_switch_and_nothing_faster_than_stated(context, robot,
         more = len(tf2_echo.samples[0]) + 3
         robot.drive('wheel', 'vo', until_it_is=lambda: has_heard(more))
     _, places = tf2_echo.samples
-    # It is neither here nor there in between, and does not stay.
+    # It has intermediate positions, and ends at the other source.
     assert len({*places[:, 1]}) > 5 and places[0, 1] == 0.0 and places[-1, 1] < -0.02
     tf2_echo.assert_no_faster(0.1 + MAX_SPEED)

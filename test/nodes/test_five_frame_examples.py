@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The examples run as they are."""
+"""The examples run unchanged."""
 
 import itertools
 from pathlib import Path
@@ -30,9 +19,9 @@ from tf_tree_py.core import Pose
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.ros.messages.convert import as_nanoseconds
-from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
+from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped
 
-# By the camera.
+# In the camera's frame.
 SEEN = (1.5, 0.0, 0.0)
 EXAMPLES = Path(__file__).parents[2] / 'examples'
 WITHOUT_ROS = """
@@ -47,7 +36,7 @@ def assert_ctrl_c_ends(program):
     program.interrupt()
     status = program.end()
     if 'RCLError' in program.output:
-        # A signal between two waits of an executor makes rclpy raise it, with or without us.
+        # rclpy raises it for a signal between two waits of an executor, with or without us.
         assert status == 1 and 'tf_tree_py/ros' not in program.output, program.output
     else:
         assert status == 0 and 'Traceback' not in program.output, program.output
@@ -68,7 +57,7 @@ def test_detection_is_placed_where_it_was_when_it_was_seen(start_program, contex
 
     def answer(message):
         answers.append(message)
-        # A busy machine publishes with gaps, and the robot drives a curve between two samples.
+        # A busy machine leaves gaps, and the robot drives a curve between two samples.
         if place(message) == pytest.approx(true_place(robot.motion, message), abs=1e-3):
             true.set()
 
@@ -88,7 +77,7 @@ def test_detection_is_placed_where_it_was_when_it_was_seen(start_program, contex
 
     for message in answers:
         assert message.header.frame_id == 'world'
-        # What was published is known here too.
+        # This buffer receives the same transforms.
         buffer.lookup_transform('world', 'camera', message.header.stamp,
                                 Duration(seconds=PATIENCE_S))
         world_T_camera = buffer.lookup('world', 'camera', as_nanoseconds(message.header.stamp))
@@ -167,5 +156,5 @@ def test_planner_gets_the_margin_of_all_that_is_uncertain(start_program, context
     'detection_in_map.py', 'detection_with_margin.py', 'points_with_transforms.py',
     'wait_in_asyncio.py'])
 def test_example_stays_short(name):
-    _, _, program = (EXAMPLES / name).read_text().partition('# limitations under the License.\n\n')
+    _, _, program = (EXAMPLES / name).read_text().partition('Apache-2.0\n\n')
     assert 10 < len(program.splitlines()) <= 40

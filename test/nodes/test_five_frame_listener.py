@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What five_frame_listener says while data comes, before it comes, and when it stops coming."""
+"""The output of five_frame_listener with data, before the data, and after its end."""
 
 from contextlib import contextmanager
 import math
@@ -43,7 +32,7 @@ def listener(context, **parameters):
 
 
 class Said:
-    """What the listener says, line by line."""
+    """The output of the listener, line by line."""
 
     def __init__(self):
         self.lines = queue.Queue()
@@ -52,7 +41,7 @@ class Said:
         return self.lines.get(timeout=PATIENCE_S)
 
     def next_answer(self):
-        """Return the next line with a pose; a busy machine publishes with gaps, which are told."""
+        """Return the next line with a pose; a busy machine leaves gaps, which are also printed."""
         while 'xyz' not in (line := self.next_line()):
             pass
         return line
@@ -83,7 +72,7 @@ def test_answers_are_the_true_pose_at_the_stamp(context, said):
             line = said.next_answer()
             stamp, x, y, z, roll, pitch, yaw, age = map(float, re.findall(r'-?\d+\.?\d*', line))
             truth = publisher.motion.world_T_gripper(round(stamp * 1e3) * 1_000_000)
-            # The stamp is printed to a millisecond, in which the gripper moves this much.
+            # The stamp is printed with a resolution of 1 ms, in which the gripper moves this far.
             assert (x, y, z) == pytest.approx(truth.translation, abs=3e-3)
             angles = Pose.from_xyz_rpy(0, 0, 0, *map(math.radians, (roll, pitch, yaw)))
             turned = Pose(0, 0, 0, *truth.rotation).inverse() @ angles
@@ -92,13 +81,13 @@ def test_answers_are_the_true_pose_at_the_stamp(context, said):
 
 
 def test_what_is_missing_is_said_once_and_again_when_it_stops(context, said):
-    # A second without an answer is more than the gaps that a busy machine leaves.
+    # A second without data is longer than the gaps that a busy machine leaves.
     with spun_in_background(listener(context, timeout_s=1.0)):
         assert said.next_line().startswith('waiting for world -> gripper: "world" passed to')
         with publishing(context):
             assert 'xyz' in said.next_line()
         stopped = said.next_unlike('xyz')
-        # It asks for a moment, which may lie between the last samples of two edges.
+        # Its stamp may be between the last samples of two edges.
         assert re.match(
             'no new data of world -> gripper: world -> odom(, odom -> base_link)?'
             '(, base_link -> gripper)?, sent by /five_frame_publisher, ended ', stopped)
@@ -118,12 +107,12 @@ def test_only_edges_between_the_two_that_stopped_are_named(context, said):
     with spun_in_background(node):
         line = said.next_line()
     assert re.fullmatch(r'waiting for world -> gripper: world -> odom, sent by me, ended 9\.\d+ s '
-                        'before the moment asked for', line)
+                        'before the requested stamp', line)
 
 
 def test_sim_time_without_a_clock_is_told(context, said):
     with spun_in_background(listener(context, use_sim_time=True)):
-        assert 'nothing has come on /clock' in said.next_line()
+        assert 'nothing has been received on /clock' in said.next_line()
 
 
 @pytest.mark.parametrize(('stamp_s', 'told'), [
@@ -165,8 +154,8 @@ def test_wait_is_given_up_when_the_program_ends(context, said, monkeypatch):
 
 
 @pytest.mark.parametrize(('name', 'value', 'message'), [
-    ('rate_hz', 1000.0, 'rate_hz has to be a number from 0.01 to 100.0'),
-    ('timeout_s', -1.0, 'timeout_s has to be'),
+    ('rate_hz', 1000.0, 'rate_hz must be a number from 0.01 to 100.0'),
+    ('timeout_s', -1.0, 'timeout_s must be'),
     ('source_frame', '/gripper', 'without a leading slash'),
     ('target_frame', '', 'not empty'),
 ])
@@ -193,7 +182,7 @@ def test_two_processes_with_the_listener_first(start):
 
 def test_sigterm_is_a_normal_end_too(start):
     listening = start('five_frame_listener')
-    listening.wait_for('Where gripper is in world')
+    listening.wait_for('The pose of gripper in world')
     listening.interrupt(signal.SIGTERM)
     assert listening.end() == 0
     assert 'Traceback' not in listening.output

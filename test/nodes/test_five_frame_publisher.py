@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What five_frame_publisher sends, held against the motion that it claims to send."""
+"""The messages of five_frame_publisher, compared with its stated motion."""
 
 import bisect
 from collections import defaultdict
@@ -47,7 +36,7 @@ def publisher(context, **parameters):
 
 @contextmanager
 def recorded(context, count):
-    """Give a dictionary that soon holds the messages of each child, at least so many."""
+    """Return a dictionary that soon contains the messages of each child, at least ``count``."""
     node = Node('recorder', context=context)
     messages, enough = defaultdict(list), threading.Event()
 
@@ -64,13 +53,13 @@ def recorded(context, count):
 
 @pytest.fixture
 def recording(context, buffer):
-    """Return the motion, what was sent of it, and a buffer that has all of that."""
+    """Return the motion, the sent messages, and a buffer with all of them."""
     sending = publisher(context)
     with recorded(context, count=12) as (messages, enough), spun_in_background(sending):
         assert enough.wait(PATIENCE_S)
     for child, sent in messages.items():
         buffer.lookup_within(PATIENCE_S, MOVING[child], child, stamps_of(sent)[-1])
-    # Either may have been connected to the publisher a moment before the other.
+    # Either may have been connected to the publisher slightly before the other.
     oldest = max(edge.oldest for edge in buffer.edges())
     return sending.motion, {
         child: [message for message in sent if as_nanoseconds(message.header.stamp) >= oldest]
@@ -82,7 +71,7 @@ def stamps_of(messages):
 
 
 def as_sent(pose):
-    """Return a pose with that of its quaternions that messages have."""
+    """Return a pose with the sign of its quaternion as in messages."""
     return (*pose[:3], *so3.with_tf2_sign(pose[3:]))
 
 
@@ -103,8 +92,8 @@ def test_lookup_between_stamps_is_as_near_as_interpolation_can_be(recording):
     """
     Derive the bound: on a line between samples h apart, the error is at most h^2/8 |p''|.
 
-    For a rotation the same with the angular acceleration, which turns what hangs below
-    on its lever arm. All coordinates are sinusoids, A sin(w t), so |p''| <= A w^2.
+    For a rotation, the bound is the same with the angular acceleration, times the lever arm
+    of a child frame. All coordinates are sinusoids, A sin(w t), so |p''| <= A w^2.
     """
     motion, messages, buffer = recording
     stamps = {child: stamps_of(sent) for child, sent in messages.items()}
@@ -121,7 +110,7 @@ def test_lookup_between_stamps_is_as_near_as_interpolation_can_be(recording):
         arm = squared('gripper', ARM_PERIOD, stamp)
         drift_angle, arm_angle = math.radians(3.0) * drift, (0.4 + 0.3 + 0.4 * 0.3) * arm
         reach = motion.radius + 1.1
-        # The heading turns at a constant rate, which slerp follows exactly.
+        # The heading rotates at a constant rate, which slerp follows exactly.
         furthest = 0.5 * drift + drift_angle * reach + motion.radius * drive + 0.25 * arm
         return furthest, drift_angle + arm_angle
 
@@ -136,13 +125,13 @@ def test_lookup_between_stamps_is_as_near_as_interpolation_can_be(recording):
             assert math.hypot(*error.as_rotation_vector()) <= worst_angle
             tightest.append(furthest)
     assert len(tightest) > 20
-    # A busy machine leaves gaps, but not only gaps: somewhere the bound says something.
+    # A busy machine leaves gaps, but not everywhere, so the bound is tight somewhere.
     assert min(tightest) < 0.01
 
 
 def test_moving_transforms_have_rates_of_their_own(context):
     node = publisher(context, drive_rate_hz=20.0)
-    # How often a busy machine keeps to them is another matter.
+    # Whether a busy machine keeps these rates is not tested.
     periods = [timer.timer_period_ns for timer in node.timers]
     assert sorted(periods) == [20_000_000, 50_000_000, 100_000_000]
     node.destroy_node()
@@ -158,21 +147,21 @@ def test_prefix_goes_before_every_frame_and_frames_can_be_renamed(context, buffe
 
 
 def test_radius_and_lap_time_are_those_asked_for(context, buffer):
-    # A whole number is a number, too.
+    # An integer is also a number.
     with spun_in_background(publisher(context, radius=5, lap_time_s=7.5)):
         pose = buffer.lookup_within(PATIENCE_S, 'odom', 'base_link')
     assert math.hypot(pose.x, pose.y) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(('name', 'value', 'message'), [
-    ('radius', -1.0, 'radius has to be a number from 0.01 to 1000.0, not -1.0'),
+    ('radius', -1.0, 'radius must be a number from 0.01 to 1000.0, not -1.0'),
     ('radius', math.nan, 'not nan'),
     ('lap_time_s', 'quick', "not 'quick'"),
-    ('arm_rate_hz', 0, 'arm_rate_hz has to be a number from 0.1 to 1000.0, not 0'),
+    ('arm_rate_hz', 0, 'arm_rate_hz must be a number from 0.1 to 1000.0, not 0'),
     ('drive_rate_hz', True, 'not True'),
-    ('frame_prefix', 7, 'frame_prefix has to be a string, not 7'),
+    ('frame_prefix', 7, 'frame_prefix must be a string, not 7'),
     ('frame_prefix', '/r1/', 'without a leading slash'),
-    ('odom_frame', '', "odom_frame has to be a frame name.*''"),
+    ('odom_frame', '', "odom_frame must be a frame name.*''"),
     ('odom_frame', 'world', 'need five names'),
 ])
 def test_parameter_that_cannot_be_is_refused(context, name, value, message):

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Launch files and the RViz configuration, as far as they can be judged without those two.
+Launch files and the RViz configuration, as far as they can be tested without both programs.
 
-Here ``launch`` is a stand-in that knows the names used and writes down what they are
-called with; where there is the real one, the files are loaded by it as well.
+A stand-in for ``launch`` has the used names, and records their arguments. Where the real one is
+installed, it also loads the files.
 """
 
 from pathlib import Path
@@ -45,13 +34,13 @@ STAND_IN = {
 
 
 class Made:
-    """Something of the stand-in, and what it was made of."""
+    """An object of the stand-in, and its arguments."""
 
     def __init__(self, *args, **kwargs):
         self.args, self.kwargs = args, kwargs
 
     def all_within(self, kind):
-        """Yield what of a kind stands in here, however deep."""
+        """Yield all objects of a kind in this one, at any depth."""
         todo = [self]
         while todo:
             thing = todo.pop(0)
@@ -67,7 +56,7 @@ class Made:
 
 @pytest.fixture
 def load(monkeypatch):
-    """Return a function that gives what a launch file describes, by the stand-in."""
+    """Return a function that loads a launch file with the stand-in."""
     for name, classes in STAND_IN.items():
         module = ModuleType(name)
         for class_name in classes:
@@ -112,7 +101,7 @@ def test_files_of_this_package_that_are_named_exist(load, path):
 def test_node_goes_by_the_arguments(load, module):
     node, = of_this_package(load(REPOSITORY / 'launch' / f'{module.NAME}.launch.py'))
     assert node.kwargs['executable'] == module.NAME
-    # The name by which config/five_frames.yaml addresses it.
+    # config/five_frames.yaml addresses the node by this name.
     assert node.kwargs['name'] == module.NAME
     assert node.kwargs['namespace'].args == ('namespace',)
     file, values = node.kwargs['parameters']

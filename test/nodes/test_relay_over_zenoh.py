@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot's transforms from DDS into Zenoh, and those of a fleet back onto topics."""
+"""A robot's transforms from DDS to Zenoh, and those of a fleet back to topics."""
 
 from contextlib import contextmanager, ExitStack
 from importlib.util import find_spec
@@ -26,8 +15,8 @@ from ros_helpers import transform, until
 from tf2_echoes import Tf2Echo
 from tf_tree_py import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from tf_tree_py.core import Pose, Sample
-from tf_tree_py.core.arrivals.wire import write
 from tf_tree_py.core.geometry.se3 import IDENTITY
+from tf_tree_py.core.ingest.wire import write
 from tf_tree_py.fleet import RobotPublisher
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.running import spun_in_background
@@ -50,7 +39,7 @@ def router():
 
 @pytest.fixture
 def robot(context):
-    """Return what publishes on a robot: a broadcaster of what moves, and one of what does not."""
+    """Return the publishers of a robot: broadcasters of moving and of static transforms."""
     node = Node('driver', context=context)
     yield TransformBroadcaster(node), StaticTransformBroadcaster(node)
     node.destroy_node()
@@ -104,9 +93,35 @@ def test_fleet_comes_out_on_the_topics_of_another_network(context, router, buffe
         late.destroy_node()
 
 
+@pytest.mark.parametrize('own', ['', 'robot7/'])
+def test_relay_loop_is_told_of_and_nothing_goes_round(context, robot, router, capfd, own):
+    moving, static = robot
+    hall = 'loop' + own.strip('/')
+    told, stamps = [], itertools.count(1)
+
+    def is_told():
+        # One at a time, so that DDS loses none.
+        moving.sendTransform(transform('map', f'{own}base', next(stamps)))
+        told.append(capfd.readouterr().err)
+        return 'a relay of the fleet (--from-zenoh) publishes in' in ''.join(told)
+
+    with relayed(context, zenoh=router, robot='robot7', key_prefix=hall), \
+            relayed(context, from_zenoh=router, key_prefix=hall), \
+            Ears(router, f'{hall}/robot7/*') as ears:
+        static.sendTransform(transform('base', 'camera'))
+        until(is_told)
+        moving.sendTransform(transform('map', f'{own}end', 1))
+        messages = ears.wait_for(f'{hall}/robot7/tf', lambda messages: any(
+            sample.child == f'{own}end' for message in messages for sample in message))
+    went = [(sample.child, sample.stamp) for message in messages for sample in message]
+    assert len(went) == len(set(went)) and {child for child, _ in went} == {
+        f'{own}base', f'{own}end'}
+    assert ''.join(told).count('(--from-zenoh) publishes in') == 1
+
+
 @pytest.fixture
 def echo():
-    """Return tf2's own program, looking for a robot's camera."""
+    """Return tf2's own program, looking up a robot's camera."""
     echo = Tf2Echo('map', 'robot7/camera', 20)
     yield echo
     echo.kill()
@@ -129,7 +144,7 @@ def test_process_sends_by_its_options_and_ends_with_ctrl_c(start, robot, router)
     program = start('tf_relay', '--zenoh', router, '--key-prefix', 'hall3',
                     '--ros-args', '-r', '__ns:=/robot8', '-r', 'tf_static:=/tf_static')
     program.wait_for(
-        f'/robot8/tf -> hall3/robot8/tf, /tf_static -> hall3/robot8/tf_static, by way of {router}')
+        f'/robot8/tf -> hall3/robot8/tf, /tf_static -> hall3/robot8/tf_static, through {router}')
     robot[1].sendTransform(transform('base', 'camera', x=0.25))
     with Ears(router, '**') as ears:
         assert ears.wait_for('hall3/robot8/tf_static', len) == [[CAMERA]]
@@ -140,18 +155,19 @@ def test_process_sends_by_its_options_and_ends_with_ctrl_c(start, robot, router)
 
 def test_process_that_never_found_its_router_ends_with_ctrl_c(start):
     program = start('tf_relay', '--zenoh', 'tcp/127.0.0.1:9', '--robot', 'robot7')
-    program.wait_for('no connection to tcp/127.0.0.1:9 yet, and tries go on')
+    program.wait_for('no connection to tcp/127.0.0.1:9 yet, retrying')
     program.interrupt()
     assert program.end() == 0
     assert 'Traceback' not in program.output
 
 
 @pytest.mark.parametrize(('parameters', 'sentence'), [
-    ({'zenoh': 'tcp/127.0.0.1:9'}, 'which robot is this'),
-    ({'zenoh': 'hall', 'robot': 'r'}, 'is no address of a router'),
-    ({'zenoh': 'tcp/127.0.0.1:9', 'robot': 'r*'}, 'cannot be the name of a robot in keys'),
-    ({'from_zenoh': 'tcp/127.0.0.1:9', 'robot': 'r'}, 'robot and from_zenoh do not go together'),
-    ({'from_zenoh': 'tcp/127.0.0.1:9', 'robots': 'a//b'}, 'no robot of keys'),
+    ({'zenoh': 'tcp/127.0.0.1:9'}, 'the name of this robot is missing'),
+    ({'zenoh': 'hall', 'robot': 'r'}, 'is not the address of a router'),
+    ({'zenoh': 'tcp/127.0.0.1:9', 'robot': 'r*'}, 'cannot be the name of a robot in Zenoh keys'),
+    ({'from_zenoh': 'tcp/127.0.0.1:9', 'robot': 'r'},
+     'robot and from_zenoh cannot be used together'),
+    ({'from_zenoh': 'tcp/127.0.0.1:9', 'robots': 'a//b'}, 'cannot match a robot'),
     ({'zenoh_config': '/none', 'robot': 'r'}, '/none: there is no such configuration file'),
 ])
 def test_relay_that_cannot_be_is_refused(context, parameters, sentence):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Our static_transform_publisher and tf2's: one message, but where deviations.md says so."""
+"""Our static_transform_publisher and tf2's send equal messages, except as in deviations.md."""
 
 import math
 import os
@@ -45,7 +34,7 @@ def of_ours(arguments):
 
 @pytest.fixture
 def heard_of(context):
-    """Return a function that starts a program, and returns the transform that it publishes."""
+    """Return a function that runs a program, and returns the transform that it publishes."""
     node = Node('hearing', context=context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -69,7 +58,7 @@ def heard_of(context):
 
 
 def refusal(command, env):
-    """Return the exit status of a program that ends by itself, and what it says."""
+    """Return the exit status and the output of a program that ends by itself."""
     done = subprocess.run(command, env=env, stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, timeout=PATIENCE_S, check=False)
     return done.returncode, done.stderr
@@ -88,7 +77,7 @@ def named(transform):
     FRAMES,
     [*FRAMES, '--x', '1.5', '--y', '-2e-3', '--roll', '0.1', '--pitch', '-0.2', '--yaw', '3.0'],
     [*FRAMES, '--yaw', '-3.0'],
-    # The sign is as it was given.
+    # The sign is as given.
     [*FRAMES, '--qx', '0.6', '--qw', '-0.8'],
     ['1', '2', '3', '0.3', '-0.2', '0.1', 'map', 'b'],
     ['1', '2', '3', '0', '0', '-0.6', '-0.8', 'map', 'b'],
@@ -99,7 +88,7 @@ def test_same_arguments_publish_the_same(heard_of, arguments):
     assert numbers(ours) == pytest.approx(numbers(theirs), abs=1e-15)
 
 
-# --- where ours is saner; these hold what the list of deviations says of tf2
+# --- where ours is safer: the behaviour of tf2 in the list of deviations
 
 
 def test_quaternion_is_normalised_and_slashes_are_stripped(heard_of):

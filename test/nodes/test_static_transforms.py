@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Static transforms as people write them, right and wrong; no ROS."""
+"""Static transforms as users write them, correct and wrong; without ROS."""
 
 import math
 from pathlib import Path
@@ -32,7 +21,7 @@ FRAMES = {'frame_id': 'a', 'child_frame_id': 'b'}
     ({'x': 1, 'z': -2.5}, Pose(x=1.0, z=-2.5)),
     ({'qz': 1.0, 'qw': 0.0}, Pose(qz=1.0, qw=0.0)),
     ({'qz': 2.0, 'qw': 2.0}, Pose(qz=math.sqrt(0.5), qw=math.sqrt(0.5))),
-    # qw is one unless given, as in tf2.
+    # qw is one by default, as in tf2.
     ({'qx': 1.0}, Pose(qx=math.sqrt(0.5), qw=math.sqrt(0.5))),
     ({'y': 1.0, 'yaw': math.pi}, Pose(y=1.0, qz=1.0, qw=0.0)),
     ({'x': '1e-3'}, Pose(x=1e-3)),
@@ -60,19 +49,19 @@ def test_leading_slash_is_stripped_as_listeners_do():
 
 
 @pytest.mark.parametrize(('words', 'message'), [
-    ({'frame_id': None}, 'the frame id is not given'),
+    ({'frame_id': None}, 'the frame id is missing'),
     ({'child_frame_id': ''}, 'the child frame id is empty'),
     ({'child_frame_id': '/'}, 'the child frame id is empty'),
     ({'child_frame_id': True}, 'the child frame id is True.*quotes'),
     ({'child_frame_id': '/a'}, "both 'a'"),
-    ({'x': 'abc'}, "x is 'abc', which is no finite number"),
+    ({'x': 'abc'}, "x is 'abc', which is not a finite number"),
     ({'x': math.nan}, 'x is nan'),
     ({'x': True}, 'x is True'),
     ({'x': [1]}, r'x is \[1\]'),
     ({'qw': 0.0}, 'all zero'),
     ({'qx': 0.0, 'roll': 0.0}, 'not both'),
-    ({'roll_deg': 5.0}, "'roll_deg' is not known: there are frame_id,"),
-    ({'covariance': 0.01}, 'the covariance is 0.01: it is a list of six variances'),
+    ({'roll_deg': 5.0}, "'roll_deg' is unknown; use frame_id,"),
+    ({'covariance': 0.01}, 'the covariance is 0.01; it must be a list of six variances'),
     ({'covariance': [0.01] * 5}, 'list of six variances'),
     ({'covariance': ['wide'] * 6}, "a number of the covariance is 'wide'"),
     ({'covariance': [-1.0] * 6}, 'variance of x is -1'),
@@ -88,23 +77,23 @@ def test_example_file_is_read():
     assert transforms.keys() == {'camera', 'camera_optical', 'lidar', 'thermal_camera'}
     parent, pose = transforms['camera_optical']
     assert parent == 'camera'
-    # The optical axis is the camera's x axis, and the right of the image its right.
+    # The optical axis is the camera's x axis, and the right of the image is the camera's right.
     assert pose @ (0.0, 0.0, 1.0) == pytest.approx((1.0, 0.0, 0.0), abs=1e-15)
     assert pose @ (1.0, 0.0, 0.0) == pytest.approx((0.0, -1.0, 0.0), abs=1e-15)
 
 
 @pytest.mark.parametrize(('text', 'message'), [
-    ('', 'has to be a list with the name transforms'),
-    ('transforms: []', 'has to be a list'),
-    ('transforms: {a: b}', 'has to be a list'),
-    ('- {frame_id: a, child_frame_id: b}', 'has to be a list with the name'),
+    ('', 'must contain a list named transforms'),
+    ('transforms: []', 'must contain a list'),
+    ('transforms: {a: b}', 'must contain a list'),
+    ('- {frame_id: a, child_frame_id: b}', 'must contain a list named'),
     ('transforms: [{frame_id: a, child_frame_id: b}]\nmore: 1', 'and nothing else'),
-    ('transforms: [3]', 'transform 1: 3 has to be words and values'),
+    ('transforms: [3]', 'transform 1: 3 must be keys and values'),
     ('transforms: [{frame_id: a, child_frame_id: b}, {frame_id: a}]',
-     'transform 2: the child frame id is not given'),
-    ('transforms: [{frame_id: a, child_frame_id: b, roll_deg: 1}]', "'roll_deg' is not known"),
+     'transform 2: the child frame id is missing'),
+    ('transforms: [{frame_id: a, child_frame_id: b, roll_deg: 1}]', "'roll_deg' is unknown"),
     ('transforms: [{frame_id: a, child_frame_id: b}, {frame_id: c, child_frame_id: b}]',
-     "'b' is there twice, under 'a' and under 'c'"),
+     "'b' appears twice, under 'a' and under 'c'"),
     ('transforms: [{frame_id: a, child_frame_id: b}, {frame_id: b, child_frame_id: a}]',
      "'b' -> 'a' would close a loop"),
     ('transforms: [', 'is not YAML: while parsing'),

@@ -1,21 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One robot's transforms on the shared topics, in this process and from one of its own."""
+"""One robot's transforms on the shared topics, in this process and from a separate one."""
 
 from contextlib import contextmanager
 import math
+import threading
 
 from programs import PATIENCE_S
 import pytest
@@ -35,7 +25,7 @@ SECOND = 1_000_000_000
 
 
 class Robot:
-    """What runs on a robot, in the robot's namespace."""
+    """The publishers of a robot, in the robot's namespace."""
 
     def __init__(self, context, name):
         self.node = Node('driver', context=context, namespace=name)
@@ -44,7 +34,7 @@ class Robot:
         self.fix = self._fixed.sendTransform
 
     def move(self, *transforms):
-        """Publish, once somebody hears it."""
+        """Publish, once there is a subscription."""
         self.send(TFMessage(transforms=transforms))
 
     def send(self, message):
@@ -73,7 +63,7 @@ def make_relay(context, robot='robot1', **parameters):
 
 @contextmanager
 def relayed(*args, **parameters):
-    """Relay what a robot publishes, once those who are there hear the relay."""
+    """Relay a robot's transforms, once the relay's existing subscribers are connected."""
     relay = make_relay(*args, **parameters)
     until_subscribed(relay)
     with spun_in_background(relay):
@@ -173,23 +163,31 @@ def test_what_no_buffer_would_take_stays_here_and_the_log_says_why(
 
 
 def test_end_of_ros_ends_the_relay(context):
+    others = {*threading.enumerate()}
     relay = make_relay(context, rate_hz=5.0)
+    own = {*threading.enumerate()} - others
+    assert own
     context.shutdown()
     relay.destroy_node()
+    for thread in own:
+        thread.join(PATIENCE_S)
+        assert not thread.is_alive()
 
 
 @pytest.mark.parametrize(('robot', 'parameters', 'sentence'), [
-    ('/', {}, 'it would hear itself, for /tf.* is both.*__ns:=/robot1'),
-    ('/', {'frame_prefix': ''}, 'it would hear itself'),
-    ('robot1', {'tf_topic': 'tf', 'frame_prefix': 'r/'}, 'it would hear itself, for /robot1/tf'),
-    ('robot1', {'source_tf_topic': '/tf_static'}, 'it would hear itself, for /tf_static'),
-    ('robot1', {'tf_topic': 'a b'}, "parameter tf_topic has to be a topic, and 'a b' is none"),
-    ('robot1', {'tf_topic': ''}, "parameter tf_topic has to be a topic, and '' is none"),
-    ('robot1', {'shared_frames': [1, 2]}, 'parameter shared_frames has to be a list of strings'),
-    ('robot1', {'rate_hz': -1.0}, 'parameter rate_hz has to be a number from 0.0 to 1000.0'),
-    ('robot1', {'rates.odom': 'fast'}, 'parameter rates.odom has to be a number from 0.0 to'),
-    ('robot1', {'rates': 20.0}, 'parameter rates has to be a number for each name, such as'),
-    ('robot1', {'max_silence': 0.0}, 'parameter max_silence has to be a number from 0.001'),
+    ('/', {}, 'would receive its own output, because /tf.* is both.*__ns:=/robot1'),
+    ('/', {'frame_prefix': ''}, 'the relay would receive its own output'),
+    ('robot1', {'tf_topic': 'tf', 'frame_prefix': 'r/'},
+     'would receive its own output, because /robot1/tf'),
+    ('robot1', {'source_tf_topic': '/tf_static'},
+     'would receive its own output, because /tf_static'),
+    ('robot1', {'tf_topic': 'a b'}, "parameter tf_topic must be a topic name, not 'a b'"),
+    ('robot1', {'tf_topic': ''}, "parameter tf_topic must be a topic name, not ''"),
+    ('robot1', {'shared_frames': [1, 2]}, 'parameter shared_frames must be a list of strings'),
+    ('robot1', {'rate_hz': -1.0}, 'parameter rate_hz must be a number from 0.0 to 1000.0'),
+    ('robot1', {'rates.odom': 'fast'}, 'parameter rates.odom must be a number from 0.0 to'),
+    ('robot1', {'rates': 20.0}, 'parameter rates must be a number for each name, such as'),
+    ('robot1', {'max_silence': 0.0}, 'parameter max_silence must be a number from 0.001'),
 ])
 def test_relay_that_cannot_be_is_refused(context, robot, parameters, sentence):
     with pytest.raises(BadInput, match=sentence):
@@ -219,7 +217,7 @@ def test_process_passes_on_until_ctrl_c(start, robot, buffer):
     program.wait_for('/robot1/tf -> /tf, /robot1/tf_static -> /tf_static')
     robot.fix(transform('odom', 'camera', x=1.0))
     seconds = iter(range(1, 1_000_000))
-    # Nobody tells whether the relay is heard yet.
+    # There is no event for the connection of the relay's subscribers.
     until(lambda: 'robot1/odom' in buffer.frames() or robot.move(
         transform('map', 'odom', next(seconds), x=2.0)))
     assert buffer.lookup_within(PATIENCE_S, 'map', 'robot1/camera') == Pose(3.0)
@@ -230,6 +228,6 @@ def test_process_passes_on_until_ctrl_c(start, robot, buffer):
 
 def test_process_that_would_hear_itself_says_so_in_one_sentence(start):
     program = start('tf_relay')
-    assert program.end() == 1
-    assert program.output.startswith('tf_relay: it would hear itself')
+    assert program.end() == 2
+    assert program.output.startswith('tf_relay: the relay would receive its own output')
     assert program.output.count('\n') == 1

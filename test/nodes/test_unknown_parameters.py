@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A parameter that a node does not have is told, with the one that was meant."""
+"""An unknown parameter of a node is reported, with the most similar known one."""
 
 import pytest
 from rclpy.parameter import Parameter
@@ -28,8 +17,8 @@ def test_slip_of_the_pen_is_told_with_what_was_meant(start):
     assert program.end() == 0
     output = program.output
     assert output.count('no parameter') == 1
-    assert ("there is no parameter 'radious', its value is ignored; did you mean 'radius'? "
-            'There are: ') in output
+    assert ("there is no parameter 'radious', so its value is ignored; did you mean 'radius'? "
+            'Parameters: ') in output
     assert 'drive_rate_hz' in output
 
 
@@ -37,13 +26,14 @@ def test_slip_of_the_pen_is_told_with_what_was_meant(start):
     'buffer_server', 'edge_switch', 'tf_relay', 'five_frame_listener', 'urdf_broadcaster'])
 def test_every_node_tells(start, name):
     program = start(name, '--ros-args', '-p', 'quux_xyzzy:=1')
-    program.wait_for("there is no parameter 'quux_xyzzy', its value is ignored. There are: ")
+    program.wait_for("there is no parameter 'quux_xyzzy', so its value is ignored. Parameters: ")
 
 
 def test_node_without_parameters_tells(start):
     program = start('static_transform_publisher', '--frame-id', 'a', '--child-frame-id', 'b',
                     '--ros-args', '-p', 'frame_id:=c')
-    program.wait_for("no parameter 'frame_id', its value is ignored. This node has none")
+    program.wait_for(
+        "no parameter 'frame_id', so its value is ignored. This node has no parameters")
 
 
 def test_nodes_in_one_process_know_of_each_other(start):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Joint states go in, transforms come out: in this process, and from one of its own."""
+"""Joint states in, transforms out: in this process, and from a separate one."""
 
 from contextlib import contextmanager
 from itertools import count, repeat
@@ -53,7 +42,7 @@ ARM = """<robot name="arm">
 
 @pytest.fixture
 def encoders(context):
-    """Return a function that publishes joint states, once somebody hears them."""
+    """Return a function that publishes joint states, once there is a subscription."""
     node = Node('encoders', context=context)
     publisher = node.create_publisher(JointState, 'joint_states', 10)
 
@@ -70,7 +59,7 @@ def encoders(context):
 
 @contextmanager
 def broadcasting(context, urdf=None, **parameters):
-    """Run the node, once those who are there hear it."""
+    """Run the node, once its existing subscribers are connected."""
     node = UrdfBroadcaster(urdf, context=context, parameter_overrides=[
         Parameter(name, value=value) for name, value in parameters.items()])
     until_subscribed(node)
@@ -80,9 +69,9 @@ def broadcasting(context, urdf=None, **parameters):
 
 def until_heard(encoders, buffer, stamps, **positions):
     """
-    Publish to another process until it hears, and is heard.
+    Publish to another process until connected in both directions.
 
-    Neither sensors nor transforms repeat what was lost before everybody knew everybody.
+    Neither sensors nor transforms repeat messages that were lost before the discovery.
     """
     def heard():
         encoders(next(stamps), **positions)
@@ -112,7 +101,7 @@ def test_messages_have_tf2s_quaternions(context, encoders, recorded):
     with broadcasting(context, robot_description=ARM):
         encoders(k=-2.5)
         until(lambda: recorded['/tf'])
-    # Of the two that are this rotation, the one whose greatest part is positive.
+    # Of the two quaternions of this rotation, the one whose greatest component is positive.
     assert recorded['/tf'][0][0].pose == pytest.approx(Pose(qz=sin(1.25), qw=-cos(1.25)))
 
 
@@ -120,7 +109,7 @@ def test_parts_come_from_several_publishers_and_what_is_missing_stays(context, e
     with broadcasting(context, robot_description=ARM):
         encoders(j=1.0)
         encoders(NOW + 5 * MS, k=0.0)
-        # j was reported once only: it stays, and is sent with what comes.
+        # j was reported only once: its value stays, and is sent with later ones.
         assert buffer.lookup_within(PATIENCE_S, 'a', 'tool', NOW + 5 * MS) == Pose(3.0)
 
 
@@ -131,7 +120,7 @@ def test_joints_go_out_no_more_often_than_the_frequency(context, encoders, recor
         until(lambda: len(recorded['/tf']) == 4)
         assert [(message[0].stamp - NOW) // MS for message in recorded['/tf']] == [0, 12, 24, 36]
         assert set_to(node, ignore_timestamp=True)[0].successful
-        # What is known goes out again at once; and now stamps may stand still.
+        # The known joints are sent again at once; and stamps may now repeat.
         for _ in range(3):
             encoders(NOW + 40 * MS, j=0.0)
         until(lambda: len(recorded['/tf']) == 8)
@@ -143,7 +132,7 @@ def test_one_line_changes_every_lookup_and_nothing_else_does(context, encoders, 
         assert buffer.lookup_within(PATIENCE_S, 'a', 'tool', NOW) == Pose(3.0)
         edited = ARM.replace('<child link="b"/>', '<child link="b"/><origin xyz="0 5 0"/>')
         assert set_to(node, robot_description=edited)[0].successful
-        # No joint state came: the last one is sent once more, by the new description.
+        # No joint state arrived: the last one is sent again, with the new description.
         assert buffer.lookup_within(PATIENCE_S, 'a', 'tool', NOW + 1) == Pose(3.0, 5.0)
         assert buffer.lookup('a', 'tool', NOW) == Pose(3.0)
         edited = edited.replace('xyz="2 0 0"', 'xyz="4 0 0"')
@@ -155,9 +144,9 @@ def test_description_that_is_wrong_is_refused_and_the_robot_stays(context, encod
     with broadcasting(context, robot_description=ARM) as node:
         result, = set_to(node, robot_description=ARM.replace('link="a"', 'link="x"'))
         assert not result.successful
-        assert "line 3: joint 'j': its parent 'x' is no link" in result.reason
+        assert "line 3: joint 'j': its parent 'x' is not a link" in result.reason
         assert not set_to(node, robot_description=' ')[0].successful
-        assert not set_to(node, publish_frequency=0.0)[0].successful
+        assert not set_to(node, publish_frequency=-1.0)[0].successful
         assert node.get_parameter('robot_description').value == ARM
         encoders(j=1.0, k=0.0)
         assert buffer.lookup_within(PATIENCE_S, 'a', 'tool', NOW) == Pose(3.0)
@@ -171,7 +160,7 @@ def test_prefix_goes_before_every_frame_and_can_change(context, encoders, record
         assert recorded['/tf_static'][0][0][:2] == ('r1/c', 'r1/tool')
         assert set_to(node, frame_prefix='r2/')[0].successful
         until(lambda: len(recorded['/tf_static']) == 2)
-        # Whoever comes later hears of the frames that there are now.
+        # Later subscribers get the current frames.
         assert [sample[:2] for sample in recorded['/tf_static'][1]] == [('r2/c', 'r2/tool')]
 
 
@@ -190,11 +179,13 @@ def test_description_is_latched_for_rviz(context, buffer):
 
 def test_without_a_robot_there_is_one_sentence(context, tmp_path):
     for urdf, parameters, told in (
-            (None, {}, 'there is no robot: give --urdf FILE, or the parameter'),
+            (None, {}, 'no robot is given: set --urdf FILE, or the parameter'),
             (str(tmp_path / 'no.urdf'), {}, 'no.urdf cannot be read: No such file'),
             (str(CONFIG), {'robot_description': ARM}, 'not both'),
             (None, {'robot_description': '<robot/>'}, 'parameter robot_description, line 1: '),
-            (None, {'robot_description': ARM, 'publish_frequency': 0.0}, 'has to be a number')):
+            (None, {'robot_description': '/opt/arm.urdf'}, 'not the text of a URDF; if it is a '
+             'file, give --urdf FILE'),
+            (None, {'robot_description': ARM, 'publish_frequency': -1.0}, 'must be a number')):
         with pytest.raises(BadInput, match=told):
             UrdfBroadcaster(urdf, context=context, parameter_overrides=[
                 Parameter(name, value=value) for name, value in parameters.items()])
@@ -207,10 +198,10 @@ def test_program_watches_its_file(start, encoders, buffer, tmp_path):
     program.wait_for("<Robot 'arm': 4 links on 'a', 2 of 3 joints move>")
     until_heard(encoders, buffer, count(NOW, 50 * MS), j=1.0, k=0.0, knee=1.0)
     assert buffer.lookup('a', 'tool') == Pose(3.0)
-    program.wait_for("no joint of this robot: 'knee'. Known: j, k")
+    program.wait_for("that this robot does not have: 'knee'. Known: j, k")
     path.write_text(ARM.replace('2 0 0', '2 o 0'))
     program.wait_for("arm.urdf, line 5: joint 't': <origin> has the xyz '2 o 0'")
-    # As editors do it: another file takes its place.
+    # As editors do: another file replaces it.
     other = tmp_path / 'arm.urdf~'
     other.write_text(ARM.replace('2 0 0', '7 0 0'))
     other.rename(path)
@@ -219,6 +210,49 @@ def test_program_watches_its_file(start, encoders, buffer, tmp_path):
     program.interrupt()
     assert program.end() == 0
     assert 'Traceback' not in program.output
+
+
+def test_file_without_its_option_is_taken_with_a_warning(start, buffer, tmp_path):
+    path = tmp_path / 'arm.urdf'
+    path.write_text(ARM)
+    program = start('robot_state_publisher', str(path))
+    program.wait_for('is used as the file of the robot, as robot_state_publisher does')
+    until(lambda: {'c', 'tool'} <= set(buffer.frames()))
+    other = start('robot_state_publisher', '/no/such.urdf', '--ros-args', '-r', '__ns:=/other',
+                  '-p', f'robot_description:={ARM!r}')
+    other.wait_for("'/no/such.urdf' is ignored: the parameter robot_description")
+    other.wait_for('<Robot')
+    for each in (program, other):
+        each.interrupt()
+        assert each.end() == 0
+
+
+def test_xacro_takes_arguments_and_what_it_includes_is_watched(start, buffer, tmp_path):
+    pytest.importorskip('xacro', reason='pip install xacro')
+    head = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    tool = tmp_path / 'tool.xacro'
+    tool.write_text(f'{head}<joint name="t" type="fixed"><parent link="a"/>'
+                    '<child link="$(arg prefix)tool"/><origin xyz="2 0 0"/></joint></robot>')
+    arm = tmp_path / 'arm.urdf.xacro'
+    arm.write_text(f'{head}<xacro:arg name="prefix" default=""/><link name="a"/>'
+                   '<link name="$(arg prefix)tool"/><xacro:include filename="tool.xacro"/>'
+                   '</robot>')
+    program = start('urdf_broadcaster', '--urdf', str(arm), 'prefix:=left_')
+    program.wait_for('<Robot')
+    until(lambda: {'a', 'left_tool'} <= set(buffer.frames()))
+    tool.write_text(tool.read_text().replace('2 0 0', '7 0 0'))
+    until(lambda: buffer.lookup('a', 'left_tool') == Pose(7.0))
+    tool.write_text(tool.read_text().replace('7 0 0', '7 0 x'))
+    program.wait_for('tool.xacro, line 1: joint')
+    program.interrupt()
+    assert program.end() == 0
+
+
+def test_frequency_of_zero_sends_every_joint_state(context, encoders, recorded):
+    with broadcasting(context, robot_description=ARM, publish_frequency=0.0):
+        for ms in range(3):
+            encoders(NOW + ms * MS, j=0.0)
+        until(lambda: len(recorded['/tf']) == 3)
 
 
 def test_joint_states_without_a_stamp_are_of_now_and_told_once(start, encoders, buffer):
@@ -230,7 +264,7 @@ def test_joint_states_without_a_stamp_are_of_now_and_told_once(start, encoders, 
     assert abs(edge.latest - time.time_ns()) < 60 * from_seconds(1.0)
     program.interrupt()
     assert program.end() == 0
-    assert program.output.count('come without a stamp') == 1
+    assert program.output.count('arrive without a stamp') == 1
 
 
 def test_demo_robot_is_the_five_frames(context, encoders, buffer):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What tf2's own C++ program ``tf2_echo`` says of an edge, sample by sample."""
+"""The output of tf2's own C++ program ``tf2_echo`` for an edge, sample by sample."""
 
 import os
 from pathlib import Path
@@ -26,7 +15,7 @@ _ECHOED = re.compile(r'At time (\d+)\.(\d+)\n- Translation: \[(.+), (.+), (.+)\]
 
 
 class Tf2Echo(Program):
-    """It listens to an edge; without an installed Jazzy the test skips."""
+    """``tf2_echo`` of an edge; without an installed Jazzy the test skips."""
 
     def __init__(self, parent, child, rate_hz=50):
         env = standin_env()
@@ -37,13 +26,13 @@ class Tf2Echo(Program):
 
     @property
     def samples(self):
-        """Return stamps (N,), seconds, and places (N, 3), to the millimetre."""
+        """Return stamps (N,), seconds, and positions (N, 3), to the millimetre."""
         echoed = np.array(_ECHOED.findall(self.output), dtype=float).reshape(-1, 5)
-        # It writes nanoseconds without the zeros before them.
+        # It prints nanoseconds without leading zeros.
         return echoed[:, 0] - echoed[:1, 0] + echoed[:, 1] / 1e9, echoed[:, 2:]
 
     def assert_no_faster(self, speed):
-        """Hold every pair of samples to a speed, metres a second."""
+        """Assert that no pair of samples is faster than a speed, metres a second."""
         stamps, places = self.samples
         for begin, end in zip(*np.triu_indices(len(stamps), 1), strict=True):
             assert np.linalg.norm(places[end] - places[begin]) <= (

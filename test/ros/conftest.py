@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Real rclpy over real DDS, on this machine alone and on a domain of this process alone."""
+"""Real rclpy over real DDS, on this machine and this process's domain only."""
 
 from concurrent.futures import ThreadPoolExecutor
 import os
@@ -52,7 +41,7 @@ def context():
 
 @pytest.fixture
 def buffer():
-    """Hold map -> base from 1 s to 2 s; afterwards nobody may wait in it."""
+    """Return a buffer with map -> base from 1 s to 2 s; afterwards no thread may wait in it."""
     buffer = Buffer()
     move(buffer, 1.0)
     move(buffer, 2.0)
@@ -110,7 +99,7 @@ def spin(context):
         for node in nodes:
             executor.add_node(node)
         stop = Future()
-        # Shutting an executor down from another thread is a race inside rclpy.
+        # In rclpy, shutting an executor down from another thread is a race.
         thread = threading.Thread(target=executor.spin_until_future_complete, args=(stop,))
         thread.start()
         spinning.append((executor, stop, thread))
@@ -126,14 +115,14 @@ def spin(context):
 
 @pytest.fixture
 def pool():
-    """Threads to ask in while the test goes on."""
+    """Yield threads for lookups while the test continues."""
     with ThreadPoolExecutor() as threads:
         yield threads
 
 
 @pytest.fixture
 def log_file(tmp_path):
-    """Return the file that gets what a test writes to standard error."""
+    """Return the file that receives what a test writes to standard error."""
     file = tmp_path / 'stderr'
     file.touch()
     return file
@@ -142,15 +131,15 @@ def log_file(tmp_path):
 @pytest.fixture
 def log(log_file):
     """
-    Return what reads all that was written to standard error since the test began.
+    Return a function that reads everything written to standard error since the test began.
 
-    ``capfd.readouterr`` empties its file after it has read it: a line that is written in
-    between is lost. Here every call reads the whole file, and nothing is taken away.
+    ``capfd.readouterr`` empties its file after reading it, so a line that is written in
+    between is lost. Here every call reads the whole file, and removes nothing.
     """
     return log_file.read_text
 
 
-# Innermost: pytest turns standard error to a file of its own just before.
+# Innermost: pytest redirects standard error to a file of its own just before.
 @pytest.hookimpl(hookwrapper=True, trylast=True)
 def pytest_runtest_call(item):
     file = item.funcargs.get('log_file')
@@ -158,7 +147,7 @@ def pytest_runtest_call(item):
         yield
         return
     kept, kept_stream = os.dup(2), sys.stderr
-    # Appending: the log of ROS and Python write into it side by side.
+    # Appending, because ROS's log and Python both write to it.
     with file.open('a', buffering=1) as stream:
         os.dup2(stream.fileno(), 2)
         sys.stderr = stream
@@ -166,7 +155,7 @@ def pytest_runtest_call(item):
         sys.stderr = kept_stream
         os.dup2(kept, 2)
     os.close(kept)
-    # For whoever wants to know why a test failed.
+    # To explain failed tests.
     sys.stderr.write(file.read_text())
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What the tests of the message filter share: messages, and where they come out."""
+"""Helpers of the tests of the message filter: messages, and their callbacks."""
 
 import threading
 
@@ -29,7 +18,7 @@ def point(seconds, frame='base', x=0.0):
 
 
 class Inbox:
-    """What a filter called back with."""
+    """The calls of a filter's callbacks."""
 
     def __init__(self):
         self.delivered, self.dropped, self.threads = [], [], set()
@@ -43,7 +32,7 @@ class Inbox:
         self.dropped.append((message, drop, why))
 
     def xs(self):
-        """Return of what was delivered the message's and the transform's x."""
+        """Return the x of the message and of the transform of each delivery."""
         return [(message.point.x, found.transform.translation.x)
                 for message, found in self.delivered]
 
@@ -55,5 +44,5 @@ class Inbox:
 
 
 def check(counts):
-    """Every message is accounted for."""
+    """Check that the counts account for every message."""
     assert counts.received == counts.delivered + sum(counts.dropped.values()) + counts.held

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Messages of any kind, filled, taken apart and spoilt: for tests that hold for all kinds."""
+"""Create, inspect and change messages of any type, for tests of all types."""
 
 from array import array
 from importlib import import_module
@@ -34,14 +23,14 @@ def stamped_transform(pose, frame_id='map', child_frame_id='base', stamp=5_000_0
     return transform_stamped(frame_id, child_frame_id, stamp, pose)
 
 
-# --- making
+# --- creating
 
 
 def filled(kind, rng, number=None, length=3):
     """
-    Return a message with something in every field.
+    Return a message with a value in every field.
 
-    :param number: makes the numbers of float fields; plain floats unless given.
+    :param number: creates the numbers of float fields; by default plain floats.
     """
     message = kind()
     for field, name in kind.get_fields_and_field_types().items():
@@ -76,7 +65,7 @@ def _value(name, rng, number, length):
     return filled(getattr(import_module(f'{package}.msg'), kind), rng, number, length)
 
 
-# --- taking apart
+# --- inspecting
 
 
 def fields(message):
@@ -117,7 +106,7 @@ def numbers(message):
 
 
 def spoil(value):
-    """Change everything in a message, in place."""
+    """Change every value in a message, in place."""
     if not is_message(value):
         return
     for field, inner in fields(value):
@@ -134,7 +123,7 @@ def spoil(value):
             setattr(value, field, 'spoilt' if isinstance(inner, str) else type(inner)(77))
 
 
-# --- drawing
+# --- random messages
 
 
 def _pose(translation, vector, sign):
@@ -152,5 +141,5 @@ transforms = poses.map(stamped_transform)
 
 
 def inverse_of(transform: TransformStamped, pose):
-    """Return the transform back, between the same frames."""
+    """Return the inverse transform, between the same frames."""
     return stamped_transform(pose, transform.child_frame_id, transform.header.frame_id)

@@ -1,21 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What the tests of the ROS layer share: messages, and waiting for what has no event."""
+"""Helpers of the tests of the ROS layer: messages, and waiting for conditions without events."""
 
-import time
-
+from conditions import until
 from geometry_msgs.msg import TransformStamped
 from programs import PATIENCE_S
 from rclpy.clock_type import ClockType
@@ -28,26 +16,26 @@ from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 
 PATIENCE = Duration(seconds=PATIENCE_S)
 LATEST = Time()
-# In the text of an error, however long that was.
+# In the text of an error, with any duration.
 WAITED = r'\(waited \d+\.\d{3} s for it\)'
 SIM_TIME = {'parameter_overrides': [Parameter('use_sim_time', value=True)]}
 
 _SECOND = 10**9
-# What a message can say at most, and what a stamp can; nanoseconds.
+# The range of the stamp of a message, nanoseconds; then stamps around it.
 FIRST, LAST = -2**31 * _SECOND, (2**31 - 1) * _SECOND + 2**32 - 1
 FAR_STAMPS = [-2**63 + _SECOND, FIRST - 1, FIRST, -_SECOND, -1, 1, LAST, LAST + 1,
               2**63 - 1 - _SECOND]
 
 
 class Moment:
-    """A time that need not be one of rclpy."""
+    """A time that is not one of rclpy."""
 
     def __init__(self, nanoseconds):
         self.nanoseconds = nanoseconds
 
 
 def at(seconds):
-    """Return seconds as a ``Time`` of ROS, simulated or not."""
+    """Return a ``Time`` on the ROS clock, simulated or not."""
     return Time(nanoseconds=round(seconds * 1e9), clock_type=ClockType.ROS_TIME)
 
 
@@ -57,7 +45,7 @@ def lasting(seconds):
 
 
 def transform(parent, child, seconds=1.0, x=0.0, **rotation):
-    """Return a ``TransformStamped`` that moves along x."""
+    """Return a ``TransformStamped`` with a translation along x."""
     message = TransformStamped()
     message.header.frame_id = parent
     message.header.stamp = at(seconds).to_msg()
@@ -69,7 +57,7 @@ def transform(parent, child, seconds=1.0, x=0.0, **rotation):
 
 
 def move(buffer, seconds, parent='map', child='base'):
-    """Insert an edge's sample, at x = seconds."""
+    """Insert a sample of an edge, at x = seconds."""
     buffer.set_transform(transform(parent, child, seconds, x=seconds), 'me')
 
 
@@ -82,27 +70,19 @@ def with_a_lamp(buffer):
     return buffer
 
 
-def until(condition, patience_s=PATIENCE_S):
-    """Wait for what rclpy tells no event of: the graph, a waiter's place in a line, the log."""
-    end = time.monotonic() + patience_s
-    while not condition():
-        assert time.monotonic() < end, 'it never came true'
-        time.sleep(0.002)
-
-
 def until_subscribed(node):
-    """Wait until somebody subscribes to each publisher of transforms of a node."""
+    """Wait until each publisher of transforms of a node has a subscription."""
     until(lambda: all(publisher.get_subscription_count() for publisher in node.publishers
                       if publisher.topic_name in ('/tf', '/tf_static')))
 
 
 def until_waiting(buffer, count=1):
-    """Wait until so many threads wait inside a buffer."""
+    """Wait until this number of threads wait in a buffer."""
     until(lambda: len(buffer.waiting) >= count)
 
 
 class Talker:
-    """Publishes transforms once somebody hears them: a volatile topic forgets the rest."""
+    """Publishes transforms when there is a subscription: a volatile topic drops earlier ones."""
 
     def __init__(self, node):
         self.node = node
@@ -120,7 +100,7 @@ class Talker:
         self._static.sendTransform(transforms)
 
     def send(self, message, topic='/tf', listeners=1):
-        """Publish a TFMessage, or bytes that go out as they are."""
+        """Publish a TFMessage, or bytes that are sent unchanged."""
         if self._raw is None or self._raw.topic_name != topic:
             self._raw = self.node.create_publisher(TFMessage, topic, 1000)
         self.until_heard(self._raw, listeners)
@@ -137,7 +117,7 @@ class SimClock:
         self.publisher = node.create_publisher(Clock, '/clock', 10)
 
     def show(self, seconds, *buffers):
-        """Set the time, and wait until the buffers go by it."""
+        """Set the time, and wait until the buffers use it."""
         until(lambda: self.publisher.get_subscription_count() >= len(buffers))
         self.publisher.publish(Clock(clock=at(seconds).to_msg()))
         for buffer in buffers:
@@ -145,6 +125,6 @@ class SimClock:
 
 
 def simulated_seconds(buffer):
-    """Return the simulated time that a buffer goes by, None if it goes by the wall."""
+    """Return the simulated time that a buffer uses; None if it uses the wall clock."""
     now = buffer.timeouts.watch.simulated_now()
     return None if now is None else now / 1e9

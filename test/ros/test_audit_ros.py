@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""``Buffer(audit=True)``: the audit of tf2's own call; and nothing at all without it."""
+"""``Buffer(audit=True)`` audits tf2's own methods; without it, nothing is recorded."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
@@ -103,7 +92,7 @@ def test_every_kind_of_lookup_is_seen_once(kind):
     buffer = filled(audit=True)
     KINDS[kind](buffer)
     lines = buffer.audit.lines()
-    # One between two times is its two halves, here odom <- base and odom <- odom.
+    # A lookup between two times counts as its two halves, here odom <- base and odom <- odom.
     assert [(line.source, line.lookups, line.failed, line.latest) for line in lines] == [
         (source, 1, 0, False) for source in (('base', 'odom') if 'full' in kind else ('base',))]
     assert {line.caller.file for line in lines} == {__file__}
@@ -120,13 +109,13 @@ def test_lookup_that_waits_is_one_however_often_it_tries():
             buffer.lookup_transform, 'odom', 'base', at(2.1), Duration(seconds=100))
         until(lambda: len(buffer.waiting) == 3)
         for stamp in (end + 5 * 10**7, end + 10**8):
-            # Whoever waits asks again whenever the structure changes.
+            # Waiting lookups are repeated whenever the structure changes.
             buffer.insert('base', f'camera{stamp}', 0, Pose(), static=True)
             buffer.insert('odom', 'base', stamp, Pose())
         assert sleeper.result().child_frame_id == 'base'
     assert all(future.done() for future in futures)
     lines = buffer.audit.lines()
-    # The two futures are of one line of code.
+    # The two futures are created by one line of code.
     assert sorted((line.lookups, line.failed) for line in lines) == [(1, 0), (2, 0)]
 
 

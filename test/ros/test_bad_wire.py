@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Whatever arrives, the listener goes on, and tells what it was."""
+"""Whatever arrives, the listener continues, and reports it."""
 
 from collections import Counter
 import itertools
@@ -31,7 +20,7 @@ NAN, INF = math.nan, math.inf
 
 @pytest.fixture(autouse=True)
 def no_warnings():
-    """Numpy must not grumble on stderr about what a publisher sends."""
+    """Fail a test if numpy warns about a publisher's values."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter('always')
         yield
@@ -67,7 +56,7 @@ _markers = itertools.count(1)
 
 
 def send_and_settle(talker, buffer, *sent):
-    """Send messages or bytes, then a good transform, and wait for that one."""
+    """Send messages or bytes, then a good transform, and wait for the latter."""
     stamp = next(_markers)
     for each in sent:
         talker.send(each)
@@ -82,7 +71,7 @@ def send_and_settle(talker, buffer, *sent):
     (with_numbers('a', y=INF), Kind.NOT_FINITE, ['inf']),
     (with_numbers('a', y=INF, z=-INF), Kind.NOT_FINITE, ['inf']),
     (with_numbers('a', qx=-INF), Kind.NOT_FINITE, ['inf']),
-    (with_numbers('a', qw=0.0), Kind.ZERO_ROTATION, ['nobody filled']),
+    (with_numbers('a', qw=0.0), Kind.ZERO_ROTATION, ['left unset']),
     (transform('', 'a'), Kind.EMPTY_FRAME, ['header.frame_id']),
     (transform('/', 'a'), Kind.EMPTY_FRAME, ['header.frame_id']),
     (transform('map', ''), Kind.EMPTY_FRAME, ['child_frame_id']),
@@ -192,7 +181,7 @@ def test_static_that_moves_and_the_reverse_are_told(buffer, talker, log):
 
 
 def test_two_publishers_that_fight_over_a_frame_are_told_once(node, make_node, listen, log):
-    """Each on a topic of its own: on one topic, nobody can tell who of them sent what."""
+    """Each on its own topic: on one topic, the sender of a message is unknown."""
     buffer = listen(node)
     listen(node, buffer, tf_topic='/slam/tf')
     odometry, slam = Talker(make_node('odometry')), Talker(make_node('slam'))
@@ -225,7 +214,7 @@ def test_fight_on_one_topic_is_told_once_with_both_names(node, make_node, listen
 
 
 def _both_are_known(buffer, talker):
-    """Send until the listener has asked the graph anew, and return whether it names both."""
+    """Send until the listener has queried the graph again; return whether it names both."""
     talker.send(message(transform('odom', 'wheel', 2.0)))
     return any('one of' in edge.authority for edge in buffer.edges())
 
@@ -252,7 +241,7 @@ def test_quaternion_of_another_length_is_normalised(buffer, talker):
 def test_ten_thousand_new_names_a_second_are_survived(node, listen, talker, log):
     buffer = listen(node, Buffer(max_frames=500))
     send_and_settle(talker, buffer)
-    # In pieces that the topic's queue holds, so that every one of them is counted.
+    # In parts that fit the topic's queue, so that every one of them is counted.
     for i in range(4):
         send_and_settle(talker, buffer, *[
             message(*[transform('map', f'rubbish_{i}_{j}_{k}') for k in range(100)])

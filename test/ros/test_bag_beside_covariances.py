@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A bag opened with covariances answers as a buffer whose listener heard the same messages."""
+"""A bag with covariances gives the same results as a listener of the same messages."""
 
 import warnings
 
@@ -35,10 +24,10 @@ RULES = {
 }
 RNG = np.random.default_rng(11)
 COUNT = 40
-# Two of each ten cannot be used.
+# Two of ten covariances are unusable.
 ODD = {3: np.zeros((6, 6)), 7: -np.eye(6)}
 
-# The lidar has its poses from a topic of its own.
+# The poses of the lidar come from a separate topic.
 RUN = [message._replace(transforms=[each for each in message.transforms if each[1] != 'lidar'])
        for message in bags.RUN]
 
@@ -65,7 +54,7 @@ MESSAGES.append(told('/tf_static_covariance', 'base', 'camera', 1, qos=bags.LATC
 
 @pytest.fixture
 def heard(node, talker):
-    """Return a buffer whose listener heard them, and whose transforms were there before."""
+    """Return a buffer whose listener received the messages, after the transforms were inserted."""
     buffer = Buffer(cache_time=UNLIMITED)
     for message in RUN:
         for sample in message.transforms:
@@ -87,7 +76,7 @@ def heard(node, talker):
 
 
 def taken(buffer):
-    """Return how many messages became covariances, or were refused."""
+    """Return the number of messages that became covariances or were refused."""
     known = buffer.snapshot()._tree.uncertainty.values()
     return sum(map(len, known)) + buffer.statistics().refused
 

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """A bag opens as the buffer that a listener fills from the same messages, over real DDS."""
 
@@ -25,7 +14,7 @@ from tf_tree_py.bag import open_bag
 
 bags = pytest.importorskip('bags', reason='rosbags is not installed', exc_type=ImportError)
 
-# As many as a listener can fall behind before a middleware may drop some.
+# The number of messages by which a listener can fall behind before a middleware may drop some.
 AT_A_TIME = 50
 
 
@@ -34,7 +23,7 @@ def pose():
 
 
 def odd():
-    """Return messages of what goes wrong: late, repeated, refused, hung elsewhere, in a loop."""
+    """Yield edges with problems: late, repeated, refused, with a new parent, in a loop."""
     for number in range(120):
         stamp = bags.START + number * bags.SECOND // 20
         late = stamp - (number % 7 == 0) * bags.SECOND // 3

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""In one process with the real tf2: what is raised, taken and given goes together with its own."""
+"""With the real tf2 in one process: our errors, arguments and results work with tf2's own."""
 
 from standin import run_with_tf2 as run
 
@@ -106,7 +95,7 @@ def test_types_that_nobody_registered_are_tf2s_type_exception():
                        *['CanTransform or LookupTransform not implemented'] * 2]
 
 
-# --- answers
+# --- results
 
 
 def test_messages_have_the_quaternions_of_tf2():
@@ -172,7 +161,7 @@ def test_buffer_of_tf2_given_to_our_listener_is_refused_in_a_sentence():
         rclpy.shutdown()
     """)
     assert printed == ('TransformListener takes a Buffer of tf_tree_py, and this is a '
-                       'tf2_ros.buffer.Buffer: make it of `from tf_tree_py import Buffer`\n')
+                       'tf2_ros.buffer.Buffer: create it with `from tf_tree_py import Buffer`\n')
 
 
 def test_listener_of_tf2_fills_our_buffer():

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What the broadcasters put on the wire."""
+"""The messages that the broadcasters send."""
 
 import copy
 import threading
@@ -27,7 +16,7 @@ from tf_tree_py.ros.topics.qos import static_listener_qos
 
 @pytest.fixture
 def heard(make_node, spin):
-    """Hear a topic; return the function that waits for so many messages of it."""
+    """Subscribe to a topic; return a function that waits for a number of its messages."""
     def begin(topic, qos=100):
         messages, arrived = [], threading.Semaphore(0)
 
@@ -129,7 +118,7 @@ def test_ints_are_published_as_the_numbers_they_are(node, heard, kind, topic):
     (arrived,) = wait(1)[0].transforms
     assert arrived.transform.translation.x == 3.0
     assert arrived.transform.rotation.w == 1.0
-    assert type(message.transform.translation.x) is int, 'the caller still has his'
+    assert type(message.transform.translation.x) is int, "the caller's value is unchanged"
 
 
 def test_late_joiner_gets_all_statics_of_all_broadcasters(node, make_node, listen):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A buffer server that is killed and comes back: whoever waits goes to the new one."""
+"""A buffer server is killed and replaced: waiting clients use the new one."""
 
 import signal
 import subprocess
@@ -26,7 +15,7 @@ from tf_tree_py.ros.remote.buffer_server import BufferServer
 from tf_tree_py.ros.remote.goal_state import State, WANTED
 
 ACTION = 'tf2_buffer_server'
-# A wait this long would be given up in parts of a minute: nobody but the new server ends it.
+# A wait of this length is renewed every minute; only the new server can end it.
 LONG_S = 1000
 
 
@@ -39,7 +28,7 @@ def client(node):
 
 @pytest.fixture
 def start_server():
-    """Return a function that starts a server that hears nothing, in another process."""
+    """Return a function that starts a server without data, in another process."""
     processes = []
 
     def start():
@@ -55,7 +44,7 @@ def start_server():
 
 @pytest.fixture
 def old_server(client, start_server):
-    """Return such a server, which is there."""
+    """Return such a server, when it is available."""
     process = start_server()
     assert client.wait_for_server(PATIENCE)
     return process
@@ -63,7 +52,7 @@ def old_server(client, start_server):
 
 @pytest.fixture
 def respawn(make_node, spin):
-    """Return a function that starts a server in this process, with a buffer of its own."""
+    """Return a function that starts a server with a new buffer in this process."""
     servers = []
 
     def respawn():
@@ -82,7 +71,7 @@ def long_wait(client):
 
 
 def kill(process):
-    """End a server as a crash does: DDS goes on believing in it for many seconds."""
+    """End a server as a crash does: DDS still lists it for many seconds."""
     process.send_signal(signal.SIGKILL)
     process.wait()
 
@@ -97,7 +86,7 @@ def test_wait_that_was_accepted_goes_to_the_new_server(client, old_server, respa
     until(lambda: all(call.accepted for call in calls))
     kill(old_server)
     buffer = respawn()
-    # They wait at the new one too, until it has the answer.
+    # They also wait at the new server, until it has the result.
     until(lambda: len(buffer.waiting) == len(calls))
     fill(buffer)
     until(lambda: all(call.done() for call in calls))
@@ -110,7 +99,7 @@ def test_wait_that_the_dead_server_never_accepted_goes_to_the_new_one(
     until(lambda: first.accepted)
     kill(old_server)
     assert client.action_client.server_is_ready()
-    # More than a server is asked at a time.
+    # More than the maximum number of pending requests at a server.
     calls = [first, *(long_wait(client) for _ in range(20))]
     fill(respawn())
     until(lambda: all(call.done() for call in calls))
@@ -122,7 +111,7 @@ def test_waits_that_were_cancelled_at_the_dead_server_are_in_nobodys_way(
     first = long_wait(client)
     until(lambda: first.accepted)
     kill(old_server)
-    # As many as may be on their way to be accepted at a time.
+    # The maximum number of goals that may await acceptance.
     for call in [long_wait(client) for _ in range(8)]:
         until(lambda call=call: call.sent)
         call.cancel()
@@ -164,7 +153,7 @@ def test_goals_leave_nothing_behind_at_a_server_that_lives_on(client, respawn):
     second = respawn()
     until(lambda: all(call.accepted and call.goal_id != before
                       for call, before in zip(calls, asked_before, strict=True)))
-    # It drops what it was asked before, at the latest after the minute of a part of a wait.
+    # It drops the earlier goals after at most a minute, the length of a part of a wait.
     until(lambda: len(first.waiting) == len(calls), 2 * PATIENCE_S)
     for call in calls:
         call.cancel()

@@ -1,19 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The buffer as ROS users know it: messages in, messages out, its service and its listing."""
+"""The buffer in ROS: messages in, messages out, its service and its listing."""
 
+from contextlib import suppress
 import threading
 
 from domains import claim
@@ -29,6 +19,7 @@ from tf_tree_py import (
     LookupException,
     Pose,
     Statistics,
+    TransformException,
     UNLIMITED,
 )
 import yaml
@@ -164,7 +155,7 @@ camera:
   most_recent_transform: 0.000000
   oldest_transform: 0.000000
   buffer_length: 0.000
-"""  # noqa: W291 - so does tf2
+"""  # noqa: W291 - as in tf2
 
 
 def test_frames_are_listed_as_yaml_as_tf2_writes_it(buffer):
@@ -214,7 +205,7 @@ def test_frames_are_served(make_node, spin, namespace):
 
 @pytest.fixture
 def own_domain(monkeypatch):
-    """Leave the domain of the other tests: what they had may not have gone from it yet."""
+    """Leave the domain of the other tests, whose entities may not have disappeared yet."""
     monkeypatch.setenv('ROS_DOMAIN_ID', str(claim()))
 
 
@@ -228,3 +219,40 @@ def test_listing_names_the_publishing_node(node, listen, talker):
     talker.move(transform('map', 'odom', 3.0))
     buffer.lookup_transform('map', 'odom', LATEST, PATIENCE)
     until(lambda: "broadcaster: '/talking'" in buffer.all_frames_as_yaml())
+
+
+def test_cache_time_without_a_unit_is_refused_by_name():
+    for given, meant in ((3 * 10**9, 'nanoseconds=3000000000'), (3, 'seconds=3'),
+                         (0.5, 'seconds=0.5')):
+        with pytest.raises(TypeError, match=rf'cache_time=.*Duration\({meant}\)'):
+            Buffer(cache_time=given)
+
+
+def test_listing_of_a_cleared_buffer_is_empty_and_of_a_new_one_a_list_as_in_tf2():
+    buffer = Buffer()
+    assert buffer.all_frames_as_yaml() == '[]'
+    buffer.insert('map', 'base', 1, Pose())
+    buffer.clear()
+    assert buffer.all_frames_as_yaml() == ''
+
+
+def test_frame_that_is_no_string_is_no_answer(buffer):
+    for ask in (buffer.can_transform, buffer.can_transform_core, buffer.lookup_transform):
+        with pytest.raises(TypeError, match='a frame name in a query must be a string'):
+            ask(None, 'odom', LATEST)
+
+
+@pytest.mark.parametrize('mistake', [
+    lambda buffer: buffer.lookup_transform('map', 'odom', 0),
+    lambda buffer: buffer.lookup_transform('map', 'odom', LATEST, timeout=1.0),
+    lambda buffer: buffer.lookup_transform('map', 'odom', LATEST, timeout=None),
+    lambda buffer: buffer.lookup_transform_full('map', 0, 'odom', LATEST, 'map'),
+    lambda buffer: buffer.lookup_transform_core('map', 'odom', 0.0),
+    lambda buffer: buffer.can_transform('map', 'odom', 0.0),
+    lambda _: Buffer(cache_time=30.0),
+])
+def test_mistake_of_the_programmer_is_not_swallowed_as_a_missing_transform(buffer, mistake):
+    # As in nodes that wait for a transform.
+    with pytest.raises(TypeError) as raised, suppress(TransformException):
+        mistake(buffer)
+    assert 'is not a time' in str(raised.value)

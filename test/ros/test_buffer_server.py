@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The buffer server, asked by rclpy's own action client as tf2's clients do."""
+"""The buffer server, called by rclpy's own action client like tf2's clients."""
 
 import re
 import threading
@@ -64,7 +53,7 @@ class Asker:
         return handle, handle.get_result_async()
 
     def ask(self, wanted):
-        """Return status and result."""
+        """Return the status and the result."""
         response = settled(self.send(wanted)[1])
         return response.status, response.result
 
@@ -112,7 +101,7 @@ def server(buffer, serve, asker, kind):
     return server
 
 
-# --- answers
+# --- results
 
 
 @pytest.mark.usefixtures('server')
@@ -163,7 +152,7 @@ def test_goals_are_answered_in_whatever_order_they_can_be(asker, buffer):
     (goal(''), TF2Error.INVALID_ARGUMENT_ERROR, 'Invalid argument source_frame'),
 ])
 def test_failure_without_a_timeout_is_an_answer_with_its_code(asker, buffer, wanted, code, text):
-    """It succeeds in saying so, as tf2's server does."""
+    """The goal succeeds with the error as its result, as with tf2's server."""
     buffer.set_transform(transform('island', 'tree', 1.5), 'me')
     status, result = asker.ask(wanted)
     assert status == SUCCEEDED
@@ -262,6 +251,16 @@ def test_closed_server_is_gone_and_holds_nothing(server, asker, buffer):
     until(lambda: not asker.client.server_is_ready())
 
 
+def test_goals_are_freed_after_the_last_use_of_the_server(server, asker, buffer):
+    asker.send(goal(seconds=3.0, timeout=3600.0))
+    until_waiting(buffer)
+    with server._server:  # as in an executor
+        server.close()
+        assert server._server._detached, 'rcl still reads the goal'
+    until(lambda: not server._server._detached)
+    until(lambda: not asker.client.server_is_ready())
+
+
 def test_what_cannot_be_answered_any_more_is_no_complaint(asker, buffer, make_node, spin, capfd):
     node = make_node('serving')
     executor = spin(node)
@@ -276,7 +275,7 @@ def test_what_cannot_be_answered_any_more_is_no_complaint(asker, buffer, make_no
 
 
 def test_closing_under_a_busy_executor_leaves_it_alone(asker, buffer, make_node, spin, kind):
-    """The action server of rclpy lets the executor's spin raise, now and then."""
+    """The action server of rclpy sometimes makes the executor's spin raise an exception."""
     executor = spin(make_node('idle'), kind=kind)
     for number in range(20):
         node = make_node(f'serving_{number}')

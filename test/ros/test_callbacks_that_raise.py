@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a caller's callback raises in a thread of ours: the thread goes on, and it is said."""
+"""Exceptions of a caller's callback in one of our threads: the thread continues and logs them."""
 
 import asyncio
 import sys
@@ -42,16 +31,16 @@ from tf_tree_py import (
     TransformListener,
 )
 from tf_tree_py.ros.threads import (
-    complaint as complaint_module,
+    rate_limited_log as log_module,
     receiver as receiver_module,
     response_receiver as responses_module,
 )
-from tf_tree_py.ros.threads.complaint import Complaint
+from tf_tree_py.ros.threads.rate_limited_log import RateLimitedLog
 from tf_tree_py.ros.threads.receiver import Receiver
 
 
 class Unheard(BaseException):
-    """No ``Exception``, so that hardly anybody catches it."""
+    """Not an ``Exception``, so that hardly any code catches it."""
 
 
 def leave(*_):
@@ -194,7 +183,7 @@ def test_end_of_the_listener_is_told_to_all(node, log, raises, words):
 @RAISING
 def test_timeouts_of_others_ring_all_the_same(
         make_node, listen, sim_clock, log, raises, words):
-    """In simulated time: by the wall a future might end before it has its callback."""
+    """In simulated time: in real time, a future might end before it has its callback."""
     buffer = listen(make_node('simulated', **SIM_TIME))
     sim_clock.show(10.0, buffer)
     futures = [buffer.wait_for_transform_async('map', 'base', at(11.0), lasting(seconds))
@@ -289,7 +278,7 @@ def test_filters_callback_ends_the_executor_and_not_the_filter(context, node):
     executor.shutdown()
 
 
-# --- what is written
+# --- the log
 
 class Lines(list):
 
@@ -297,25 +286,25 @@ class Lines(list):
         self.append(line)
 
 
-def complain_of(complaint, error):
+def log_failure(complaint, error):
     try:
         raise error
-    except BaseException:  # noqa: B902 - that is what it is for
+    except BaseException:  # noqa: B902 - the test needs it
         complaint.write('it')
 
 
 def test_same_complaint_is_written_once_a_period_and_counted(monkeypatch):
     lines, clock = Lines(), HandClock(100.0)
-    monkeypatch.setattr(complaint_module, 'time', clock)
-    complaint = Complaint(lines)
+    monkeypatch.setattr(log_module, 'time', clock)
+    complaint = RateLimitedLog(lines)
     for _ in range(1000):
-        complain_of(complaint, ValueError('bad'))
+        log_failure(complaint, ValueError('bad'))
     assert len(lines) == 1
-    complain_of(complaint, ValueError('another'))
+    log_failure(complaint, ValueError('another'))
     assert len(lines) == 2
-    assert lines[1].startswith('999 more failed like the one before. it failed:')
+    assert lines[1].startswith('999 more failed like the previous one. it failed:')
     clock.now += 11.0
-    complain_of(complaint, ValueError('another'))
+    log_failure(complaint, ValueError('another'))
     assert len(lines) == 3
 
 
@@ -325,5 +314,5 @@ def test_logger_that_fails_does_no_harm(capfd):
         def error(self, line):
             raise RuntimeError(line)
 
-    complain_of(Complaint(Broken()), ValueError('bad'))
+    log_failure(RateLimitedLog(Broken()), ValueError('bad'))
     assert 'ValueError: bad' in capfd.readouterr().err

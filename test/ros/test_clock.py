@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The clock that a buffer goes by: rclpy's real clocks, set by hand."""
+"""The clock of a buffer: rclpy's real clocks, set by hand."""
 
 import gc
 import itertools
@@ -126,7 +115,7 @@ def test_clock_that_stands_still_times_out_by_the_guard_alone(watch):
     deadline = ClockDeadline(watch, SECOND, 0.02)
     assert deadline.wait(threading.Event()) is False
     assert deadline.elapsed_s() == 0.0
-    assert 'of wall time, the wall_guard: is anybody publishing /clock?' in deadline.why_early
+    assert 'of wall time, the wall_guard: is any node publishing /clock?' in deadline.why_early
 
 
 def test_guard_does_not_lengthen_a_time_out(watch):
@@ -139,7 +128,7 @@ def test_guard_does_not_lengthen_a_time_out(watch):
 
 
 def test_tick_wakes_everybody_whose_time_is_up(watch):
-    """Handles that unregister during a tick made rclpy skip others, with a thread switch there."""
+    """In rclpy, unregistering a handle during a tick skips others, with a thread switch there."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:
@@ -268,7 +257,7 @@ def test_release_ends_the_waits_that_have_begun(watch, pool):
 
 
 def test_clock_may_outlive_its_watch(jumps):
-    """Its C code keeps a bare pointer to the jump handle: a crash, were it not unregistered."""
+    """Its C code keeps a bare pointer to the jump handle, so without unregistering it crashes."""
     clock = sim_clock(10.0)
     watch = ClockWatch(jumps.on_jump)
     watch.use_clock(clock)
@@ -309,7 +298,7 @@ def test_jump_back_forgets_what_moves_and_keeps_statics_and_names():
     assert not buffer.can_transform('map', 'base', LATEST)
     assert buffer.can_transform('base', 'camera', LATEST)
     assert set(buffer.frames()) == {'map', 'base', 'camera'}
-    assert buffer.set_transform(transform('map', 'base', 3.0), 'me'), 'older, and welcome'
+    assert buffer.set_transform(transform('map', 'base', 3.0), 'me'), 'older, but accepted'
 
 
 def test_jump_back_fails_all_who_wait(pool):
@@ -334,7 +323,7 @@ def test_wall_guard_of_a_buffer_is_told_in_the_error():
 
 
 def test_many_jump_back_while_many_ask():
-    """No deadlock between jump callbacks, insertions and lookups, and no torn answer."""
+    """No deadlock between jump callbacks, insertions and lookups, and no torn result."""
     clock = sim_clock(10.0)
     buffer = Buffer()
     buffer.use_clock(clock)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Times of other clocks than that of the stamps: refused with what to pass instead."""
+"""Times of other clocks than that of the stamps: refused, with the correct time in the error."""
 
 import asyncio
 from functools import partial
@@ -138,7 +127,7 @@ def test_client_of_a_server_refuses_them_too(make_node, sim_clock, simulated, sp
 
 
 def test_programs_of_tf2_may_go_on_mixing_the_two(make_node, sim_clock, listen):
-    """tf2 takes the nanoseconds of any ``Time``; of the two clocks it makes sense."""
+    """tf2 uses the nanoseconds of any ``Time``; for two of the clocks this is meaningful."""
     buffer = listen(make_node('simulated', **SIM_TIME), DropIn())
     sim_clock.show(20.0, buffer)
     fill(buffer)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""In messages the answers are tf2's too, down to the signs of quaternions."""
+"""Results as messages also equal tf2's, including the signs of quaternions."""
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from inputs import for_each
@@ -30,7 +19,7 @@ def at(stamp):
 
 
 class MessageReplay(Replay):
-    """A recording told to a buffer, and asked of it, in messages and ROS times."""
+    """A recording, inserted into a buffer and looked up as messages and ROS times."""
 
     def __init__(self, kind):
         self.kind = kind
@@ -65,7 +54,7 @@ class MessageReplay(Replay):
 
 
 class CoreMethodsReplay(MessageReplay):
-    """The same by the methods of ``tf2_py.BufferCore``."""
+    """The same with the methods of ``tf2_py.BufferCore``."""
 
     def run_lookup(self, operation):
         return values_of(self.buffer.lookup_transform_core(
@@ -82,7 +71,7 @@ class CoreMethodsReplay(MessageReplay):
 
 
 class FutureReplay(MessageReplay):
-    """The same by futures, which are made by another function."""
+    """The same with futures, which another function creates."""
 
     def run_lookup(self, operation):
         future = self.buffer.wait_for_transform_async(

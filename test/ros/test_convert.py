@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Between messages and numbers."""
+"""Conversion between messages and numbers."""
 
 import copy
 from datetime import timedelta
@@ -36,14 +25,14 @@ from tf_tree_py.core import Sample
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.ros.messages import fast_messages
 
-# Not imported from the package, where tf2's function of that name stands before it.
+# Not imported from the package, where tf2's function of the same name hides it.
 convert = importlib.import_module('tf_tree_py.ros.messages.convert')
 
 NO_TIMES = [
-    (0.5, r'0.5 is no time: .*; a timeout of 0.5 s is Duration\(seconds=0.5\)'),
+    (0.5, r'0.5 is not a time: .*; a timeout of 0.5 s is Duration\(seconds=0.5\)'),
     (2, r'a timeout of 2 s is Duration\(seconds=2\)'),
     (timedelta(seconds=90), r'a timeout of 90.0 s is Duration\(seconds=90.0\)'),
-    ('now', "'now' is no time: .*Duration$"),
+    ('now', "'now' is not a time: .*Duration$"),
 ]
 POSE = (1.0, -2.0, 3.5, 0.5, -0.5, 0.5, -0.5)
 SECOND = 1_000_000_000
@@ -69,7 +58,7 @@ def test_every_kind_of_time_becomes_nanoseconds(time, nanoseconds):
 
 @pytest.mark.parametrize('wrong', [None, 1, 1.5, '1', object(), SimpleNamespace(sec=1)])
 def test_what_is_no_time_is_refused_with_a_hint(wrong):
-    with pytest.raises(InvalidArgumentException, match=r'is no time: pass an rclpy\.time\.Time'):
+    with pytest.raises(TypeError, match=r'is not a time: pass an rclpy\.time\.Time'):
         convert.as_nanoseconds(wrong)
 
 
@@ -82,7 +71,7 @@ def test_nanoseconds_become_a_time_message_and_back(stamp):
 
 
 def transform_stamped_by(make_maker):
-    """Return ``transform_stamped`` with messages made in one of the two ways."""
+    """Return ``transform_stamped``, creating messages in one of the two ways."""
     def make(*values):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(convert, '_transform_stamped', make_maker(TransformStamped))
@@ -100,7 +89,7 @@ public_transform_stamped = transform_stamped_by(fast_messages.public_whole_maker
     lambda stamp: slotted_transform_stamped('a', 'b', stamp, POSE).header.stamp,
     lambda stamp: public_transform_stamped('a', 'b', stamp, POSE).header.stamp])
 def test_every_stamp_of_a_message_goes_into_one_again_and_no_other_does(make):
-    """Its nanoseconds may be more than a second, so it goes 3.3 s further than its seconds."""
+    """Its nanoseconds may exceed a second, so it reaches 3.3 s further than its seconds."""
     first, last = -2**31 * SECOND, (2**31 - 1) * SECOND + 2**32 - 1
     for stamp in (first, 0, last - 4 * SECOND, last - 3 * SECOND, last):
         sent = deserialize_message(serialize_message(make(stamp)), TimeMessage)
@@ -119,7 +108,7 @@ def test_slotted_message_equals_the_public_one(names, pose, stamp):
     public = public_transform_stamped(*names, stamp, pose)
     assert slotted == public
     assert repr(slotted) == repr(public)
-    # Not byte by byte: what CDR pads with is whatever was in memory.
+    # Not byte by byte: the padding of CDR is uninitialised memory.
     assert len(serialize_message(slotted)) == len(serialize_message(public))
     assert deserialize_message(serialize_message(slotted), TransformStamped) == public
     assert copy.deepcopy(slotted) == public
@@ -151,7 +140,7 @@ def test_slotted_message_is_as_good_as_any_to_its_owner():
 
 @pytest.fixture
 def constructed(monkeypatch):
-    """Return the list of what the constructor of ``Time`` was called with since."""
+    """Return a list of the arguments of later calls of the constructor of ``Time``."""
     calls, construct = [], TimeMessage.__init__
 
     def noting(self, **values):
@@ -217,7 +206,8 @@ def test_other_numbers_are_serialized_as_what_they_are(number, field):
     part, axis = field.split('.')
     setattr(getattr(message.transform, part), axis, number)
     fixed = convert.with_float_fields(message)
-    assert getattr(getattr(message.transform, part), axis) is number, 'the caller still has his'
+    unchanged = getattr(getattr(message.transform, part), axis)
+    assert unchanged is number, "the caller's value is unchanged"
     arrived = deserialize_message(serialize_message(fixed), TransformStamped)
     assert getattr(getattr(arrived.transform, part), axis) == float(number)
     assert (arrived.header, arrived.child_frame_id) == (message.header, 'b')
@@ -225,16 +215,16 @@ def test_other_numbers_are_serialized_as_what_they_are(number, field):
 
 @pytest.mark.parametrize(('given', 'match'), NO_TIMES)
 def test_what_is_no_time_is_answered_with_what_to_write(given, match):
-    with pytest.raises(InvalidArgumentException, match=match):
+    with pytest.raises(TypeError, match=match):
         convert.as_nanoseconds(given)
-    with pytest.raises(InvalidArgumentException, match=match):
+    with pytest.raises(TypeError, match=match):
         Buffer().lookup_transform('map', 'base', Time(), given)
-    with pytest.raises(InvalidArgumentException, match=match):
+    with pytest.raises(TypeError, match=match):
         Buffer().wait_for_transform_async('map', 'base', Time(), timeout=given)
 
 
 def test_timedelta_of_pandas_is_no_time():
     pandas = pytest.importorskip('pandas')
-    # Its attribute .nanoseconds is what is left over of microseconds: 0.
-    with pytest.raises(InvalidArgumentException, match=r'Duration\(seconds=60.0\)'):
+    # Its attribute .nanoseconds is the remainder below a microsecond: 0.
+    with pytest.raises(TypeError, match=r'Duration\(seconds=60.0\)'):
         Buffer(cache_time=pandas.Timedelta('60s'))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A spinning lidar on a robot that drives and turns sees a flat wall, as PointCloud2."""
+"""A spinning lidar on a robot that drives and rotates scans a flat wall, as PointCloud2."""
 
 from copy import deepcopy
 from functools import cache
@@ -37,7 +26,7 @@ from tf_tree_py.ros.messages.point_cloud import field_column, packed_cloud, poin
 from tf_tree_py.ros.messages.point_times import point_times
 
 SECOND = 1_000_000_000
-# As clocks are today, where a float64 of seconds resolves 240 ns.
+# Present-day stamps, where a float64 of seconds resolves 240 ns.
 CALENDAR, SIMULATED = 1_790_000_000 * SECOND, 10 * SECOND
 SCAN_TIME = SECOND // 10
 SPEED, TURN_RATE = 1.0, 1.0
@@ -46,7 +35,7 @@ base_T_lidar = Pose.from_xyz_rpy(x=0.2, z=0.8, yaw=0.3)
 
 
 def odom_T_base(time_s):
-    """Drive a circle: metres a second ahead, radians a second to the left."""
+    """Return the pose of a circle: metres a second ahead, radians a second to the left."""
     yaw = TURN_RATE * time_s
     radius = SPEED / TURN_RATE
     return Pose.from_xyz_rpy(
@@ -55,7 +44,7 @@ def odom_T_base(time_s):
 
 def fill(buffer, start):
     buffer.insert('base_link', 'lidar', 0, base_T_lidar, static=True)
-    # From before the scan to after it, at 200 Hz.
+    # From before the scan until after it, at 200 Hz.
     for stamp in range(start - 2 * SCAN_TIME, start + 3 * SCAN_TIME, SECOND // 200):
         buffer.insert('odom', 'base_link', stamp, odom_T_base((stamp - start) / SECOND))
     return buffer
@@ -89,14 +78,14 @@ def cloud_of(points, start, **times):
 
 
 def thickness(points):
-    """Return how far points stray from the best plane through them, metres."""
+    """Return the distance of points from their best plane, metres."""
     centred = points - points.mean(axis=0)
     normal = np.linalg.svd(centred, full_matrices=False)[2][-1]
     distances = centred @ normal
     return distances.max() - distances.min()
 
 
-# How drivers tell the time: the field, and what it holds of stamps and the header's stamp.
+# The time fields of drivers: name, and value as a function of stamps and the header's stamp.
 KINDS = {
     'ouster': ('t', lambda stamps, start: (stamps - start).astype('u4')),
     'velodyne': ('time', lambda stamps, start: ((stamps - start) / 1e9).astype('f4')),
@@ -226,14 +215,14 @@ def test_a_laser_scan_is_deskewed_too():
     assert points_of(in_odom)[:, 0] == pytest.approx(WALL_X, abs=0.001)
 
 
-# --- holes
+# --- invalid points
 
 
 def test_holes_stay_and_do_not_count():
     points, stamps = scan(CALENDAR)
     offsets = (stamps - CALENDAR) / 1e9
     points[3], points[5, 1] = np.nan, np.inf
-    # What was not seen may have any time, or none.
+    # Points that were not measured may have any time, or none.
     offsets[3], offsets[5] = 1e300, np.nan
     cloud = cloud_of(points, CALENDAR, time=offsets)
     cloud.is_dense = False
@@ -269,7 +258,7 @@ def test_a_cloud_of_holes_needs_no_transforms():
     assert np.isnan(points_of(moved)).all()
 
 
-# --- what is told, and what is not believed
+# --- detected formats, and refused ones
 
 
 def some_cloud(start=CALENDAR, **times):
@@ -361,7 +350,7 @@ def test_times_far_from_the_stamp_are_refused():
     with pytest.raises(InvalidArgumentException, match='read as s, begin 3600.000 s from'):
         point_times(some_cloud(timestamp=np.array([CALENDAR / 1e9 + 3600])), unit='s')
     for offsets in ([0.0, 3600.0], [-3600.0, 0.0]):
-        with pytest.raises(InvalidArgumentException, match='pass the stamp of that as origin'):
+        with pytest.raises(InvalidArgumentException, match='pass the stamp of that moment as'):
             point_times(some_cloud(t=np.array(offsets)), unit='s')
 
 

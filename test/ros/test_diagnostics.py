@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How edges are, on /diagnostics."""
+"""The status of edges on /diagnostics."""
 
 from collections.abc import Callable
 import queue
@@ -24,7 +13,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import pytest
 from rclpy.clock import ROSClock
 from ros_helpers import at, lasting, PATIENCE_S, transform, until
-from tf_tree_py import Buffer, Pose, TransformDiagnostics
+from tf2_msgs.msg import TFMessage
+from tf_tree_py import Buffer, Pose, TransformBroadcaster, TransformDiagnostics
 
 SECOND = 10**9
 OK, WARN, ERROR, STALE = (
@@ -32,7 +22,7 @@ OK, WARN, ERROR, STALE = (
 
 
 class Robot:
-    """A buffer whose clock is set by hand, and what is published about it."""
+    """A buffer whose clock is set by hand, and the diagnostics about it."""
 
     def __init__(self, node):
         self.clock = ROSClock()
@@ -64,7 +54,7 @@ class Robot:
 
 @pytest.fixture
 def robot(node):
-    # It reports when it is asked to: nobody spins the node.
+    # It reports when it is called; no executor spins the node.
     robot = Robot(node)
     yield robot
     robot.diagnostics.close()
@@ -94,11 +84,11 @@ def test_source_that_made_way_is_shown_until_it_answers_again(robot):
     robot.show(101.0)
     sends('visual')
     status, values = robot.status()
-    assert status.level == WARN and "'wheels' made way (source fell silent)" in status.message
+    assert status.level == WARN and "'wheels' was replaced (source fell silent)" in status.message
     assert values['Authority'] == 'visual'
     sends('visual')
     status, values = robot.status()
-    assert status.level == WARN and "'wheels' made way" in status.message
+    assert status.level == WARN and "'wheels' was replaced" in status.message
     assert 'nothing for more than 500 ms' in values['Made way: wheels']
     sends('wheels')
     robot.buffer.switch('base', to='wheels')
@@ -168,7 +158,7 @@ def test_silent_edge_is_stale(robot):
     robot.show(robot.now + 4.0)
     status, values = robot.status()
     assert status.level == STALE
-    assert status.message == 'silent for 5.000 s; the last one came from /wheels'
+    assert status.message == 'silent for 5.000 s; the last sample came from /wheels'
     assert values['Arrived'] == '0'
     robot.run()
     assert robot.status()[0].level == OK
@@ -226,7 +216,7 @@ def test_edge_that_lost_to_another_parent_is_no_error(robot):
     assert values == {'Arrived': '1', 'Odd: two publishers, two parents': '1'}
 
 
-# --- all of it
+# --- all edges
 
 def test_buffer_counts_what_came_since_the_last_report(robot):
     robot.run()
@@ -259,7 +249,7 @@ def test_empty_buffer_is_no_trouble(robot):
 
 @pytest.fixture
 def published(make_node, spin):
-    """Hear /diagnostics."""
+    """Subscribe to /diagnostics."""
     messages = queue.Queue()
     hearing = make_node('hearing')
     hearing.create_subscription(DiagnosticArray, '/diagnostics', messages.put, 10)
@@ -327,8 +317,8 @@ def test_parameter_that_is_neither_true_nor_false_is_refused():
         [sys.executable, '-m', 'tf_tree_py.nodes.buffer_server', '--ros-args',
          '-p', 'diagnostics:=sometimes'], capture_output=True, text=True, timeout=PATIENCE_S,
         check=False)
-    assert done.returncode == 1
-    assert "parameter diagnostics has to be true or false, not 'sometimes'" in done.stderr
+    assert done.returncode == 2
+    assert "parameter diagnostics must be true or false, not 'sometimes'" in done.stderr
 
 
 # --- without its messages
@@ -363,7 +353,7 @@ def test_buffer_server_without_diagnostic_msgs_says_so():
         'from tf_tree_py.nodes.buffer_server import main; sys.exit(main())',
         '--ros-args', '-p', 'diagnostics:=true')
     assert (done.returncode, done.stderr) == (
-        1, 'buffer_server: parameter diagnostics: diagnostic_msgs is not installed\n')
+        2, 'buffer_server: parameter diagnostics: diagnostic_msgs is not installed\n')
 
 
 def test_end_of_ros_in_the_middle_of_a_report_is_no_error(robot, context):
@@ -376,3 +366,68 @@ def test_end_of_ros_in_the_middle_of_a_report_is_no_error(robot, context):
 
     robot.buffer.edges = edges
     robot.diagnostics._publish()
+    assert not context.ok()
+
+
+# --- a level lasts as long as its fault
+
+def test_tree_in_pieces_is_an_error_until_it_is_one(robot):
+    robot.run()
+    robot.send('bench', 'tool')
+    assert robot.status('')[0].level == OK, 'its nodes may be starting'
+    for _ in range(3):
+        robot.show(robot.now + 6.0)
+        status, _ = robot.status('')
+        assert (status.level, 'in 2 pieces, below odom, bench' in status.message) == (ERROR, True)
+    robot.send('base', 'bench')
+    assert robot.status('')[0].level == OK
+
+
+def test_frame_between_two_parents_is_an_error_until_one_gives_up(robot):
+    robot.run()
+    for _ in range(3):
+        for _ in range(5):
+            robot.run(0.1)
+            robot.send('map')
+        status, _ = robot.status('')
+        assert status.level == ERROR and 'base has the parents odom, map' in status.message
+    robot.run()
+    assert robot.status('')[0].level == ERROR, 'it has changed once more'
+    robot.run()
+    assert robot.status('')[0].level == OK
+
+
+def test_two_publishers_are_an_error_until_one_leaves(make_node, node, listen):
+    """No second report arrives, but no report of its end either."""
+    buffer = listen(node)
+    fighters = [make_node(name) for name in ('wheels', 'visual')]
+    senders = [TransformBroadcaster(fighter) for fighter in fighters]
+    with TransformDiagnostics(buffer, node) as diagnostics:
+        def level():
+            for sender in senders:
+                now = node.get_clock().now().nanoseconds
+                sender.sendTransform(transform('odom', 'base', now / SECOND))
+            return max((status.level for status in diagnostics.report().status
+                        if status.name.endswith('odom -> base')), default=OK)
+
+        until(lambda: level() == ERROR)
+        # On a busy machine, the edge may be silent for a moment.
+        assert {level() for _ in range(20)} <= {ERROR, STALE}
+        senders.pop()
+        fighters[1].destroy_node()
+        until(lambda: level() not in (ERROR, STALE))
+
+
+def test_volatile_static_publisher_is_an_error_until_it_leaves(make_node, node, listen):
+    buffer = listen(node)
+    careless = make_node('careless')
+    careless.create_publisher(TFMessage, '/tf_static', 10)
+    with TransformDiagnostics(buffer, node) as diagnostics:
+        def broken():
+            whole = diagnostics.report().status[0]
+            return whole.level == ERROR and '/careless publishes /tf_static' in whole.message
+
+        until(broken)
+        assert broken()
+        careless.destroy_node()
+        until(lambda: not broken())

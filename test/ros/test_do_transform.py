@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Every message that can be transformed, against matrices and against its own inverse."""
+"""Every type of message that can be transformed, compared with matrices and its own inverse."""
 
 from copy import deepcopy
 import itertools
@@ -76,7 +65,7 @@ WITH_HEADER = [kind for kind in GEOMETRY if hasattr(kind, 'header')]
 
 POSE = (1.0, -2.0, 3.0, 0.5, -0.5, 0.5, -0.5)
 
-# Half a turn about x, and 10, 20, 30: small enough to check by hand.
+# Half a turn about x, and a translation of 10, 20, 30: easy to check by hand.
 BY_HAND = stamped_transform((10.0, 20.0, 30.0, 1.0, 0.0, 0.0, 0.0))
 
 
@@ -93,7 +82,7 @@ def matrix_of(pose_message):
 
 
 def unit_quaternions(message):
-    """Make the quaternions in a message rotations, as those in real ones are."""
+    """Normalise the quaternions in a message to rotations, as in real messages."""
     for part in mutable_parts(message):
         if isinstance(part, Quaternion):
             part.x, part.y, part.z, part.w = so3.normalize(quaternion(part))
@@ -101,7 +90,7 @@ def unit_quaternions(message):
 
 
 def assert_same(a, b, tolerance=1e-9):
-    """Hold two messages equal but for rounding, and for the signs of quaternions."""
+    """Assert that two messages are equal except for rounding and the signs of quaternions."""
     assert type(a) is type(b)
     for one, other in zip(mutable_parts(a), mutable_parts(b), strict=True):
         if isinstance(one, Quaternion) and np.dot(quaternion(one), quaternion(other)) < 0.0:
@@ -113,7 +102,7 @@ def assert_same(a, b, tolerance=1e-9):
             assert one == other, path
 
 
-# --- what holds for every kind
+# --- properties of every type
 
 
 @for_each(kind=GEOMETRY)
@@ -188,7 +177,7 @@ def test_other_numbers_become_floats(kind, number):
     assert {types[path] for path in wanted if 'covariance' not in path} <= {float}
     as_floats = filled(kind, np.random.default_rng(3), lambda rng: float(number(rng)))
     assert numbers(result) == pytest.approx(numbers(do_transform(as_floats, transform)), abs=1e-6)
-    # A message takes an int where it wants a float, and then serializes garbage.
+    # A message accepts an int for a float field, and then serializes garbage.
     arrived = deserialize_message(serialize_message(result), kind)
     assert numbers(arrived) == pytest.approx(numbers(result), rel=1e-6)
 
@@ -414,7 +403,7 @@ def test_twist_and_accel_are_only_turned():
 
 
 def test_twist_with_lever_arm_is_that_of_the_point_at_the_target():
-    # A wheel turns at 2 rad/s about z; seen from a frame one metre behind it on the same body.
+    # A wheel rotates at 2 rad/s about z, seen from a frame one metre behind it on the same body.
     twist = TwistStamped(twist=Twist(angular=Vector3(z=2.0)))
     behind = stamped_transform((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     moved = functions.do_transform_twist(twist, behind, lever_arm=True).twist

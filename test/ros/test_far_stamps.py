@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Stamps that no clock shows, before 1970 and after 2038: an answer, or an error that says so."""
+"""Stamps before 1970 and after 2038 give a result, or an error that explains them."""
 
 from builtin_interfaces.msg import Time as TimeMessage
 from inputs import for_each
@@ -20,7 +9,7 @@ import pytest
 from rclpy.duration import Duration
 from ros_helpers import FAR_STAMPS, FIRST, LAST, Moment, PATIENCE
 from tf_tree_py import Buffer, InvalidArgumentException, Pose, TransformException
-from tf_tree_py.core.arrivals.wire import read, write
+from tf_tree_py.core.ingest.wire import read, write
 
 SECOND = 10**9
 INTERVAL = Duration(seconds=0.1)
@@ -84,14 +73,14 @@ def test_stamp_of_a_message_is_found_and_answered_with(stamp):
 def test_latest_common_time_before_1970_says_whom_to_ask_instead():
     stamp = -5 * SECOND
     buffer = buffer_around(stamp)
-    with pytest.raises(InvalidArgumentException, match=r"'map' and 'base' is -4\.5.*negative.*"
-                                                       r'latest_common_time\(\) tells'):
+    with pytest.raises(InvalidArgumentException, match=r"'map' and 'base' is -4\.5.*negative\.\n"
+                                                       r'latest_common_time\(\) returns'):
         buffer.get_latest_common_time('map', 'base')
     assert buffer.latest_common_time('map', 'base') == stamp + SECOND // 2
 
 
 def test_longest_timeout_is_no_error(pool):
-    """As who writes it for 'for ever'."""
+    """Programs use it for an unlimited wait."""
     buffer = Buffer()
     forever = Duration(nanoseconds=2**63 - 1)
     asked = pool.submit(buffer.lookup_transform, 'map', 'base', Moment(SECOND), forever)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Messages made past their constructors are those that the constructors make."""
+"""Messages created without their constructors equal those that the constructors create."""
 
 from copy import deepcopy
 
@@ -63,14 +52,14 @@ def test_slotted_message_equals_the_public_one(kind):
     assert type(slotted) is kind
     assert slotted == public
     assert repr(slotted) == repr(public)
-    # Not the bytes themselves: those between the fields are left as they were in memory.
+    # Not the bytes themselves: the padding between the fields is uninitialised memory.
     assert deserialize_message(serialize_message(slotted), kind) == deserialize_message(
         serialize_message(public), kind)
     assert deepcopy(slotted) == public
 
 
 def leaves(message):
-    """Return the values in a message that are no messages, in order."""
+    """Return the values in a message that are not messages, in order."""
     if not hasattr(message, 'get_fields_and_field_types'):
         return [message]
     return [leaf for _, value in fields(message) for leaf in leaves(value)]

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""``Buffer(flight_recorder=...)``: what a listener heard becomes a bag when a lookup is lost."""
+"""``Buffer(flight_recorder=...)`` writes received messages to a bag when a lookup fails."""
 
 import pytest
 from rclpy.duration import Duration
@@ -29,7 +18,7 @@ def test_what_a_listener_heard_is_recorded_on_the_first_lookup_that_is_lost(
     now = node.get_clock().now().nanoseconds
     talker.fix(transform_stamped('base', 'lidar', 0, Pose(z=1.0)))
     talker.move(transform_stamped('odom', 'base', now, Pose(x=2.0)))
-    with pytest.raises(TransformException):  # had never worked
+    with pytest.raises(TransformException):  # it never worked before
         buffer.lookup_transform('odom', 'nowhere', Time())
     buffer.lookup_transform('odom', 'lidar', Time(nanoseconds=now), Duration(seconds=30))
     late = Time(nanoseconds=now + 10**9)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Lookups that are awaited: in executors, in asyncio, and by nobody."""
+"""Lookups as futures: awaited in executors and in asyncio, or not at all."""
 
 import asyncio
 from concurrent.futures import CancelledError
@@ -72,7 +61,7 @@ def x_of(message):
     return message.transform.translation.x
 
 
-# --- what comes out
+# --- results
 
 
 def test_what_is_there_is_there_at_once(buffer):
@@ -147,7 +136,7 @@ def test_callback_awaits_what_arrives_later(buffer, make_node, spin, kind):
 
 @EXECUTORS
 def test_no_wake_up_is_missed_whenever_it_comes(buffer, make_node, spin, kind):
-    """The transform arrives while the coroutine is about to wait, or just does, or does not."""
+    """The transform arrives shortly before, while or after the coroutine starts to wait."""
     executor = spin(make_node('spun'), kind=kind)
     for number in range(300):
         stamp = 3.0 + number / 100.0
@@ -161,7 +150,7 @@ def test_no_wake_up_is_missed_whenever_it_comes(buffer, make_node, spin, kind):
 
 
 def test_executor_that_passed_over_a_task_looks_again(buffer, make_node, spin):
-    """A MultiThreadedExecutor does so while the step in which the task awaits lasts."""
+    """A MultiThreadedExecutor does so during the step in which the task awaits."""
     executor = spin(make_node('spun'), kind=MultiThreadedExecutor)
     future = wait_for(buffer, 3.0)
     awaiting, going_on, looked = (threading.Event() for _ in range(3))
@@ -212,7 +201,7 @@ def test_future_can_be_spun_for(buffer, context, kind, pool):
 
 def test_executor_that_cannot_be_found_goes_on_with_its_next_work(
         buffer, make_node, spin, monkeypatch):
-    """As after a change inside rclpy: nothing is lost but time."""
+    """As after a change inside rclpy: it costs only time."""
     monkeypatch.setattr(awaitable, '_STEP_OF_TASK', None)
     executor = spin(make_node('spun'))
     task = executor.create_task(buffer.lookup_transform_async, 'map', 'base', at(3.0))
@@ -224,7 +213,7 @@ def test_executor_that_cannot_be_found_goes_on_with_its_next_work(
 
 
 def test_events_executor_is_woken_too(buffer, context, pool):
-    """Spun with a timeout: that of the wheels does nothing without one."""
+    """Spun with a timeout, because the executor of the wheels does nothing without one."""
     experimental = pytest.importorskip('rclpy.experimental')
     executor = experimental.EventsExecutor(context=context)
     for number in range(100):
@@ -262,7 +251,7 @@ def test_same_future_is_awaited_by_several(buffer, make_node, spin):
     assert {x_of(task.result()) for task in tasks} == {3.0}
 
 
-# --- giving up
+# --- timeouts
 
 
 def test_timeout_raises_what_was_missing_and_how_long_it_waited(buffer):
@@ -294,7 +283,7 @@ def test_coroutine_gets_the_timeout_as_an_exception(buffer, make_node, spin):
 
 def test_timeouts_end_in_their_order_whatever_the_order_they_began_in(
         make_node, listen, sim_clock):
-    """In simulated time, in which all of them begin at once, and are over at once."""
+    """In simulated time, in which all of them begin at once, and end at once."""
     buffer = listen(make_node('simulated', **SIM_TIME))
     sim_clock.show(10.0, buffer)
     order, events = [], []
@@ -316,7 +305,7 @@ def test_short_timeout_is_not_held_up_by_a_long_one(buffer):
 
 
 class TickingWatch(ClockWatch):
-    """Simulated time that goes on in the moment in which somebody lies down."""
+    """Simulated time that advances at the moment in which a thread goes to sleep."""
 
     def __init__(self):
         super().__init__(lambda jump: None)
@@ -369,9 +358,9 @@ def test_what_can_never_be_fails_at_once(buffer, frames, seconds, kind):
 
 
 def test_what_is_no_time_is_refused_before_there_is_a_future(buffer):
-    with pytest.raises(InvalidArgumentException, match='is no time'):
+    with pytest.raises(TypeError, match='is not a time'):
         buffer.wait_for_transform_async('map', 'base', 0.0)
-    with pytest.raises(InvalidArgumentException, match='is no time'):
+    with pytest.raises(TypeError, match='is not a time'):
         wait_for(buffer, 3.0, 1.0)
 
 
@@ -435,7 +424,7 @@ def test_simulated_time_that_stands_still_is_ended_by_the_wall_guard(
     sim_clock.show(10.0, buffer)
     future = wait_for(buffer, 3.0, HOUR)
     assert ended(future).wait(PATIENCE_S)
-    with pytest.raises(LookupException, match='wall_guard: is anybody publishing /clock'):
+    with pytest.raises(LookupException, match='wall_guard: is any node publishing /clock'):
         future.result()
 
 
@@ -504,7 +493,7 @@ def test_cancelling_a_task_forgets_what_it_waited_for(buffer, make_node, spin):
 
 
 def test_future_ends_once_whoever_is_first(buffer, pool):
-    """Arrival, cancelling and timeout race; the callback comes once, and the line is empty."""
+    """Arrival, cancelling and timeout race; the callback is called once, and no waiter is left."""
     for number in range(200):
         stamp = 3.0 + number
         future = wait_for(buffer, stamp, lasting(0.0005))
@@ -597,12 +586,12 @@ class CountingLoop(asyncio.SelectorEventLoop):
 
 @pytest.mark.parametrize('inside', [False, True], ids=['outermost', 'inside_an_executor'])
 def test_asyncio_sleeps_while_it_waits(buffer, context, inside):
-    """Not a loop that asks again and again, as with rclpy's own futures."""
+    """It does not poll, as it would with rclpy's own futures."""
     loop = CountingLoop()
 
     async def ask():
         task = asyncio.ensure_future(wait_for(buffer, 3.0))
-        await asyncio.sleep(0.05)
+        await asyncio.sleep(0.05)  # a future that polls would take steps now
         move(buffer, 3.0)
         assert x_of(await task) == 3.0
 
@@ -643,7 +632,7 @@ def test_asyncio_loop_that_was_closed_is_left_alone(buffer):
     loop.close()
     move(buffer, 3.0)
     assert not task.done()
-    # It was meant to be; asyncio would tell us.
+    # Intended here; otherwise asyncio would log it.
     task._log_destroy_pending = False
 
 
@@ -661,7 +650,7 @@ def test_executor_inside_a_running_asyncio_loop_is_still_the_one_that_awaits(buf
     assert x_of(asyncio.run(main()).result()) == 3.0
 
 
-# --- leaving nothing behind
+# --- memory
 
 
 def test_future_that_nobody_keeps_is_forgotten(buffer):
@@ -763,7 +752,7 @@ def end_by_dropping(buffer, futures):
 
 
 def make_and_end(buffer, end, count, timeout):
-    """Make futures and end them; return weak references to them."""
+    """Create futures and end them; return weak references to them."""
     nanoseconds = itertools.count(int(3e9))
     futures = [wait_for(buffer, next(nanoseconds) / 1e9, timeout) for _ in range(count)]
     assert len(buffer.waiting) == count
@@ -777,15 +766,15 @@ def make_and_end(buffer, end, count, timeout):
     (end_by_failure, None), (end_by_dropping, HOUR),
 ])
 def test_ten_thousand_futures_leave_nothing(buffer, end, timeout):
-    """Not a waiter, a future or an alarm, and no memory to speak of; without a collection."""
+    """No waiter, future or alarm, and almost no memory, without a garbage collection."""
     gc.collect()
     gc.disable()
     try:
-        # Python keeps some blocks for the next of a kind.
+        # Python keeps some blocks for reuse.
         make_and_end(buffer, end_by_cancelling, 3_000, HOUR)
         blocks = sys.getallocatedblocks()
         references = make_and_end(buffer, end, 10_000, timeout)
-        # Those that were dropped are taken out by another thread.
+        # Another thread removes those that were dropped.
         until(lambda: len(buffer.waiting) == 0)
         assert not any(reference() for reference in references)
         del references

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Every goal ends, and none is left behind at a server.
 
-Random servers that accept, refuse, answer, fall silent, die and are replaced, and callers
-who lose interest: after every step the goals' states are compared with what the world is.
+Random servers accept, refuse, respond, become silent, die and are replaced, and callers
+cancel. After every step, the goals' states are compared with a model of server and callers.
 """
 
 from itertools import count
@@ -32,18 +21,18 @@ any_call = st.integers(0, 1000)
 
 
 class Call:
-    """What a client keeps of a goal: its state, and what it was last asked under which number."""
+    """A client's data of a goal: its state, and the number of its last request."""
 
     def __init__(self):
         self.state = State.TO_BE_SENT
         self.number = None
-        # 'acceptance' or 'result': the response that is expected.
+        # 'acceptance' or 'result': the expected response.
         self.expected = None
         self.is_wanted = True
 
 
 class Server:
-    """What a server knows."""
+    """The goals at a server."""
 
     def __init__(self):
         self.asked = []
@@ -51,7 +40,7 @@ class Server:
 
 
 class GoalsMachine(RuleBasedStateMachine):
-    """A client, its server, and all that can happen between them."""
+    """A client, its server, and all events between them."""
 
     def __init__(self):
         super().__init__()
@@ -82,7 +71,7 @@ class GoalsMachine(RuleBasedStateMachine):
 
     @rule(how_far=st.integers(0, 2))
     def ask(self, how_far):
-        """Begin a call; it may come as far as being sent, or accepted."""
+        """Begin a call; depending on ``how_far``, send it, and let the server accept it."""
         call = Call()
         self.calls.append(call)
         self.line.append(call)
@@ -94,7 +83,7 @@ class GoalsMachine(RuleBasedStateMachine):
 
     @rule(which=any_call)
     def lose_interest(self, which):
-        # It may have ended before.
+        # It may already have ended.
         call = self.some(which, lambda call: True)
         if call:
             call.is_wanted = False
@@ -118,7 +107,7 @@ class GoalsMachine(RuleBasedStateMachine):
     def give_up(self, which):
         call = self.some(which, lambda call: call.state is not State.ENDED)
         if call:
-            # What the server accepts behind the client's back ends with its time there.
+            # A goal that the server still accepts ends there by its own timeout.
             self.server.asked = [each for each in self.server.asked if each != call.number]
             call.is_wanted = False
             self.report(call, Event.TIMED_OUT)
@@ -168,14 +157,14 @@ class GoalsMachine(RuleBasedStateMachine):
 
     @rule(keeps=st.booleans())
     def be_replaced(self, keeps):
-        # By one that knows nothing; or another comes beside it.
+        # By one without any goals, or by an additional one.
         old = self.server
         self.server = Server() if not keeps else old
         for call in self.calls:
             self.report(call, Event.SERVER_CHANGED)
         old.asked.clear()
 
-    # --- what is always so
+    # --- the invariants
 
     @invariant()
     def only_so_many_wait_for_acceptance(self):
@@ -209,7 +198,7 @@ class GoalsMachine(RuleBasedStateMachine):
             call.number for call in self.calls if call.state is State.ACCEPTED}
 
     def teardown(self):
-        """Let the server do its work: then every call ends."""
+        """Let the server process everything: then every call ends."""
         for _ in range(3 * len(self.calls) + 3):
             self.send()
             if self.server.asked:

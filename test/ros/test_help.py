@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What ``help(Buffer)`` shows is for those who use one."""
+"""The output of ``help(Buffer)`` is for its users."""
 
 from tf_tree_py import Buffer, BufferCore, BufferInterface
 
@@ -36,7 +25,7 @@ def test_a_buffer_is_what_users_take_it_for_and_no_heap_of_parts():
     assert issubclass(Buffer, BufferCore) and issubclass(Buffer, BufferInterface)
     for kind in Buffer.__mro__:
         declared = vars(kind).get('__annotations__', {})
-        assert declared.keys() <= vars(kind).keys(), 'it declares what another class sets'
-    # help() shows together what belongs together: questions for one pose, other questions, the
-    # core's buffer, tf2_py's methods, the interface that the client shares, tf2's buffer, object.
+        assert declared.keys() <= vars(kind).keys(), f'{kind} declares what another class sets'
+    # help() groups related methods: lookups of one pose, other lookups, the core's buffer,
+    # tf2_py's methods, the interface that the client shares, tf2's buffer, object.
     assert len(Buffer.__mro__) <= 7

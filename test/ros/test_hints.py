@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Errors that point at what is wrong with a program."""
+"""Errors whose hints point at a mistake in the program."""
 
 import pytest
 from rclpy.node import Node
@@ -33,10 +22,10 @@ from tf_tree_py.dropin.listener import TransformListener as DropInListener
 
 NOTHING = 'Nothing has been received yet'
 UNFED = f'{NOTHING}, and no listener feeds this buffer: TransformListener\\(buffer, node\\) does$'
-SILENT = f'{NOTHING}: does anybody publish on /tf or /tf_static, with the same ROS_DOMAIN_ID'
+SILENT = f'{NOTHING}: does any node publish on /tf or /tf_static with the same ROS_DOMAIN_ID'
 
 
-# --- nothing comes
+# --- no data arrives
 
 
 @pytest.mark.parametrize('timeout', [lasting(0.0), lasting(0.01)])
@@ -67,7 +56,7 @@ def test_drop_in_does_not_know_who_listens():
         DropIn().lookup_transform('map', 'base', LATEST)
 
 
-# --- arguments the wrong way round
+# --- arguments in the wrong order
 
 
 @pytest.mark.parametrize(('call', 'match'), [
@@ -95,6 +84,7 @@ def test_arguments_that_changed_places_are_told(node, call, match):
 
 
 def test_nodes_of_ones_own_are_nodes(context):
+    """The checks above raise nothing for a user's own class of node."""
     class Robot(Node):
 
         def __init__(self):

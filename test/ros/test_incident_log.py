@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Incidents become few and telling lines."""
+"""The log of incidents: few lines, each with the necessary details."""
 
 import itertools
 import threading
@@ -21,12 +10,12 @@ from hand_clock import HandClock
 import pytest
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.core.arrivals import incident_log
-from tf_tree_py.core.arrivals.incident_log import IncidentLog
+from tf_tree_py.core.ingest import incident_log
+from tf_tree_py.core.ingest.incident_log import IncidentLog
 
 
 class Lines(list):
-    """A logger that keeps what it is told."""
+    """A logger that stores its lines."""
 
     def warning(self, line):
         self.append(line)

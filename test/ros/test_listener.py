@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How a listener hears /tf and /tf_static, and whom it leaves alone."""
+"""The subscriptions of a listener to /tf and /tf_static, and its independence of other code."""
 
 import gc
 import re
@@ -56,7 +45,7 @@ def receivers():
 
 
 def publish_when_awaited(pool, buffer, talker, *transforms):
-    """Publish from another thread, and not before somebody waits for it."""
+    """Publish from another thread, but only when a thread waits for it."""
     def publish():
         until_waiting(buffer)
         talker.move(*transforms)
@@ -65,7 +54,7 @@ def publish_when_awaited(pool, buffer, talker, *transforms):
 
 
 def call_in_executor(node, function, **options):
-    """Run a function inside a timer's callback of a node that is being spun; return its result."""
+    """Run a function in a timer's callback of a node that is being spun; return its result."""
     done = rclpy.task.Future()
 
     def callback():
@@ -83,7 +72,7 @@ def call_in_executor(node, function, **options):
     return done.result()
 
 
-# --- hearing
+# --- receiving
 
 
 def test_node_need_not_be_spun(node, talker, listen):
@@ -270,7 +259,7 @@ def test_filter_keeps_out_what_nobody_looks_up(node, talker, listen):
     legs = [transform('base', f'leg{number}') for number in range(9)]
     both = listen(node, frame_filter={'map', 'odom', 'base'})
     one = listen(node, frame_filter=lambda parent, child: child == 'odom')
-    # What is left out altogether, and what is left out of a message.
+    # First a message without any accepted edge, then one with some.
     talker.move(*legs, listeners=2)
     talker.move(*legs, transform('odom', 'base'), transform('map', 'odom'), listeners=2)
     both.lookup_transform('map', 'base', LATEST, PATIENCE)
@@ -339,7 +328,7 @@ def test_without_a_node_there_is_none_for_you_to_spin(process):
         TransformListener(Buffer(), spin_thread=False)
 
 
-# --- several
+# --- several listeners
 
 
 def test_two_listeners_may_fill_one_buffer(make_node, talker):
@@ -364,7 +353,7 @@ def test_one_node_may_have_several_listeners(node, talker, listen):
         buffer.lookup_transform('map', 'odom', LATEST, PATIENCE)
 
 
-# --- living and ending
+# --- life cycle
 
 
 @pytest.mark.parametrize('spin_thread', [True, False])
@@ -476,19 +465,19 @@ def test_waiting_in_the_thread_that_feeds_fails_at_once_and_says_why(node, talke
     talker.move(transform('map', 'base', 1.0))
     buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
     for frame, stamp, kind in (('base', 2.0, ExtrapolationException), ('x', 0.0, LookupException)):
-        with pytest.raises(kind, match='Not waited: this very thread delivers') as raised:
+        with pytest.raises(kind, match='Did not wait: this thread delivers') as raised:
             call_in_executor(node, lambda frame=frame, stamp=stamp: buffer.lookup_transform(
                 'map', frame, at(stamp), PATIENCE))
         assert raised.value.waited_s is None
     found, why = call_in_executor(node, lambda: buffer.can_transform(
         'map', 'base', at(2.0), PATIENCE, return_debug_tuple=True))
     assert not found
-    assert 'Not waited' in why
+    assert 'Did not wait' in why
     assert call_in_executor(node, lambda: buffer.can_transform('map', 'base', at(1.0), PATIENCE))
     found, why = call_in_executor(node, lambda: buffer.can_transform(
         'map', '/base', at(2.0), PATIENCE, return_debug_tuple=True))
     assert not found
-    assert 'Not waited' not in why, 'waiting could never have helped'
+    assert 'Did not wait' not in why, 'waiting could never have helped'
 
 
 def test_once_its_listener_is_closed_a_thread_may_wait_again(
@@ -584,7 +573,7 @@ def test_users_callbacks_run_while_the_listener_works(node, talker, listen, spin
     assert arrived.wait(PATIENCE_S)
 
 
-# --- who sent it
+# --- the names of publishers
 
 
 def authority_of(buffer, child):
@@ -613,7 +602,7 @@ def test_of_several_publishers_all_are_named(make_node, listen, node):
 
 def test_second_publisher_is_among_those_named_in_its_first_refusal(
         make_node, listen, node, log):
-    """Though the name of the first is good for a second."""
+    """Although the name of the first is cached for a second."""
     buffer = listen(node)
     Talker(make_node('first')).move(transform('map', 'odom'))
     until(lambda: buffer.edges() and authority_of(buffer, 'odom') == '/first')
@@ -637,7 +626,7 @@ def test_several_publishers_of_one_node_are_that_node(make_node, listen, node):
 
 
 def test_authority_is_known_though_the_transform_came_before_the_name(context, node, listen):
-    """A participant's nodes are announced after its publishers have been matched."""
+    """DDS announces a participant's nodes after its publishers have been matched."""
     listening = listen(node)
     other = Context()
     rclpy.init(context=other, args=[])

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Messages that wait for their transforms."""
 
@@ -45,7 +34,6 @@ from ros_helpers import (
 )
 from tf_tree_py import (
     Buffer,
-    InvalidArgumentException,
     TransformException,
     TransformListener,
 )
@@ -78,7 +66,7 @@ def make_filter(node, buffer, inbox):
 
 @pytest.fixture
 def settle(context, node):
-    """Let the node's executor do what there is to do, in this thread."""
+    """Let the node's executor process everything pending, in this thread."""
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
 
@@ -91,7 +79,7 @@ def settle(context, node):
     executor.shutdown()
 
 
-# --- what comes, when, and where
+# --- content, time and place of deliveries
 
 
 def test_message_waits_for_its_transform_and_comes_with_it(
@@ -136,7 +124,7 @@ def test_what_is_answerable_at_once_still_waits_for_the_executor(make_filter, se
 
 
 def test_transform_is_the_one_that_was_found(make_filter, buffer, settle, inbox):
-    """By the time of the callback the buffer may not have it any more."""
+    """At the time of the callback, the buffer may no longer have it."""
     each = make_filter()
     each.add(point(3.0))
     each.add(point(0.0))
@@ -204,7 +192,7 @@ def test_header_may_be_elsewhere(make_filter, settle, inbox):
 def test_message_without_a_time_is_refused_and_counts_for_nothing(make_filter):
     message = point(1.5)
     each = make_filter(header_of=lambda message: SimpleNamespace(frame_id='base', stamp=1.5))
-    with pytest.raises(InvalidArgumentException, match='1.5 is no time'):
+    with pytest.raises(TypeError, match='1.5 is not a time'):
         each.add(message)
     assert each.statistics().received == 0
 
@@ -516,7 +504,7 @@ def test_filter_that_cannot_be_is_refused(make_filter, wrong):
         make_filter(**wrong)
 
 
-# --- many at once
+# --- concurrency
 
 
 def test_message_that_is_just_being_answered_is_not_dropped_meanwhile(
@@ -528,7 +516,7 @@ def test_message_that_is_just_being_answered_is_not_dropped_meanwhile(
     def add_meanwhile(held):
         monkeypatch.undo()
         adding.append(pool.submit(each.add, point(9.0)))
-        wait(adding, 0.05)  # in vain: it has to wait for us
+        wait(adding, 0.05)  # in vain: it has to wait for this thread
         found(held)
 
     monkeypatch.setattr(each, '_found', add_meanwhile)
@@ -542,7 +530,7 @@ def test_message_that_is_just_being_answered_is_not_dropped_meanwhile(
 def test_threads_add_while_transforms_arrive_and_nothing_is_lost_or_doubled(
         node, make_filter, spin, inbox, pool):
     spin(node, kind=MultiThreadedExecutor)
-    # It forgets nothing, however long a busy machine holds one of the threads up.
+    # It forgets nothing, however long a busy machine delays one of the threads.
     buffer = Buffer(Duration(seconds=1_000_000))
     move(buffer, 1.0)
     move(buffer, 2.0)

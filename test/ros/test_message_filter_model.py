@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The message filter beside one that asks everything again after every step."""
+"""The message filter compared with one that repeats all lookups after every step."""
 
 from effort import examples
 from filter_helpers import check, Inbox, point
@@ -29,7 +18,7 @@ from tf_tree_py.ros.filtering.message_filter import MessageFilter
 
 
 class Naive:
-    """What a filter should do, by asking everything again after every step."""
+    """A model of a filter, which repeats all lookups after every step."""
 
     def __init__(self, targets, queue_size, tolerance):
         self.buffer = Buffer()
@@ -87,7 +76,7 @@ class Naive:
 
 
 def steps(latest):
-    """Return a strategy for what may happen, at times up to the latest."""
+    """Return a strategy for the possible steps, at times up to the latest."""
     seconds = st.integers(1, 2 * latest).map(lambda halves: halves / 2.0)
     return st.lists(max_size=40, elements=st.one_of(
         st.tuples(st.just('add'), st.sampled_from(['a', 'a', 'b', 'nowhere', '']), seconds),
@@ -98,7 +87,7 @@ def steps(latest):
 
 @pytest.fixture(scope='module')
 def modelled():
-    """Return a node and its executor; hypothesis makes all examples in one test."""
+    """Return a node and its executor; hypothesis runs all examples in one test."""
     context = Context()
     rclpy.init(context=context, args=[])
     node = Node('modelled', context=context)
@@ -111,7 +100,7 @@ def modelled():
 
 
 def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False):
-    """Do the same with a filter and with the model; return the model and the inbox."""
+    """Perform the steps with a filter and with the model; return the model and the inbox."""
     node, executor = modelled
     model, buffer, inbox = Naive(targets, queue_size, tolerance), Buffer(), Inbox()
     each = MessageFilter(buffer, node, targets, inbox.take, on_drop=inbox.lose,
@@ -143,13 +132,13 @@ def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False)
 
 
 def drops_of(model, inbox):
-    """Return who was dropped and why, by the model and by the filter."""
+    """Return the dropped messages and the reasons, by the model and by the filter."""
     return (sorted((float(number), drop.name) for number, drop in model.dropped),
             sorted((message.point.x, drop.name) for message, drop, _ in inbox.dropped))
 
 
 def deliveries_of(model, inbox):
-    """Return who was delivered and with which transforms, likewise, in order."""
+    """Return the delivered messages and their transforms in order, by the model and the filter."""
     return ([(float(number), xs) for number, xs in model.delivered],
             [(message.point.x, [each.transform.translation.x for each in found.values()])
              for message, found in inbox.delivered])
@@ -169,7 +158,7 @@ def test_every_message_fares_as_in_the_naive_model(modelled, steps, queue_size, 
 @examples(2, suppress_health_check=list(HealthCheck))
 @given(steps=steps(9), queue_size=st.integers(1, 4), tolerance=st.sampled_from([0.0, 0.5]))
 def test_so_it_does_with_several_targets(modelled, steps, queue_size, tolerance):
-    """Between messages of two frames that are answered at once, the order is left open."""
+    """Messages of two frames whose transforms arrive at the same time have no defined order."""
     results = act(modelled, ['map', 'a'], steps, queue_size, tolerance, settle_always=True)
     frames = ['', *[step[1] for step in steps if step[0] == 'add']]
     expected, delivered = (sorted(them, key=lambda it: frames[int(it[0])])

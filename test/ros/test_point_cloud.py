@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""PointCloud2 moved where it lies, whatever its layout."""
+"""PointCloud2 transformed without conversion, in any layout."""
 
 from array import array
 from copy import deepcopy
@@ -47,7 +36,7 @@ DATATYPES = {'f4': PointField.FLOAT32, 'f8': PointField.FLOAT64, 'u1': PointFiel
 
 def make_cloud(columns, offsets, point_step, height=1, row_padding=0, big=False, tail=0, seed=0):
     """
-    Return a cloud, its gaps filled with noise.
+    Return a cloud whose gaps are filled with noise.
 
     :param columns: {name: (N,) array}, whose types are those of the fields.
     """
@@ -69,7 +58,7 @@ def make_cloud(columns, offsets, point_step, height=1, row_padding=0, big=False,
 
 
 def column(cloud, name):
-    """Read a field byte by byte, by another way than the code does."""
+    """Read a field byte by byte, with another method than the code's."""
     field = next(field for field in cloud.fields if field.name == name)
     code = next(code for code, datatype in DATATYPES.items() if datatype == field.datatype)
     kind = np.dtype(('>' if cloud.is_bigendian else '<') + code)
@@ -99,7 +88,7 @@ LAYOUTS = {
 }
 
 
-# --- moving
+# --- transforming
 
 
 @for_each(layout=LAYOUTS, kind=['f4', 'f8', 'mixed'], big=[False, True])
@@ -125,7 +114,7 @@ def test_points_move_and_nothing_else_does(layout, kind, big):
     for field in ('height', 'width', 'fields', 'is_bigendian', 'point_step', 'row_step',
                   'is_dense'):
         assert getattr(moved, field) == getattr(cloud, field)
-    # Put the old coordinates back, and every byte is as before.
+    # With the old coordinates put back, every byte is as before.
     back = deepcopy(moved)
     write_points(back, points_of(cloud))
     assert back.data == cloud.data
@@ -173,7 +162,7 @@ def test_result_shares_nothing():
     assert moved == moved_before
     spoil(moved)
     assert do_transform_cloud(before, transform_before) == moved_before
-    # Nothing holds on to the memory either: an array that is viewed cannot grow.
+    # The memory is not referenced either: an array with a view cannot grow.
     moved_before.data.append(1)
     before.data.append(1)
 
@@ -211,7 +200,7 @@ def test_quaternion_need_not_be_of_unit_length():
     assert points_of(do_transform_cloud(cloud, TransformStamped()))[0].tolist() == [1.0] * 3
 
 
-# --- holes
+# --- invalid points
 
 
 @pytest.mark.filterwarnings('error')
@@ -274,7 +263,7 @@ def test_missing_normals_are_missed_only_when_asked():
         do_transform_cloud(cloud, TURN, rotate_normals=True)
 
 
-# --- clouds that cannot be
+# --- invalid clouds
 
 
 def with_field(cloud, number, **changes):
@@ -330,7 +319,7 @@ def test_a_field_that_sticks_out_is_refused(cloud):
 def test_too_little_data_is_refused(cloud, changes):
     for name, value in changes.items():
         setattr(cloud, name, value)
-    refused(cloud, r'The cloud says that it has \d+ x \d+ points of \d+ bytes, in rows of')
+    refused(cloud, r'The cloud declares \d+ x \d+ points of \d+ bytes, in rows of')
 
 
 @pytest.mark.parametrize('row_step', [0, 7, 10**6])
@@ -350,7 +339,7 @@ def test_last_row_needs_no_padding():
     assert points_of(padded).tolist() == expected
 
 
-# --- points, reading, making
+# --- points, reading, creating
 
 
 def test_points_go_by_the_matrix():

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A LaserScan becomes a cloud of what it hit."""
+"""The conversion of a LaserScan to a point cloud."""
 
 from copy import deepcopy
 import math
@@ -70,7 +59,7 @@ def test_a_range_that_is_infinite_hits_nothing_even_without_a_limit():
 
 
 def test_limits_are_compared_as_the_ranges_are_stored():
-    # 0.1 and 3.3 have no exact float32, and come back from one greater or smaller.
+    # 0.1 and 3.3 have no exact float32: the stored values are slightly greater or smaller.
     scan = scan_of([0.1, 3.3], range_min=0.1, range_max=3.3)
     assert len(points_of(as_cloud(scan))) == 2
 

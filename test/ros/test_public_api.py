@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What users import, and that it is called as tf2's is."""
+"""The public imports, and their compatibility with tf2."""
 
 import ast
 import inspect
@@ -40,11 +29,11 @@ REQUIRED = inspect.Parameter.empty
 
 
 class OtherBuffer:
-    """As a buffer of tf2, it has other methods than ours."""
+    """Like a buffer of tf2, it has other methods than ours."""
 
 
 def parameters(function):
-    """Return the names that tf2's callers may use, with defaults; durations in nanoseconds."""
+    """Return the parameters for tf2's callers with their defaults, durations in nanoseconds."""
     return {name: getattr(parameter.default, 'nanoseconds', parameter.default)
             for name, parameter in inspect.signature(function).parameters.items()
             if name != 'self'}
@@ -73,7 +62,7 @@ def test_every_public_name_is_there(name):
 
 
 def test_type_checkers_are_told_of_what_is_loaded_late():
-    """They do not run ``__getattr__``: without imports that they see, every class were Any."""
+    """They do not run ``__getattr__``: without visible imports, every class would be Any."""
     [block] = [node for node in ast.parse(inspect.getsource(tf_tree_py)).body
                if isinstance(node, ast.If) and ast.unparse(node.test) == 'TYPE_CHECKING']
     assert {alias.name: node.module.removeprefix('tf_tree_py.ros.')
@@ -96,6 +85,14 @@ def test_unknown_name_is_an_attribute_error():
     assert not hasattr(tf_tree_py, 'Bufer')
 
 
+def test_old_name_loads_what_needs_ros_under_its_present_name(monkeypatch):
+    monkeypatch.setitem(tf_tree_py._OLD_NAMES, 'Listener', 'TransformListener')
+    with pytest.warns(DeprecationWarning, match=r'use tf_tree_py\.TransformListener') as caught:
+        from tf_tree_py import Listener
+    assert Listener is tf_tree_py.TransformListener
+    assert caught[0].filename == __file__
+
+
 def test_without_ros_one_sentence_says_what_to_install():
     done = run_without_rclpy("""
         import tf_tree_py
@@ -111,7 +108,7 @@ def test_without_ros_one_sentence_says_what_to_install():
     assert 'TransformListener' in tf_tree_py._ROS_NAMES
     for name, line in zip(tf_tree_py._ROS_NAMES, done.stdout.splitlines(), strict=True):
         assert line.startswith(f'tf_tree_py.{name} needs ROS 2, and ')
-        assert ' is not installed: source a ROS 2 installation, or let scripts/setup' in line
+        assert ' is not installed: source a ROS 2 installation, or run scripts/setup' in line
 
 
 def test_star_import_takes_what_can_be_had():
@@ -189,7 +186,7 @@ def test_listener_is_made_as_in_tf2():
     assert names['qos'] is names['static_qos'] is None
     assert (names['tf_topic'], names['tf_static_topic']) == ('/tf', '/tf_static')
     assert names['static_only'] is False
-    # Here tf2 has False, and its True spins the user's node: this one never does.
+    # In tf2 the default is False, and True spins the user's node; ours never does that.
     assert names['spin_thread'] is True
     assert parameters(TransformListener.unregister) == {}
 
@@ -207,7 +204,7 @@ def test_broadcasters_are_made_and_used_as_in_tf2(kind):
     lambda buffer, node: MessageFilter(buffer, node, 'map', print)],
     ids=['TransformListener', 'BufferServer', 'TransformDiagnostics', 'MessageFilter'])
 @pytest.mark.parametrize(('swapped', 'sentence'), [
-    (False, r'a Buffer of tf_tree_py, and this is a test_public_api\.OtherBuffer: make it of '
+    (False, r'a Buffer of tf_tree_py, and this is a test_public_api\.OtherBuffer: create it with '
             '`from tf_tree_py import Buffer`'),
     (True, r'a Buffer of tf_tree_py, and this is a rclpy\.node\.Node: the buffer comes first'),
 ])

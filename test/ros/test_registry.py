@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Objects of one's own, conversions, and the two transform methods of every buffer."""
+"""User-defined objects, conversions, and the two transform methods of every buffer."""
 
 from copy import deepcopy
 
@@ -51,7 +40,7 @@ from tf_tree_py.ros.messages.registry import (
 
 
 class Landmark:
-    """An object of somebody's own."""
+    """A user-defined object."""
 
     def __init__(self, name, x):
         self.name = name
@@ -163,7 +152,7 @@ def test_unknown_conversion_is_refused_with_the_fix(get, fix):
 
 
 def test_one_message_does_not_pass_for_another():
-    with pytest.raises(TypeException, match='A PointStamped does not become a PoseStamped'):
+    with pytest.raises(TypeException, match='A PointStamped cannot be converted to a PoseStamped'):
         convert(PointStamped(), PoseStamped)
 
 
@@ -192,7 +181,7 @@ def test_stamped_gives_a_header_to_what_can_bear_one():
 
 
 def test_stamped_refuses_what_cannot():
-    with pytest.raises(TypeException, match='A Point32 cannot bear a header'):
+    with pytest.raises(TypeException, match='A Point32 cannot have a header'):
         Stamped(Point32(), at(1), 'base')
 
 

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """ROS times wherever a buffer takes stamps."""
 
@@ -62,7 +51,7 @@ def test_insertions_take_ros_times(buffer):
 def test_what_is_no_stamp_is_refused(buffer, time):
     with pytest.raises(InvalidArgumentException, match='stamps are integer nanoseconds'):
         buffer.lookup('map', 'base', time)
-    with pytest.raises(InvalidArgumentException, match='stamps? .*integer nanoseconds|no row'):
+    with pytest.raises(InvalidArgumentException, match='stamps? .*integer nanoseconds|not a row'):
         buffer.lookup_many('map', 'base', [time])
 
 
@@ -71,5 +60,5 @@ def test_buffer_and_its_snapshot_say_what_they_hold(buffer):
     assert repr(buffer) == f'<Buffer: {text}>'
     assert repr(buffer.snapshot()) == f'<RosSnapshot: {text}>'
     assert 'base  4 samples in 3.000 s' in buffer._repr_html_()
-    with pytest.raises(TypeError, match='a Buffer can be neither pickled nor copied'):
+    with pytest.raises(TypeError, match='a Buffer cannot be pickled or copied'):
         pickle.dumps(buffer)

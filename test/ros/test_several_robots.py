@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Robots that run the same software, in one tree."""
+"""Several robots with the same software, in one tree."""
 
 import itertools
 import math
@@ -38,7 +27,7 @@ FRAMES = [*MOVING, *FIXED]
 
 
 class Robot:
-    """One of twenty, with 15 frames below the map; its software calls them as all others do."""
+    """One of twenty, with 15 frames below the map; its software uses the same names as all."""
 
     def __init__(self, number, make_node):
         self.name = f'robot{number}'
@@ -59,7 +48,7 @@ class Robot:
                 for child, parent in parents.items()]
 
     def _parent_T(self, child, seconds):
-        """Return the truth: no two robots' or frames' are the same, and it moves evenly."""
+        """Return the true pose, different for all robots and frames, with constant velocity."""
         angle = 0.1 * self._number + 0.3 * FRAMES.index(child)
         x = self._number + (0.25 * seconds if child in MOVING else 0.0)
         return Pose(x, 0.5 * FRAMES.index(child), 0.1, 0.0, math.sin(angle), 0.0, math.cos(angle))
@@ -72,7 +61,7 @@ class Robot:
 
 
 def listen_to(robot, buffer, node):
-    """Add a robot's transforms to a buffer, its frames called robot1/base_link and so on."""
+    """Add a robot's transforms to a buffer, with frames such as robot1/base_link."""
     return TransformListener(
         buffer, node, tf_topic=f'/{robot}/tf', tf_static_topic=f'/{robot}/tf_static',
         frame_prefix=f'{robot}/', shared_frames=['map'])
@@ -86,13 +75,13 @@ def test_twenty_robots_of_fifteen_frames_are_one_tree(make_node):
         robot.move(1.0, 2.0)
     for robot, frame in itertools.product(robots, FRAMES):
         buffer.lookup_transform('map', f'{robot.name}/{frame}', at(2.0), PATIENCE)
-    # Every robot in the next one's eyes, at a stamp between two that were sent.
+    # Every robot as seen from the next one, at a stamp between two published ones.
     for one, other in itertools.pairwise(robots):
         for frame in FRAMES:
             truth = one.map_T('camera', 1.5).inverse() @ other.map_T(frame, 1.5)
             found = buffer.lookup(f'{one.name}/camera', f'{other.name}/{frame}',
                                   at(1.5).nanoseconds)
-            # A matrix, for a quaternion and its negative are one rotation.
+            # As matrices, because a quaternion and its negative are one rotation.
             assert found.as_matrix() == pytest.approx(truth.as_matrix(), abs=1e-9)
     assert len(buffer.frames()) == 1 + len(robots) * len(FRAMES)
     assert buffer.statistics().refused == 0

@@ -1,21 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How a process ends that has a listener: as one that has none, at once and quietly."""
+"""A process with a listener ends like one without: at once and quietly."""
 
 import contextlib
 import itertools
+from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -82,7 +72,7 @@ def run(code, send=None, listen=LISTEN):
 
 
 def assert_not_our_fault(err):
-    """Rclpy itself complains now and then when a signal meets it between two calls."""
+    """Rclpy itself sometimes complains when a signal arrives between two calls."""
     assert 'tf_tree_py' not in err
     assert 'receiver' not in err
 
@@ -134,7 +124,7 @@ def test_ctrl_c_interrupts_a_lookup_of_the_main_thread():
 
 
 def test_ctrl_c_ends_the_lookups_of_other_threads(pool):
-    """They would keep the process alive for an hour, or for ever while /clock stands still."""
+    """They would keep the process alive for an hour, or forever while /clock stands still."""
     results = pool.map(lambda simulated: run(f"""
         node.set_parameters([Parameter('use_sim_time', value={simulated})])
         threading.Thread(target=wait_for_ever).start()
@@ -154,8 +144,8 @@ def test_ctrl_c_ends_the_lookups_of_other_threads(pool):
 
 
 def test_ctrl_c_ends_a_callback_of_a_multi_threaded_executor_that_waits():
-    # The signal comes when the pool has noted down its thread: one that KeyboardInterrupt keeps
-    # ThreadPoolExecutor from noting is never told to end, and the process waits for it for ever.
+    # The signal is sent after the pool has recorded its thread. If KeyboardInterrupt keeps
+    # ThreadPoolExecutor from recording a thread, the process waits for that thread forever.
     code, out, err = run("""
         executor = MultiThreadedExecutor()
         executor.add_node(node)
@@ -236,9 +226,12 @@ def test_shutdown_of_the_context_ends_listener_and_waits(context, node, pool):
 
 def test_listener_may_be_closed_after_its_context(context, node):
     listener = TransformListener(Buffer(), node)
+    (thread,) = [thread for thread in threading.enumerate() if 'receiver' in thread.name]
     context.shutdown()
     listener.close()
     listener.close()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
 
 
 def test_one_context_may_end_while_another_goes_on(context, node, listen, talker):
@@ -254,9 +247,9 @@ def test_one_context_may_end_while_another_goes_on(context, node, listen, talker
 
 
 def test_contexts_that_end_while_messages_pour_in(capfd):
-    """The receiver may be anywhere between two calls of rclpy when its context ends."""
+    """The receiver may be between any two calls of rclpy when its context ends."""
     def pour(broadcaster):
-        with contextlib.suppress(Exception):  # which end with the context too
+        with contextlib.suppress(Exception):  # they also end with the context
             for second in itertools.count(1):
                 broadcaster.sendTransform(transform('map', 'base', second))
 
@@ -288,3 +281,14 @@ def test_listeners_may_be_made_and_closed_by_many_threads_at_once(node, pool):
 
     list(pool.map(turn, range(4)))
     assert node.get_subscriptions_info_by_topic('/tf') == []
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_example_of_a_quiet_end(number):
+    example = Path(__file__).parents[2] / 'examples' / 'quiet_end.py'
+    with subprocess.Popen([sys.executable, example], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()
+        process.send_signal(number)
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, err) == (0, '')

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Simulated time over a real /clock."""
 
@@ -67,7 +56,7 @@ def test_paused_clock_does_not_time_out(buffer, node, listen, talker, pool):
     guarded = listen(node, Buffer(wall_guard=lasting(0.05)))
     with pytest.raises(LookupException, match='wall_guard'):
         guarded.lookup_transform('map', 'base', at(11.0), lasting(0.001))
-    assert not asked.done(), 'though 50 times its timeout went by on the wall'
+    assert not asked.done(), 'although 50 times its timeout passed in real time'
     talker.move(transform('map', 'base', 11.0), listeners=2)
     assert asked.result(PATIENCE_S).header.stamp.sec == 11
 
@@ -86,12 +75,12 @@ def test_moving_clock_times_out_at_its_own_pace(buffer, sim_clock, pool):
 def test_wall_guard_ends_the_wait_for_a_clock_that_stands_still(node, listen):
     buffer = listen(node, Buffer(wall_guard=lasting(0.03)))
     with pytest.raises(LookupException, match=r'Given up after \d+\.\d{3} s of wall time, the '
-                                              r'wall_guard: is anybody publishing /clock\?'):
+                                              r'wall_guard: is any node publishing /clock\?'):
         buffer.lookup_transform('map', 'base', LATEST, lasting(5.0))
 
 
 def test_clock_ticks_while_the_users_executor_is_blocked(node, listen, sim_clock, spin):
-    """The node's own clock is served by the executor that waits here; the companion's is not."""
+    """The node's own clock needs the executor that waits here; the companion's does not."""
     buffer = listen(node, Buffer(node=node))
     sim_clock.show(10.0, buffer)
     spin(node)
@@ -107,7 +96,7 @@ def test_clock_ticks_while_the_users_executor_is_blocked(node, listen, sim_clock
         ended.set()
 
     timer = node.create_timer(0.001, ask)
-    # A timer of a simulated clock needs a tick of its own.
+    # A timer of a simulated clock needs a separate tick.
     until(lambda: sim_clock.show(11.0, buffer) or len(buffer.waiting))
     sim_clock.show(20.0, buffer)
     assert ended.wait(PATIENCE_S)

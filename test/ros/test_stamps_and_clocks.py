@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Stamps against the buffer's clock, and bags in a loop, over real DDS."""
 
@@ -127,7 +116,7 @@ def test_guard_goes_by_simulated_time(simulated, listen, sim_clock, talker):
 
 def test_guard_goes_by_the_clock_that_came_last(simulated, listen, sim_clock):
     buffer = Buffer(max_future=lasting(2.0))
-    assert buffer.set_transform(transform('map', 'base', 1.0)), 'by the wall, so far'
+    assert buffer.set_transform(transform('map', 'base', 1.0)), 'by the wall clock, so far'
     listen(simulated, buffer)
     sim_clock.show(100.0, buffer)
     assert not buffer.set_transform(transform('map', 'base', 103.0))
@@ -135,7 +124,7 @@ def test_guard_goes_by_the_clock_that_came_last(simulated, listen, sim_clock):
 
 
 def test_rest_of_the_last_loop_does_not_poison_the_next(simulated, listen, sim_clock, talker):
-    """Two topics overtake each other: /clock jumps back, and a transform comes after it."""
+    """Two topics overtake each other: /clock jumps back, and an old transform arrives after it."""
     buffer = listen(simulated, Buffer(max_future=lasting(2.0)))
     for second in (100.0, 160.0):
         sim_clock.show(second, buffer)

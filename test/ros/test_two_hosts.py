@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot and a desk, two hosts as far as the network can tell, and a link between them."""
+"""A robot and a desk on two separate hosts, and a link between them."""
 
 import json
 from pathlib import Path
@@ -24,11 +13,11 @@ import pytest
 from tf_tree_py import LATEST
 
 GAP_S = 5.0
-# With it all of this takes less than a second after the link, without it up to three.
+# With this profile, recovery takes less than a second after the link is up, else up to three.
 PROFILES = Path(__file__).parents[2] / 'config' / 'fastdds_wireless.xml'
 ENVIRONMENT = {
     'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTRTPS_DEFAULT_PROFILES_FILE': str(PROFILES),
-    # The two hosts share their memory, and DDS must not talk through that.
+    # The two hosts share memory, and DDS must not communicate through it.
     'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
 
 ROBOT = """
@@ -95,12 +84,12 @@ def test_after_a_gap_lookups_go_on_and_statics_that_were_missed_arrive(hosts):
     desk.run(DESK, **ENVIRONMENT)
 
     def where_is(frame, stamp=None, timeout_s=PATIENCE_S):
-        """Return what the desk knows of a frame; at this very moment unless told otherwise."""
+        """Return the desk's result for a frame, by default at the current time."""
         stamp = time.time_ns() if stamp is None else stamp
         return desk.tell(json.dumps([frame, stamp, timeout_s]))
 
     assert robot.tell('camera') == 'mounted'
-    # The latest first, for nobody knows when the two find each other.
+    # The latest first, because the time of discovery is unknown.
     assert where_is('camera', LATEST) == where_is('camera') == '3.0'
     robot.set_link('down')
     assert robot.tell('lidar') == 'mounted'

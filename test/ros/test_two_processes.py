@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """A publisher in another process: shared memory, discovery, and its death."""
 
@@ -63,7 +52,7 @@ def test_transforms_cross_the_border_of_processes(robot, node, make_node, listen
     early.lookup_transform('base', 'camera', LATEST, PATIENCE)
     late = listen(make_node('late'))
     late.lookup_transform('base', 'camera', LATEST, PATIENCE)
-    # Static and moving publishers of one process are not discovered at one moment.
+    # Static and moving publishers of one process are not discovered at the same moment.
     until(lambda: node.count_publishers('/tf'))
 
     def moved():
@@ -77,4 +66,4 @@ def test_transforms_cross_the_border_of_processes(robot, node, make_node, listen
     robot.wait(PATIENCE_S)
     until(lambda: not node.count_publishers('/tf'))
     for buffer in (early, late):
-        assert buffer.can_transform('map', 'camera', at(7.0)), 'the dead may still be asked for'
+        assert buffer.can_transform('map', 'camera', at(7.0)), 'its frames outlive it'

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Covariances and gyroscopes over real DDS, and what the buffer makes of them in messages."""
+"""Covariances and gyroscopes over real DDS, and the buffer's results as messages."""
 
 import gc
 import re
@@ -42,7 +31,7 @@ from tf_tree_py import (
 )
 from tf_tree_py.core import Kind
 from tf_tree_py.core.geometry.covariances import composed
-from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped, uncertain_values
+from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped, uncertain_values
 
 SECOND = 10**9
 COVARIANCE = np.diag([1e-4, 4e-4, 0.0, 0.0, 0.0, 1e-4])
@@ -51,7 +40,7 @@ TURNED = Pose.from_xyz_rpy(x=5.0, y=1.0, yaw=0.5)
 
 @pytest.fixture
 def buffer():
-    """Return a robot at 1 s and 2 s with a camera, and no uncertainty."""
+    """Return the buffer of a robot at 1 s and 2 s with a camera, without uncertainty."""
     buffer = Buffer()
     for seconds in (1, 2):
         buffer.insert('map', 'odom', seconds * SECOND, Pose(y=2.0))
@@ -104,6 +93,22 @@ def test_lookup_waits_for_its_data(buffer, pool):
         buffer.lookup_uncertain('odom', 'camera', at(4.0), lasting(0.001))
 
 
+def test_lookup_between_two_times_is_a_pose_with_covariance(buffer, pool):
+    buffer.insert('odom', 'base', 2 * SECOND, Pose(x=2.0), covariance=COVARIANCE)
+    args = 'base', at(2.0), 'camera', at(3.0), 'odom'
+    found = pool.submit(buffer.lookup_uncertain_full, *args, PATIENCE)
+    until_waiting(buffer)
+    buffer.insert('odom', 'base', 3 * SECOND, Pose(x=3.0))
+    message = found.result()
+    assert message.header.frame_id == 'base' and message.header.stamp == at(2.0).to_msg()
+    pose, covariance = uncertain_values(message.pose)
+    assert pose == pytest.approx(buffer.lookup_full(*args))
+    # The last covariance holds at both stamps: it is one error, and the base did not rotate.
+    assert covariance[0, 0] == pytest.approx(0.0, abs=1e-12)
+    poses, joint = buffer.lookup_joint('odom', ['base', 'camera'], at(2.0))
+    assert poses.shape == (2, 7) and joint[0, 6] == pytest.approx(joint[0, 0]) != 0.0
+
+
 def test_prediction_is_marked(buffer):
     found = buffer.predict('odom', 'camera', at(2.25), lasting(0.5))
     assert found.beyond == lasting(0.25)
@@ -112,7 +117,7 @@ def test_prediction_is_marked(buffer):
         buffer.lookup('odom', 'camera').x + 0.25)
     assert found.pose.pose.covariance[0] > 0.0
     assert buffer.predict('odom', 'camera', at(1.5), lasting(0.5)).beyond == lasting(0)
-    with pytest.raises(FutureExtrapolationException, match='horizon, 500 ms'):
+    with pytest.raises(FutureExtrapolationException, match='prediction, 500 ms'):
         buffer.predict('odom', 'camera', at(2.75), lasting(0.5))
 
 
@@ -142,12 +147,12 @@ def test_odometry_tells_of_the_edge_between_its_frames(buffer, node, talker):
         send(talker, odometry(), '/odometry')
         until(lambda: covariance_of(buffer, 'odom', 'base').any())
     np.testing.assert_allclose(covariance_of(buffer, 'odom', 'base'), COVARIANCE)
-    # Its pose is another matter: that comes on /tf.
+    # Its pose is not used: that comes on /tf.
     assert buffer.lookup('odom', 'base', at(1.5)) == before
 
 
 def test_localisation_is_as_unsure_of_the_robot_as_it_says(buffer, node, talker):
-    """What it is unsure of is map -> odom; the robot in map must come out as it said."""
+    """The uncertain edge is map -> odom; the robot in map must have the covariance as sent."""
     robot = buffer.lookup('map', 'base', at(1.5))
     with CovarianceListener(buffer, node) as listener:
         listener.subscribe(PoseWithCovarianceStamped, 'amcl_pose', child='base',
@@ -193,9 +198,9 @@ def test_robot_on_a_floor_is_taken_without_what_its_driver_does_not_know(buffer,
 
 @pytest.mark.parametrize(('covariance', 'edge', 'sentence'), [
     (UNKNOWN, None, r'variance of a rotation is 1e\+06 rad\^2.*planar=True'),
-    (np.zeros((6, 6)), None, 'all zero: nobody filled it'),
-    (-np.eye(6), None, 'in messages -1 means that it is unknown'),
-    (COVARIANCE, ('map', 'odom'), "a pose in 'odom', and the edge .* begins elsewhere"),
+    (np.zeros((6, 6)), None, 'all zero: the sender did not set it'),
+    (-np.eye(6), None, 'in messages -1 means unknown'),
+    (COVARIANCE, ('map', 'odom'), "a pose in 'odom', which is not the parent of the edge"),
 ])
 def test_what_cannot_be_used_is_counted_and_told(
         covariance, edge, sentence, buffer, node, talker, log):
@@ -223,7 +228,7 @@ def test_what_does_not_fit_together_is_told(kind, options, sentence, buffer, nod
 
 
 def test_gyroscope_aids_the_edge_in_the_axes_of_its_child(buffer, node, talker):
-    # On its back: what it measures about its z turns the robot the other way.
+    # Upside down: its rate about its z rotates the robot in the other direction.
     buffer.insert('base', 'imu', 0, Pose.from_xyz_rpy(roll=np.pi), static=True)
     plain = buffer.lookup('odom', 'base', at(1.5))
     with GyroListener(buffer, node, 'base', 'imu'):
@@ -240,6 +245,29 @@ def test_gyroscope_aids_the_edge_in_the_axes_of_its_child(buffer, node, talker):
     assert buffer.lookup('odom', 'base', at(2.0)).as_rpy()[2] == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize('limits', [{'max_gap': lasting(0.04)}, {'saturation': 1.0}])
+def test_holes_of_the_gyroscope_are_those_of_its_limits(limits, buffer, node, talker):
+    # Rotated by 45 degrees, so that no axis of the child has the full rate of a sensor's axis.
+    buffer.insert('base', 'imu', 0, Pose.from_xyz_rpy(roll=np.pi / 4), static=True)
+    plain = buffer.lookup('odom', 'base', at(1.5))
+    with GyroListener(buffer, node, 'base', 'imu', **limits):
+        publisher = talker.node.create_publisher(Imu, '/imu', 100)
+        talker.until_heard(publisher)
+        for seconds in np.arange(0.9, 2.15, 0.05).tolist():
+            message = Imu(header=transform('imu', '', seconds).header)
+            message.angular_velocity.z = -1.0 if seconds < 1.5 else 1.0
+            publisher.publish(message)
+        until(lambda: getattr(buffer._tree.histories['base'], 'gyro', None) is not None
+              and gyro_end(buffer) >= 2 * SECOND)
+    assert buffer.lookup('odom', 'base', at(1.5)) == plain
+
+
+def test_limits_of_the_gyroscope_are_positive(buffer, node):
+    for limits in ({'max_gap': lasting(0.0)}, {'saturation': 0.0}, {'saturation': float('nan')}):
+        with pytest.raises(ValueError, match='positive'):
+            GyroListener(buffer, node, 'base', **limits)
+
+
 def gyro_end(buffer):
     return buffer._tree.histories['base'].gyro.orientations.latest_stamp
 
@@ -247,7 +275,7 @@ def gyro_end(buffer):
 def test_gyroscope_of_which_nobody_knows_where_it_is_mounted_is_told(buffer, node, talker, log):
     with GyroListener(buffer, node, 'base'):
         send(talker, Imu(header=transform('loose', '', 1.0).header), '/imu')
-        until(lambda: 'A message of the gyroscope is lost: "loose" passed to' in log())
+        until(lambda: 'A message of the gyroscope cannot be used: "loose" passed to' in log())
 
 
 @pytest.mark.parametrize('make', [CovarianceListener, lambda *both: GyroListener(*both, 'base')])

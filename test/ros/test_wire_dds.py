@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The wire reader against rclpy's own serialization."""
 
@@ -23,7 +12,7 @@ from rclpy.serialization import serialize_message
 from ros_helpers import transform
 from serialized import serialize
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.arrivals.wire import read, WireError, WireReader
+from tf_tree_py.core.ingest.wire import read, WireError, WireReader
 from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
 
 
@@ -48,7 +37,7 @@ def random_transforms(seed, count):
 
 
 def big_endian(*transforms):
-    """Return what a machine of the other byte order sends; rclpy here cannot."""
+    """Return a message from a machine with the other byte order, which rclpy here cannot write."""
     return serialize([(parent, child, *divmod(stamp, 1_000_000_000), pose)
                       for parent, child, stamp, pose in samples(*transforms)], '>')
 
@@ -103,7 +92,7 @@ def test_swapped_names_of_one_length_are_not_mixed_up():
 
 
 def test_padding_may_hold_anything():
-    """Fast CDR leaves there what was in memory."""
+    """Fast CDR leaves uninitialised memory there."""
     data = serialized(transform('map', 'base_link', x=1.5))
     gap = data.index(b'base_link\0') + len(b'base_link\0')
     reader = WireReader()

@@ -1,26 +1,15 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Robots that are healthy, and robots with one fault each, as messages of a bag."""
 
 import math
 import struct
 
-from bags import BEST_EFFORT, JAZZY, LATCHED, Message, SECOND, UNKNOWN
+from bags import BEST_EFFORT, JAZZY, LATCHED, Message, SECOND, UNKNOWN, write_ros2
 import numpy as np
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.telling.made_way import as_values
+from tf_tree_py.core.reports.switch_status import as_values
 
 BEGIN = 1_700_000_000 * SECOND
 SECONDS = 8.0
@@ -32,23 +21,23 @@ def ns(seconds):
 
 
 def drive(t):
-    """Drive a curve on the plane."""
+    """Return a pose on a curve on the plane."""
     return Pose.from_xyz_rpy(x=math.sin(t), y=0.3 * t, yaw=0.4 * math.sin(0.7 * t))
 
 
 def swing(t):
-    """Swing as a joint does."""
+    """Return a pose that swings like a joint."""
     return Pose.from_xyz_rpy(z=0.3, roll=0.3 * math.sin(2.0 * t), pitch=0.2 * math.cos(t))
 
 
 def at(x=0.0, yaw=0.0):
-    """Stay at a place."""
+    """Return a function with a constant pose."""
     pose = Pose.from_xyz_rpy(x=x, yaw=yaw)
     return lambda t: pose
 
 
 def drift(t):
-    """Correct an odometry by a little, again and again, as a localiser does."""
+    """Return small repeated corrections of an odometry, like a localiser's."""
     return Pose.from_xyz_rpy(x=0.002 * math.floor(2.0 * t), yaw=0.001 * math.floor(t))
 
 
@@ -57,9 +46,9 @@ def send(*edges, rate_hz=50.0, begin=0.0, end=SECONDS, delay=0.004, stamp=lambda
     """
     Return messages with the same edges at a rate.
 
-    :param edges: (parent, child, pose of the time in seconds).
+    :param edges: (parent, child, pose as a function of the time in seconds).
     :param delay: from the time to the arrival, seconds.
-    :param stamp: of the time; the stamp in seconds.
+    :param stamp: the stamp as a function of the time, both in seconds.
     """
     rng = np.random.default_rng(len(edges) + round(rate_hz))
     if times is None:
@@ -85,7 +74,7 @@ ROBOT = LOCALISER + WHEELS + ARM + SENSORS
 
 
 def clock(at_rate=0.5, first=10.0):
-    """Return messages on /clock of a simulation that goes slower than the wall."""
+    """Return messages on /clock of a simulation that is slower than real time."""
     ticks = []
     for t in np.arange(-1.0, SECONDS + 1.0, 0.05):
         sec, nanosec = divmod(ns(first + at_rate * t), SECOND)
@@ -102,7 +91,7 @@ def simulated(messages, at_rate=0.5, first=10.0):
 
 
 def humanoid():
-    """Return 30 joints in one message, some of them at rest, below a pelvis that sways."""
+    """Return 30 joints in one message, some of them at rest, below a swaying pelvis."""
     joints = [(f'link_{number}', f'link_{number + 1}',
                swing if number % 3 else at(0.1)) for number in range(30)]
     return [*send(('odom', 'pelvis', lambda t: drive(t) @ swing(t))),
@@ -117,7 +106,7 @@ def warehouse_robot():
 
 
 def drone():
-    """Return a drone at 200 Hz, which tilts and goes fast, and a gimbal on it."""
+    """Return a fast and tilting drone at 200 Hz, with a gimbal."""
     return [*send(('map', 'base_link', lambda t: Pose.from_xyz_rpy(
                 x=12.0 * t, z=5.0 + math.sin(t), roll=0.5 * math.sin(3.0 * t), yaw=t)),
                 rate_hz=200.0),
@@ -126,19 +115,19 @@ def drone():
 
 
 def two_robots():
-    """Return two robots with prefixes, each with a tree of its own."""
+    """Return two robots with prefixes, each with its own tree."""
     return [message for prefix in ('robot1/', 'robot2/')
             for message in (*send((f'{prefix}odom', f'{prefix}base_link', drive)),
                             *fixed((f'{prefix}base_link', f'{prefix}lidar', at(0.3))))]
 
 
 def simulation():
-    """Return a robot whose stamps go by a /clock that runs at half the pace of the wall."""
+    """Return a robot whose stamps follow a /clock at half the pace of real time."""
     return [*clock(), *simulated(ROBOT)]
 
 
 def of_another_recorder():
-    """Return a robot of whose publishers' quality of service nothing was recorded."""
+    """Return a robot without recorded quality of service of its publishers."""
     return [message._replace(qos=UNKNOWN) for message in ROBOT]
 
 
@@ -181,7 +170,7 @@ IRREGULAR = np.cumsum(np.resize([0.005, 0.09, 0.01, 0.005, 0.06], 200))
 
 
 def _diagnosed(buffer):
-    """Return what a node that holds a buffer says of its sources on /diagnostics, twice."""
+    """Return the diagnostics of a node with a buffer about its sources, two messages."""
     array, status, header, time, pair = (JAZZY.types[name] for name in (
         'diagnostic_msgs/msg/DiagnosticArray', 'diagnostic_msgs/msg/DiagnosticStatus',
         'std_msgs/msg/Header', 'builtin_interfaces/msg/Time', 'diagnostic_msgs/msg/KeyValue'))
@@ -189,16 +178,21 @@ def _diagnosed(buffer):
         buffer.sources_of('base_link')).items()]
     data = bytes(JAZZY.serialize_cdr(array(header(time(0, 0), ''), [
         status(0, 'robot: tf', '14 frames', '/robot', []),
-        status(1, 'robot: tf odom -> base_link', 'made way', '/robot', values)]),
+        status(1, 'robot: tf odom -> base_link', 'was replaced', '/robot', values)]),
         array.__msgtype__))
     return [Message(BEGIN + ns(t), '/diagnostics', [], type_name=array.__msgtype__, data=data)
             for t in (3.0, 4.0)]
 
 
-def _switched(gate, **says):
-    """Return a buffer whose sources said something, of the seconds, until one made way."""
-    buffer = BufferCore()
+def switched(code, buffer, show=lambda now: None):
+    """
+    Fill a buffer from sources until it has replaced one of them; return the buffer.
+
+    :param show: is called with the time of each step, nanoseconds.
+    """
+    gate, says = SWITCHED[code]
     for t in np.arange(0.0, 4.0, 0.02):
+        show(BEGIN + ns(t))
         for name, pose in says.items():
             if pose(t) is not None:
                 buffer.insert_from(name, 'odom', 'base_link', BEGIN + ns(t), pose(t))
@@ -211,15 +205,24 @@ def _slip(t):
     return drive(t) @ Pose(x=max(0.0, t - 2.0))
 
 
+# For each code, the gate of the buffer, and the poses of its sources over time.
+SWITCHED = {
+    'source_silent': (None, {'wheels': lambda t: drive(t) if t < 2.0 else None,
+                             'visual': drive}),
+    'source_diverged': ((0.05, 0.05), {'wheels': _slip, 'visual': drive, 'lidar': drive}),
+}
+
 FAULTY = {
     'loop': [*ROBOT, *send(('tool', 'base_link', swing), begin=1.0, end=1.5)],
     'two_parents': [*ROBOT, *send(('map', 'base_link', drive), delay=0.011)],
     'two_publishers': [*LOCALISER, *WHEELS, *SENSORS,
-                       *send(('odom', 'base_link', _alternating), rate_hz=20.0,
-                             stamp=lambda t: t + 0.003)],
+                       *(message._replace(publisher='another') for message in send(
+                           ('odom', 'base_link', _alternating), rate_hz=20.0,
+                           stamp=lambda t: t + 0.003))],
     'unconnected': [*ROBOT, *send(('gripper', 'finger', swing), rate_hz=50.0)],
     'delayed': [*LOCALISER, *send(
-        ('odom', 'base_link', drive), delay=0.8, end=SECONDS - 0.8), *SENSORS],
+        ('odom', 'base_link', drive), rate_hz=8.0, delay=0.8, jitter=0.1,
+        end=SECONDS - 0.8), *SENSORS],
     'static_republished': [*ROBOT, *send(('base_link', 'imu', at(0.1)), rate_hz=20.0)],
     'static_changed': [*ROBOT, *fixed(('base_link', 'lidar', at(0.35)), begin=3.0)],
     'late_joiner': [*LOCALISER, *WHEELS,
@@ -238,19 +241,32 @@ FAULTY = {
         stamp, (*pose[:3], *(1.1 * value for value in pose[3:])))), *SENSORS],
     'unreadable': [*ROBOT, Message(BEGIN + ns(1.0), '/tf', [], data=b'\0\1\0\0\xff\xff')],
     'kind_flips': [*ROBOT, *fixed(('odom', 'base_link', at(0.1)), begin=2.0)],
+    'static_late': [*LOCALISER, *WHEELS, *fixed(('base_link', 'lidar', at(0.3)), begin=4.0)],
     'zero_stamps': [*LOCALISER, *WHEELS, *SENSORS,
                     *_numbered(send(('base_link', 'pan', swing)),
                                lambda number, stamp, pose: (0, pose))],
     'future_stamps': [*LOCALISER, *WHEELS, *SENSORS,
-                      *send(('base_link', 'pan', swing), stamp=lambda t: t + 0.4)],
+                      *send(('base_link', 'pan', swing), ('pan', 'tilt', swing),
+                            stamp=lambda t: t + 0.4)],
+    'post_dated': [*WHEELS, *ARM, *SENSORS,
+                   *send(('map', 'odom', drift), rate_hz=20.0, stamp=lambda t: t + 0.2)],
+    'clock_offset': [*LOCALISER, *WHEELS, *SENSORS,
+                     *send(('base_link', 'pan', swing), stamp=lambda t: t - 0.25)],
     'clock_mixture': [*LOCALISER, *WHEELS, *SENSORS,
                       *simulated(send(('base_link', 'pan', swing)), 1.0)],
+    'clock_step': [*LOCALISER, *WHEELS, *SENSORS, *send(
+        ('base_link', 'pan', swing), stamp=lambda t: t + 0.72 * (t > 4.0))],
+    'frozen_stamp': [*WHEELS, *ARM, *SENSORS, *send(
+        ('map', 'odom', drift), rate_hz=20.0, stamp=lambda t: min(t, 1.5))],
+    'whole_seconds': [*LOCALISER, *WHEELS, *SENSORS,
+                      *send(('base_link', 'pan', swing), stamp=math.floor)],
     'jump_back': _looped(),
     'duplicate_stamps': [*LOCALISER, *SENSORS,
                          *send(('odom', 'base_link', drive), rate_hz=100.0,
                                stamp=lambda t: math.floor(50.0 * t + 1e-6) / 50.0)],
     'out_of_order': [*LOCALISER, *SENSORS, *_numbered(WHEELS, lambda number, stamp, pose: (
         stamp - ns(0.05) if number % 10 == 5 else stamp, pose))],
+    'stale': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', drive), end=3.0)],
     'gap': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', drive), end=3.0),
             *send(('odom', 'base_link', drive), begin=5.0)],
     'irregular_rate': [*send(('odom', 'base_link', drive), times=IRREGULAR), *SENSORS],
@@ -260,10 +276,15 @@ FAULTY = {
              *send(('map', 'odom', drift), rate_hz=0.5, end=16.0)],
     'pose_jump': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', _jumping)),
                   *send(('base_link', 'arm', swing))],
+    'outlier': [*LOCALISER, *SENSORS, *_numbered(WHEELS, lambda number, stamp, pose: (
+        stamp, STILL if number % 60 == 59 else pose)), *send(('base_link', 'arm', swing))],
+    'too_fast': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', lambda t: Pose(x=400.0 * t)))],
     'qos_mismatch': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', drive),
                                                  qos=BEST_EFFORT)],
-    'source_silent': [*ROBOT, *_diagnosed(_switched(
-        None, wheels=lambda t: drive(t) if t < 2.0 else None, visual=drive))],
-    'source_diverged': [*ROBOT, *_diagnosed(_switched(
-        (0.05, 0.05), wheels=_slip, visual=drive, lidar=drive))],
+    **{code: [*ROBOT, *_diagnosed(switched(code, BufferCore()))] for code in SWITCHED},
 }
+
+
+def written(code, folder):
+    """Write the bag of a fault; return its path."""
+    return write_ros2(folder / code, sorted(FAULTY[code], key=lambda each: each.received))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command tf_audit: what any program looked up, by its lines of code."""
+"""The command tf_audit: the lookups of any program, by its lines of code."""
 
 import json
 import sys
@@ -80,8 +69,8 @@ def test_program_that_fails_is_told_behind_its_audit(tmp_path):
 
 
 @pytest.mark.parametrize('command, sentence', [
-    (['--', sys.executable, '-c', 'pass'], 'made no buffer'),
-    (['--', sys.executable, '-c', PROGRAM], 'looked nothing up'),
+    (['--', sys.executable, '-c', 'pass'], 'created no buffer'),
+    (['--', sys.executable, '-c', PROGRAM], 'looked up nothing'),
     (['--', '/nowhere/at/all'], 'No such file'),
     (['--'], 'no command to run'), ([], 'no command to run'),
     (['node.py'], 'node.py')])

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The command tf_doctor: its statuses, its output, its JSON, on bags and over DDS."""
 
@@ -36,7 +25,7 @@ def doctor(*arguments, **options):
 
 @pytest.fixture(scope='module')
 def bags(tmp_path_factory):
-    """Return a bag that is well, one with an error, and one with a warning."""
+    """Return a healthy bag, one with an error, and one with a warning."""
     folder = tmp_path_factory.mktemp('bags')
     return {name: write_ros2(folder / name, sorted(messages, key=lambda each: each.received))
             for name, messages in (('well', HEALTHY['warehouse_robot']()),
@@ -71,14 +60,14 @@ def test_finding_is_told_with_cause_and_fix_as_wide_as_the_terminal(bags):
     told = ' '.join(done.stdout.split())
     assert told.startswith('error two_parents odom, map, base_link')
     assert 'base_link has the parents odom, map, and changed between them' in told
-    assert 'cause two nodes claim the frame' in told
-    assert 'fix decide who owns the frame' in told
+    assert 'cause two nodes publish the frame' in told
+    assert 'fix decide which node publishes the frame' in told
     assert told.endswith('1 error')
 
 
 @pytest.mark.parametrize('bag, arguments, sentence', [
     ('nowhere.mcap', [], 'there is no such file'),
-    (__file__, [], 'no bag'),
+    (__file__, [], 'is not a bag'),
     ('well', ['--tf-topic', '/robot1/tf'], 'has no topic /robot1/tf; it has: '),
     ('well', ['--seconds', 'nan'], "'nan' is not a number greater than zero")])
 def test_what_cannot_be_watched_is_one_sentence(bags, bag, arguments, sentence):
@@ -96,7 +85,7 @@ def test_reader_that_leaves_gets_no_complaint():
     assert process.returncode == 0
 
 
-# Hides what is not installed, as far as the program can see.
+# Makes packages appear not installed to the program.
 HIDDEN = """
 import sys
 sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(',')))
@@ -106,7 +95,7 @@ sys.exit(main())
 
 
 @pytest.mark.parametrize('missing, arguments, sentence', [
-    ('rich,rich.console', ['--list'], "pip install 'tf_tree_py[tools]'"),
+    ('rich,rich.console', ['--list'], 'pip install rich'),
     ('rosbags,rosbags.interfaces', ['--bag', 'well'], 'reading and writing bags needs rosbags'),
     ('rclpy', [], 'a live tree needs ROS 2, and rclpy is not installed')])
 def test_what_is_not_installed_is_one_sentence(bags, missing, arguments, sentence):
@@ -132,7 +121,7 @@ def context():
 
 
 class Beat:
-    """Calls something fifty times a second, until the end of the block; counts how often."""
+    """Calls a function fifty times a second, until the end of the block; counts the calls."""
 
     def __init__(self, act):
         self.count = 0
@@ -150,7 +139,7 @@ class Beat:
         return self
 
     def wait_for(self, more):
-        """Return when it was called so many more times."""
+        """Return after this number of further calls."""
         end = self.count + more
         while self.count < end:
             self._end.wait(0.01)
@@ -161,7 +150,7 @@ class Beat:
 
 
 def publisher(context, name, parent, child, x, topic='/tf', qos=None):
-    """Return what publishes an edge at the present time, from a node of its own."""
+    """Return a node and a function that publishes an edge at the present time."""
     from rclpy.node import Node
     from tf2_msgs.msg import TFMessage
     from tf_tree_py.core import Pose
@@ -202,6 +191,7 @@ def test_ctrl_c_tells_what_was_found_by_then_with_the_names_of_nodes(context):
         for node in nodes:
             node.destroy_node()
     report = json.loads(program.output[program.output.index('{'):])
+    assert report['interrupted'] is True and report['watched_s'] > 0.0
     found = {finding['code']: finding for finding in report['findings']}
     assert found.keys() == {'two_publishers', 'late_joiner', 'qos_mismatch'}
     assert found['two_publishers']['frames'] == ['odom', 'base']
@@ -213,7 +203,7 @@ def test_ctrl_c_tells_what_was_found_by_then_with_the_names_of_nodes(context):
 @pytest.mark.parametrize('arguments, sentence', [
     (['--seconds', '0.2'], 'no transform arrived from /tf and /tf_static'),
     (['--ros-args', '-r', 'nonsense'], 'nonsense'),
-    (['--tf-topic', 'a b', '--seconds', '1'], "'a b' is no topic: ")])
+    (['--tf-topic', 'a b', '--seconds', '1'], "'a b' is not a valid topic name: ")])
 def test_what_cannot_be_heard_is_one_sentence(arguments, sentence):
     done = doctor(*arguments)
     assert (done.returncode, done.stdout) == (2, '')

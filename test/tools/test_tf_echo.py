@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command tf_echo: what it answers, explains and misses, on a bag."""
+"""The command tf_echo: its results, explanations and errors, on a bag."""
 
 import json
 import math
@@ -64,7 +53,7 @@ def test_json_has_the_documented_shape_with_and_without_an_answer(bag):
 
 @pytest.fixture(scope='module')
 def uncertain_bag(tmp_path_factory):
-    """Return the same, whose lidar may be off by 1 cm along each axis and by 2 degrees."""
+    """Return the same, with errors of the lidar: 1 cm along each axis, 2 degrees."""
     turn = math.radians(2.0) ** 2
     told = [estimate('/tf_static_covariance', 'base_link', child, START, Pose(),
                      np.diag([1e-4, 1e-4, 1e-4, 0.0, 0.0, rotation]), qos=LATCHED)
@@ -92,9 +81,9 @@ def test_recorded_covariances_of_static_edges_are_told(uncertain_bag, bag):
 
 @pytest.mark.parametrize('arguments, told', [
     (['mapp', 'lidr'], ["'mapp': did you mean 'map'?", "'lidr': did you mean 'lidar'?",
-                        'there is: lidar, base_link']),
+                        'known frames: lidar, base_link']),
     (['map', 'lidar', '--at', '1800000000'],
-     ['odom -> base_link', 'ended 99999992.020 s before the moment asked for'])])
+     ['odom -> base_link', 'ended 99999992.020 s before the requested stamp'])])
 def test_what_is_missing_is_told_and_is_a_status(bag, arguments, told):
     done = tool('tf_echo', *arguments, '--once', '--bag', bag)
     assert (done.returncode, done.stderr) == (1, '')
@@ -103,9 +92,9 @@ def test_what_is_missing_is_told_and_is_a_status(bag, arguments, told):
 
 @pytest.mark.parametrize('arguments, sentence', [
     (['/map', 'lidar'], "'/map' begins with a slash"),
-    (['map', ''], "'' is no frame"),
-    (['map', 'lidar', '--at', 'nan'], "'nan' is no stamp"),
-    (['map', 'lidar', '--at', '1e999999999'], "'1e999999999' is no stamp"),
+    (['map', ''], "'' is not a frame name"),
+    (['map', 'lidar', '--at', 'nan'], "'nan' is not a stamp"),
+    (['map', 'lidar', '--at', '1e999999999'], "'1e999999999' is not a stamp"),
     (['map', 'lidar', '--rate', '0'], "'0' is not a number greater than zero"),
     (['map', 'lidar', '--bag', 'nowhere'], 'nowhere')])
 def test_what_cannot_be_asked_is_one_sentence(arguments, sentence):

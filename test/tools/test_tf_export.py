@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command tf_export: what it writes, read by others, and how it ends."""
+"""The command tf_export: its files, read by other programs, and its exit status."""
 
 import json
 import os
@@ -47,7 +36,7 @@ def image(stamp):
 
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
-    """Return a bag of five seconds: base drives a circle, and a camera looks from it."""
+    """Return a bag of five seconds: base drives in a circle, and has a camera."""
     messages = [Message(START, '/tf_static', [('base', 'camera', 0, tuple(Pose(z=0.5)))], LATCHED)]
     for number in range(251):
         stamp = START + number * SECOND // 50
@@ -65,7 +54,7 @@ def export(*arguments, **options):
 
 
 def read(path, form):
-    """Return the stamps and the other columns of a file, as those who are to read it would."""
+    """Return the stamps and the other columns of a file, read in the usual way of its format."""
     if form == 'npz':
         columns = np.load(path)
         assert str(columns['target_frame']) == 'map'
@@ -74,10 +63,46 @@ def read(path, form):
     if form == 'parquet':
         table = pytest.importorskip('pandas').read_parquet(path).to_numpy(dtype=object)
         return table[:, 0].astype(np.int64), table[:, 1:].astype(float)
+    if form == 'foxglove':
+        return read_foxglove(path)
+    if form == 'rrd':
+        return read_rrd(path)
     lines = [line for line in path.read_text().splitlines() if line[0] not in '#s']
     cells = [line.replace(',', ' ').split() for line in lines]
     return (np.array([int(row[0].replace('.', '')) for row in cells]),
             np.array([row[1:] for row in cells]).astype(float))
+
+
+def read_foxglove(path):
+    """Return the stamps and poses of an MCAP, from Foxglove's own reader."""
+    from mcap.reader import make_reader
+    stamps, poses = [], []
+    with open(path, 'rb') as file:
+        for schema, channel, message in make_reader(file).iter_messages():
+            assert (schema.name, channel.message_encoding) == ('foxglove.FrameTransforms', 'json')
+            transform, = json.loads(message.data)['transforms']
+            time = transform['timestamp']
+            stamps.append(time['sec'] * SECOND + time['nsec'])
+            assert stamps[-1] == message.log_time
+            assert (transform['parent_frame_id'], transform['child_frame_id']) == tuple(FRAMES)
+            poses.append([*(transform['translation'][axis] for axis in 'xyz'),
+                          *(transform['rotation'][axis] for axis in 'xyzw')])
+    return np.array(stamps), np.array(poses)
+
+
+def read_rrd(path):
+    """Return the stamps and poses of a recording, from rerun's own reader."""
+    from rerun.chunk import RrdReader
+    chunk, = (chunk for chunk in RrdReader(path).stream()
+              if chunk.entity_path == '/map/camera')
+    rows = chunk.to_record_batch()
+    poses = [[*position[0], *quaternion[0]] for position, quaternion in zip(
+        rows.column('Transform3D:translation').to_pylist(),
+        rows.column('Transform3D:quaternion').to_pylist(), strict=True)]
+    return rows.column('stamp').to_numpy().astype(np.int64), np.array(poses)
+
+
+VIEWERS = {'foxglove': 'mcap', 'rrd': 'rerun'}
 
 
 @pytest.mark.parametrize('form', FORMATS)
@@ -86,14 +111,19 @@ def test_every_format_gives_back_stamps_and_poses_to_the_bit(bag, tmp_path, form
         pytest.importorskip('pandas')
         pytest.importorskip('pyarrow')
     path = tmp_path / f'camera.{form}'
-    twist = [] if form == 'tum' else ['--twist']
+    if form in VIEWERS:
+        pytest.importorskip(VIEWERS[form], reason=f'pip install {VIEWERS[form]}')
+    twist = [] if form == 'tum' or form in VIEWERS else ['--twist']
     assert _work([str(bag), *FRAMES, '--at', '/images', '-o', str(path), *twist]) == 0
     stamps, columns = read(path, form)
     poses, valid = open_bag(bag).lookup_many(*FRAMES, IMAGES, outside='mask')
     assert stamps.tolist() == np.array(IMAGES)[valid].tolist() and 20 < len(stamps) < len(IMAGES)
-    assert columns[:, :7].tolist() == poses[valid].tolist()
+    if form == 'rrd':  # with float32 numbers
+        np.testing.assert_allclose(columns, poses[valid], atol=1e-6)
+    else:
+        assert columns[:, :7].tolist() == poses[valid].tolist()
     assert columns.shape[1] == (13 if twist else 7)
-    # From one way to write stamps to the other, and nothing is lost.
+    # Converting the stamps from one format to the other loses nothing.
     if form in ('tum', 'csv'):
         assert stamps_in(path).tolist() == stamps.tolist()
 
@@ -155,7 +185,7 @@ def test_odd_bag_is_told_and_has_a_status_of_its_own(tmp_path):
     (['BAG', *FRAMES, '--at-file', 'far.txt'], 'none of 2 stamps has a transform'),
     (['BAG', *FRAMES, '--at-file', 'words.txt'], "line 2: 'one two' has no stamp in column 1"),
     (['BAG', *FRAMES, '--at-file', 'missing.txt'], 'cannot be read: No such file'),
-    (['BAG', 'base', 'camera'], 'no edge says at which stamps to look'),
+    (['BAG', 'base', 'camera'], 'are static, so they have no stamps to use'),
     (['BAG', *FRAMES, '--twist'], 'TUM files have no velocities'),
     (['BAG', *FRAMES, '-o', 'no/such/folder.tum'], 'cannot be written'),
     (['BAG', *FRAMES, '--format', 'npz'], '-o FILE is missing'),
@@ -163,7 +193,7 @@ def test_odd_bag_is_told_and_has_a_status_of_its_own(tmp_path):
     (['BAG', *FRAMES, '--rate', '0'], "'0' is not a number greater than zero")])
 def test_what_cannot_be_exported_is_one_sentence(bag, tmp_path, monkeypatch, capsys, arguments,
                                                  sentence):
-    from tf_tree_py.tools.endings import Cannot
+    from tf_tree_py.command.endings import Cannot
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'far.txt').write_text('# seconds\n12.5\n\n13.000000001\n')
     (tmp_path / 'words.txt').write_text('17\none two\n')

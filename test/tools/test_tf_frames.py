@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The command tf_frames: the tree of a bag on the terminal and in files."""
 
@@ -22,7 +11,7 @@ from bags import write_ros2
 from patients import FAULTY, HEALTHY
 import pytest
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.telling.frame_graph import frame_graph
+from tf_tree_py.core.reports.frame_graph import frame_graph
 from tf_tree_py.tools.drawing import places
 from tool_helpers import assert_one_sentence, assert_shape, tool
 
@@ -45,7 +34,7 @@ def test_tree_is_drawn_with_what_is_wrong_in_words(bags):
         '      ├─ lidar    static      ']
     assert 'tool -> base_link would close a loop and is refused' in done.stdout
     two = tool('tf_frames', '--bag', bags['unconnected'])
-    assert (two.returncode, two.stdout.count('a tree of its own')) == (1, 2)
+    assert (two.returncode, two.stdout.count('a separate tree')) == (1, 2)
 
 
 def test_frames_too_deep_for_the_terminal_keep_their_names(bags, monkeypatch):
@@ -104,7 +93,7 @@ def test_no_two_boxes_of_a_drawing_stand_on_each_other():
 
 
 @pytest.mark.parametrize('file, sentence', [
-    ('frames.doc', 'none of the suffixes'), ('frames', 'none of the suffixes'),
+    ('frames.doc', 'none of the supported suffixes'), ('frames', 'none of the supported suffixes'),
     ('nowhere/frames.svg', 'there is no folder')])
 def test_file_that_cannot_be_is_one_sentence(bags, tmp_path, file, sentence):
     done = tool('tf_frames', '--bag', bags['well'], '-o', tmp_path / file)

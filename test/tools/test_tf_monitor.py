@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command tf_monitor: every edge of a bag, trouble first."""
+"""The command tf_monitor: every edge of a bag, problems first."""
 
 import itertools
 import json
@@ -74,4 +63,5 @@ def test_json_has_the_documented_shape(bags, name):
 
 
 def test_chain_with_one_end_is_one_sentence(bags):
-    assert_one_sentence(tool('tf_monitor', 'map', '--bag', bags['well']), 'tf_monitor', 'two ends')
+    assert_one_sentence(tool('tf_monitor', 'map', '--bag', bags['well']), 'tf_monitor',
+                        'both frames')

@@ -1,25 +1,17 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command tf_record on bags: it cuts out what was found."""
+"""The command tf_record on bags: it extracts the time around findings."""
 
 import json
+import resource
+import subprocess
 
 from bags import write_ros2
 from patients import FAULTY, HEALTHY
+from programs import PATIENCE_S
 import pytest
-from tool_helpers import assert_one_sentence, assert_shape, tool
+from tool_helpers import assert_one_sentence, assert_shape, command, tool
 
 
 @pytest.fixture(scope='module')
@@ -60,9 +52,33 @@ def test_lookup_that_is_lost_is_recorded(bags, tmp_path):
 
 @pytest.mark.parametrize('arguments, sentence', [
     (['--on', 'loops'], "'loops' is neither lookup_failed nor a code"),
-    (['--on', 'lookup_failed'], 'belong together'),
-    (['--lookup', 'map', 'base'], 'belong together'),
-    (['-o', __file__], 'is no folder for bags: File exists'),
+    (['--on', 'lookup_failed'], 'must be used together'),
+    (['--lookup', 'map', 'base'], 'must be used together'),
+    (['-o', __file__], 'cannot hold bags: File exists'),
     (['--keep', '-1'], "'-1' is not a number")])
 def test_wrong_arguments_are_one_sentence(arguments, sentence):
     assert_one_sentence(tool('tf_record', *arguments), 'tf_record', sentence)
+
+
+def on_full_disk(name, *arguments):
+    """Run a tool with a limit of a few bytes for each file."""
+    return subprocess.run(
+        [*command(name), *map(str, arguments)], capture_output=True, text=True, check=False,
+        timeout=PATIENCE_S,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
+
+
+def test_bag_that_cannot_be_written_is_no_success(bags, tmp_path):
+    done = on_full_disk('tf_record', '--bag', bags['well'], '-o', tmp_path)
+    assert done.returncode == 2
+    assert done.stdout.startswith('not written, ')
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_picture_that_cannot_be_written_leaves_the_old_one(bags, tmp_path):
+    picture = tmp_path / 'frames.dot'
+    picture.write_text('what was there')
+    done = on_full_disk('tf_frames', '--bag', bags['well'], '-o', picture)
+    assert done.returncode == 2
+    assert [*tmp_path.iterdir()] == [picture]
+    assert picture.read_text() == 'what was there'

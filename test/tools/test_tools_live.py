@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Every tool over DDS by its real command line, all beside one robot of five frames."""
+"""Every tool over DDS by its real command line, all with one robot of five frames."""
 
 import json
 import signal
@@ -27,7 +16,7 @@ pytest.importorskip('rclpy')
 
 EDGES = {('world', 'odom'), ('odom', 'base_link'), ('base_link', 'camera'),
          ('base_link', 'gripper')}
-# On topics of its own, so that the robot has five frames for everybody else.
+# On separate topics, so that the robot has five frames for all other tools.
 MOUNTS = """
 transforms:
   - {frame_id: mount, child_frame_id: tool, covariance: [1.0e-4, 1.0e-4, 1.0e-4, 0, 0, 0]}
@@ -36,7 +25,7 @@ transforms:
 
 @pytest.fixture(scope='module')
 def programs(tmp_path_factory):
-    """Return the tools, started together: each needs a moment to find the robot."""
+    """Return the tools, started at the same time: each needs a moment to find the robot."""
     folder = tmp_path_factory.mktemp('live')
     robot = Program(*executable('five_frame_publisher'))
     mounts = folder / 'mounts.yaml'
@@ -100,7 +89,7 @@ def test_audit_tells_what_a_node_looked_up_until_ctrl_c(programs):
     audit.interrupt()
     status, said = audit.end(), audit.output
     line, = json.loads(said[said.index('{'):])['lines']
-    # At first there was nobody to hear.
+    # The first lookups may have failed before the discovery.
     assert status == int(line['doubtful']) == int(line['failed'] > 0)
     assert line['caller']['file'].endswith('five_frame_listener.py')
     assert (line['target'], line['source'], line['latest']) == ('world', 'gripper', False)
@@ -120,17 +109,17 @@ def test_recorder_writes_when_it_is_told_to(programs):
     record = programs['record']
     record.wait_for('keeping the last 30 s of /tf and /tf_static')
     count = 0
-    while '.mcap: asked' not in record.output:  # before anything arrived nothing is written
+    while '.mcap: asked' not in record.output:  # nothing is written before data has arrived
         count += 1
         record.interrupt(signal.SIGUSR1)
-        record.wait_for('asked for by SIGUSR1', count)
+        record.wait_for('requested by SIGUSR1', count)
     context = rclpy.context.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node('asking', context=context)
     client = node.create_client(Trigger, '/tf_record/dump')
     assert client.wait_for_service(PATIENCE_S)
     client.call_async(Trigger.Request())
-    record.wait_for('asked for by ~/dump')
+    record.wait_for('requested by ~/dump')
     node.destroy_node()
     context.shutdown()
     record.interrupt()

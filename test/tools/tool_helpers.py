@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The tools by their real command lines, and the shapes that their pages promise."""
+"""The tools by their real command lines, and the documented shapes of their output."""
 
 from contextlib import redirect_stderr, redirect_stdout
 from importlib import import_module
@@ -35,7 +24,7 @@ def command(name):
 
 
 def tool(name, *arguments, entry='main'):
-    """Run a tool's command line in this process; return what a process of its own would leave."""
+    """Run a tool's command line in this process; return the result like that of a process."""
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     out, err = io.StringIO(), io.StringIO()
     try:
@@ -51,7 +40,7 @@ def tool(name, *arguments, entry='main'):
 
 
 def started(name, *arguments):
-    """Return a tool that runs."""
+    """Return a started tool."""
     return Program(*command(name), *map(str, arguments))
 
 
@@ -64,7 +53,7 @@ def documented(page, heading):
 
 
 def assert_shape(data, page, heading):
-    """Hold an object to what a page promises: its keys, and their types."""
+    """Assert that an object has the documented keys and types."""
     promised = documented(page, heading)
     assert data.keys() == promised.keys()
     for key, kinds in promised.items():
@@ -72,7 +61,7 @@ def assert_shape(data, page, heading):
 
 
 def assert_one_sentence(done, name, sentence):
-    """Hold a tool to have said why it cannot, and nothing else."""
+    """Assert that a tool printed its reason in one sentence, and nothing else."""
     assert (done.returncode, done.stdout) == (2, '')
     # rcl may have logged before.
     line = done.stderr.splitlines()[-1]

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Robot descriptions that tests write: of every kind of joint, and of many at random."""
+"""Robot descriptions for tests: with every kind of joint, and with many random joints."""
 
 import random
 
@@ -27,7 +16,7 @@ def joint(name, kind, parent, child, inside='', xyz='0 0 0', rpy='0 0 0', axis=N
 
 
 def robot(*joints, links=None):
-    """Return a description of joints, each on a line of its own, with the links they name."""
+    """Return a description of joints, each on a separate line, with the links that they name."""
     if links is None:
         links = dict.fromkeys(word.split('"')[0] for text in joints
                               for word in text.split('link="')[1:])
@@ -40,7 +29,7 @@ def parsed(*joints, **options):
 
 
 def chain(count):
-    """Return a robot of so many joints, one on the other, that turn about all sorts of axes."""
+    """Return a robot with a serial chain of joints, which rotate about various axes."""
     axes = ['0 0 1', '0 1 0', '1 0 0', '1 -2 0.5']
     return robot(*(joint(f'joint_{number}', 'revolute', f'link_{number}', f'link_{number + 1}',
                          xyz='0.1 0 0.05', rpy='0.1 -0.2 0.3', axis=axes[number % 4])
@@ -48,7 +37,7 @@ def chain(count):
 
 
 def at_random(seed, count=40):
-    """Return a robot of so many joints of every kind, on each other anyhow; some mimic."""
+    """Return a robot with random joints of every kind, in a random tree; some mimic."""
     dice = random.Random(seed)
     kinds = ['fixed', 'revolute', 'continuous', 'prismatic', 'planar', 'floating']
     kinds += dice.choices(['fixed', 'revolute', 'continuous', 'prismatic'], k=count - len(kinds))

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Forward kinematics of whole robots, held against another program's."""
+"""Forward kinematics of whole robots, compared with another program's."""
 
 from descriptions import at_random
 import numpy as np
@@ -22,13 +11,13 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.urdf import Robot
 
 pinocchio = pytest.importorskip(
-    'pinocchio', reason='the oracle is not installed: pip install pin')
+    'pinocchio', reason='pinocchio is not installed: pip install pin')
 if not hasattr(pinocchio, 'buildModelFromXML'):
     pytest.skip('this pinocchio is another package: pip install pin', allow_module_level=True)
 
 
 def position_of(joint, given, by_name):
-    """Return where a joint with one position is, by whom it mimics."""
+    """Return the position of a joint with one variable, including through mimic joints."""
     if joint.mimic is None:
         return given[joint.name]
     leader = position_of(by_name[joint.mimic.joint], given, by_name)
@@ -36,7 +25,7 @@ def position_of(joint, given, by_name):
 
 
 def as_their_positions(robot, model, given):
-    """Return a configuration as Pinocchio has it: unbounded angles as cosine and sine."""
+    """Return a configuration in Pinocchio's format: unbounded angles as cosine and sine."""
     by_name = {joint.name: joint for joint in robot.joints}
     q = pinocchio.neutral(model)
     for joint in robot.moving:
@@ -71,7 +60,7 @@ def test_every_link_of_forty_joints_is_where_pinocchio_has_it(seed):
             buffer.insert(parent, child, 1, poses[number])
         for link, pose in buffer.lookup_tree(robot.root, 1).items():
             theirs = data.oMf[model.getFrameId(link)].homogeneous
-            # Forty edges with a metre or two each: the numbers reach tens of metres.
+            # Forty edges with a metre or two each: coordinates reach tens of metres.
             assert np.abs(se3.as_matrix(pose) - theirs).max() < 1e-12
 
 

@@ -1,25 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Joint states as they come: what moves, what stays, what is told, and tracks of recordings."""
+"""Joint states as they arrive: moving and constant joints, reports, and tracks of recordings."""
 
 from descriptions import joint, parsed
 import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, InvalidArgumentException, UNLIMITED
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
-from tf_tree_py.urdf.states import JointStates
+from tf_tree_py.urdf.joint_states import JointStates
 
 MS = 1_000_000
 ARM = (joint('base', 'fixed', 'o', 'a', xyz='5 0 0'), joint('j', 'prismatic', 'a', 'b'),
@@ -38,7 +27,7 @@ def states(told):
 
 
 def take(states, ms, interval=None, **positions):
-    """Return which of j, k and m are to be sent."""
+    """Return which of j, k and m to send."""
     rows = states.take(ms * MS, tuple(positions), np.array(list(positions.values())), interval)
     return None if rows is None else ''.join(np.array(list('jkm'))[rows])
 
@@ -58,7 +47,7 @@ def test_message_moves_whom_it_names_and_whoever_mimics_them(states):
 def test_joint_that_nobody_reports_any_more_keeps_its_position_and_is_sent_with_it(states):
     for ms in (0, 10, 20):
         assert take(states, ms, j=1.0, k=2.0) == 'jkm'
-    # It may come in the next message, or by another publisher, for three of its periods.
+    # For three of its periods, it may come in the next message or from another publisher.
     assert [take(states, ms, j=3.0) for ms in (30, 40, 50, 60)] == ['j', 'j', 'j', 'jkm']
     assert slides(states) == [3.0, 2.0, 4.0]
 
@@ -95,7 +84,7 @@ def test_names_that_no_joint_has_are_told_once(states, told):
     for ms in range(3):
         assert take(states, ms, j=1.0, knee=2.0, base=0.0) == 'j'
     assert take(states, 4, knee=2.0) is None
-    assert len(told) == 1 and "no joint of this robot: 'knee'. Known: j, k, m" in told[0]
+    assert len(told) == 1 and "that this robot does not have: 'knee'. Known: j, k, m" in told[0]
 
 
 def test_flood_of_names_ends_and_is_forgotten(states, told):
@@ -110,8 +99,8 @@ def test_bad_positions_leave_the_last_ones(states, told):
     assert take(states, 2, j=float('inf')) is None
     assert states.take(3 * MS, ('j',), np.array([])) is None
     assert slides(states) == [1.0, 2.0, 4.0]
-    assert [text.split(':')[0] for text in told] == [
-        'positions that are not finite are ignored', '1 names and 0 positions']
+    assert told == ["positions that are not finite are ignored, of 'j'",
+                    'joint states with 1 names and 0 positions are ignored']
 
 
 def test_zero_quaternion_is_told_and_left_out(told):
@@ -160,7 +149,7 @@ def test_recorded_joint_has_its_own_stamps_and_positions():
               for ms in range(10, 101, 10)]
     j, k, _ = joint_tracks(parsed(*ARM), states)
     assert (j.stamps // MS).tolist() == j.poses[:, 0].tolist() == list(range(10, 101, 10))
-    # Three periods after its last report it is said where it was.
+    # Three periods after its last report, its last position is repeated.
     assert (k.stamps // MS).tolist() == [10, 20, 30, 40, 50, 90, 100]
     assert k.poses[:, 0].tolist() == [10, 20, 30, 40, 50, 50, 50]
 

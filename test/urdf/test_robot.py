@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a description says: which edges there are, how they move, and what links look like."""
+"""The content of a description: the edges, their motion, and the shapes of links."""
 
 from math import cos, pi, sin
 
@@ -28,7 +17,7 @@ AT_ORIGIN = Pose.from_xyz_rpy(1.0, 2.0, 3.0, 0.1, 0.2, 0.3)
 
 
 def moved(kind, positions, axis=None, **named):
-    """Return where a joint of a kind is, seen from its origin."""
+    """Return the pose of a joint of a kind, relative to its origin."""
     robot = parsed(joint('j', kind, 'a', 'b', axis=axis, **ORIGIN))
     given = dict(zip(robot.variables, positions, strict=True)) if positions else named
     return AT_ORIGIN.inverse() @ Pose(*robot.edges(given)['a', 'b'].tolist())
@@ -52,7 +41,7 @@ def test_sliding_joint_slides_along_its_axis():
 def test_planar_joint_slides_in_its_plane_and_turns_about_its_normal():
     assert near(moved('planar', [1.0, 2.0, 0.5], '0 0 1'), x=1.0, y=2.0, yaw=0.5)
     assert near(moved('planar', [1.0, 2.0, 0.5]), x=1.0, y=2.0, yaw=0.5)
-    # The shortest turn from z to x takes x to -z.
+    # The smallest rotation from z to x takes x to -z.
     assert near(moved('planar', [1.0, 2.0, 0.5], '1 0 0'), z=-1.0, y=2.0, roll=0.5)
     assert near(moved('planar', [1.0, 2.0, 0.5], '0 0 -1'), x=1.0, y=-2.0, yaw=-0.5)
 
@@ -102,13 +91,13 @@ def test_fixed_edges_are_there_as_often_as_the_others():
 
 
 @pytest.mark.parametrize(('given', 'told'), [
-    ({'jj': 1.0}, r"'jj' is no variable of this robot. Did you mean 'j'\? Known: j"),
-    ([1.0, 2.0], r'positions are \(N, 1\), a column for each of robot.variables.*not \(2,\)'),
+    ({'jj': 1.0}, r"'jj' is not a variable of this robot. Did you mean 'j'\? Known: j"),
+    ([1.0, 2.0], r'an array \(N, 1\) with a column for each of robot.variables.*not \(2,\)'),
     ('j', 'not'), (0.5, 'not'),
     ({'j': float('nan')}, "a position of 'j' is not finite"),
     ({'j': 'x'}, 'positions are numbers'),
-    ({'j': [1.0, 2.0], 'p/x': [1.0, 2.0, 3.0]}, r'as many for each variable: j \(2,\), p/x \(3'),
-    ({'f/rot_w': 0.0}, 'quaternion of a floating joint is all zero'),
+    ({'j': [1.0, 2.0], 'p/x': [1.0, 2.0, 3.0]}, r'same length.*: j \(2,\), p/x \(3'),
+    ({'f/rot_w': 0.0}, 'quaternion of a floating joint is zero'),
 ])
 def test_positions_that_are_none_are_told(given, told):
     more = [joint('p', 'planar', 'b', 'c'), joint('f', 'floating', 'c', 'd')]
@@ -124,7 +113,7 @@ def test_robot_tells_what_it_is():
 
 
 def test_exporters_habits_are_read():
-    """Gazebo's and transmissions' elements, an axis of what is fixed, commas nowhere."""
+    """Elements of Gazebo and of transmissions, an axis of a fixed joint, a mimic of no joint."""
     robot = Robot.parse("""<?xml version="1.0"?>
 <robot name="r" xmlns:gz="http://gazebosim.org"><!-- a comment -->
   <link name="a"><inertial><mass value="x"/></inertial><collision/></link><link name="b"/>

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A real Chromium, in which tests open pages; without one they skip and say what is missing."""
+"""A real Chromium for pages; without it, the tests skip and name the missing program."""
 
 import os
 import shutil
@@ -25,7 +14,7 @@ _PROGRAMS = ('chromium', 'chromium-browser', 'google-chrome')
 _OPTIONS = ('--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
             *(['--no-sandbox'] if os.geteuid() == 0 else []))
 
-# What three.js has made tells of itself where its developers' tools listen.
+# three.js announces its objects where its developer tools listen.
 _LISTEN = """
 window.scenes = [];
 window.__THREE_DEVTOOLS__ = new EventTarget();
@@ -34,12 +23,12 @@ window.__THREE_DEVTOOLS__.addEventListener(
 """
 
 
-# Not of the whole session: as long as it is there playwright's event loop is, in which no test of
-# another folder can run asyncio.
+# Not for the whole session: playwright's event loop exists as long as the fixture, and meanwhile
+# no test of another folder can run asyncio.
 @pytest.fixture(scope='module')
 def chromium():
     """Return a headless Chromium."""
-    pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
+    pytest.importorskip('viser', reason='pages need viser')
     playwright = pytest.importorskip(
         'playwright.sync_api', reason='Chromium is driven by playwright: pip install playwright')
     with playwright.sync_playwright() as driver:
@@ -56,7 +45,7 @@ def chromium():
 
 @pytest.fixture(scope='module')
 def window(chromium):
-    """Return a browser window that nothing is open in: a small one, for its pictures take time."""
+    """Return an empty browser window, a small one, because drawing takes time."""
     context = chromium.new_context(viewport={'width': 640, 'height': 480})
     context.set_default_timeout(1000.0 * PATIENCE_S)
     context.add_init_script(_LISTEN)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A page in the browser: what stands in its scene, read back from three.js, and its controls."""
+"""A page in the browser: the content of its scene, read from three.js, and its controls."""
 
 import time
 
@@ -43,13 +32,13 @@ _READ = """() => {
   return found;
 }"""
 
-# A page that is not painted just now has no next picture.
+# A page that is not currently painted has no next picture.
 _NEXT_PICTURE = """() => new Promise(done => {
   requestAnimationFrame(done);
   setTimeout(done, 200);
 })"""
 
-# Whichever way is up on the page, the lines' own axes are those of the fixed frame.
+# Whichever axis is up on the page, the lines' own axes are those of the fixed frame.
 _SPHERES = """() => {
   const spheres = [];
   let world;
@@ -64,6 +53,64 @@ _SPHERES = """() => {
 }"""
 
 
+# viser draws all names with one mesh of rectangles; this repeats its shader's computation. The
+# camera is only available to objects that are being drawn.
+_NAMES = """() => {
+  const names = [];
+  window.scenes.forEach(scene => scene.traverseVisible(node => {
+    const {aRect, aParams, aLabelIndex} = node.geometry?.attributes ?? {};
+    const uniforms = node.material?.uniforms;
+    if (!aRect || uniforms.uAtlas) return;
+    node.onBeforeRender = (_, __, camera) => { window.tfCamera = camera; };
+    const camera = window.tfCamera;
+    if (!camera) return;
+    const height = uniforms.uViewportHeight.value;
+    const canvas = document.querySelector('canvas');
+    for (let at = 0; at < node.geometry.instanceCount; ++at) {
+      const data = uniforms.uLabelData.value.image.data;
+      const [x, y, z, seen] = data.slice(4 * aLabelIndex.getX(at), 4 * aLabelIndex.getX(at) + 4);
+      const place = camera.position.clone().set(x, y, z).applyMatrix4(camera.matrixWorldInverse);
+      if (!seen || place.z >= 0) continue;
+      const em = aParams.getY(at) * 80 * seen / 2;
+      const pixel = place.clone().applyMatrix4(camera.projectionMatrix);
+      const left = (pixel.x + 1) / 2 * canvas.clientWidth + aRect.getX(at) * em;
+      const bottom = (1 - pixel.y) / 2 * height - aRect.getY(at) * em;
+      names.push([left, bottom - aRect.getW(at) * em, left + aRect.getZ(at) * em, bottom]);
+    }
+  }));
+  return names;
+}"""
+
+# The positions of the frames in the window, with the camera that drew the names.
+_PIXELS = """() => {
+  const box = document.querySelector('canvas').getBoundingClientRect();
+  const pixels = [];
+  const camera = window.tfCamera;
+  window.scenes.forEach(scene => scene.traverseVisible(node => {
+    if (!node.isInstancedMesh || node.geometry.type !== 'CylinderGeometry') return;
+    for (let at = 0; at < node.count; at += 3) {
+      const matrix = node.instanceMatrix.array.slice(16 * at, 16 * at + 16);
+      const place = camera.position.clone()
+        .set(...[0, 1, 2].map(axis => matrix[12 + axis] - matrix[4 + axis] / 2))
+        .applyMatrix4(node.matrixWorld).project(camera);
+      pixels.push([box.left + (place.x + 1) / 2 * box.width,
+                   box.top + (1 - place.y) / 2 * box.height]);
+    }
+  }));
+  return pixels;
+}"""
+
+# The controls are over or beside the picture: the outermost box around their tabs that does not
+# contain the picture.
+_PANEL = """() => {
+  const canvas = document.querySelector('canvas');
+  let panel = document.querySelector('.tf-status');
+  while (!panel.parentElement.contains(canvas)) panel = panel.parentElement;
+  const box = panel.getBoundingClientRect();
+  return [box.left, box.top, box.right, box.bottom];
+}"""
+
+
 class OpenPage:
     """
     A page that is open in a browser window.
@@ -71,17 +118,17 @@ class OpenPage:
     :ivar complaints: errors in its console.
     """
 
-    def __init__(self, window, url):
+    def __init__(self, window, url, query=''):
         self.page = window.new_page()
         self.complaints = []
         self.page.on('console', lambda message: message.type == 'error'
                      and self.complaints.append(message.text))
         self.page.on('pageerror', lambda error: self.complaints.append(str(error)))
-        self.page.goto(f'{url}/?fixedDpr=0.5')  # pictures of fewer points take less time
+        self.page.goto(f'{url}/?fixedDpr=0.5{query}')  # pictures with fewer pixels are faster
         self.wait_for_text('frames')
 
     def wait_for_text(self, text):
-        """Wait until the line that says which moment is shown has a text in it."""
+        """Wait until the status line, with the displayed moment, contains a text."""
         self.page.locator('.tf-status', has_text=text).wait_for()
 
     def status(self):
@@ -107,7 +154,7 @@ class OpenPage:
             self.page.keyboard.press(key)
 
     def field(self, label):
-        """Return the field behind a label; viser does not join them for all kinds."""
+        """Return the field after a label; viser does not connect them for all types."""
         return self.page.locator(
             '.mantine-Flex-root', has=self.page.locator('label', has_text=label)
         ).locator('input:not([type=hidden])').last
@@ -115,14 +162,14 @@ class OpenPage:
     # --- the scene
 
     def scene(self):
-        """Return what is drawn."""
+        """Return the content of the scene."""
         return self.page.evaluate(_READ)
 
     def axes(self):
-        """Return position, scale and rotation (N, 3, 3) of the axes that are drawn."""
+        """Return position, scale and rotation (N, 3, 3) of the drawn axes."""
         matrices = np.array(self.scene()['axes'][0]).reshape(-1, 3, 4, 4)
-        # Columns come first. A cylinder lies along its own y, its middle half a length from
-        # the frame.
+        # Columns come first. A cylinder extends along its own y, and its middle is half a length
+        # from the frame.
         along, middle = matrices[:, :, 1, :3], matrices[:, :, 3, :3]
         scale = np.linalg.norm(along[:, 0], axis=1)
         with np.errstate(invalid='ignore'):
@@ -130,28 +177,45 @@ class OpenPage:
         return middle[:, 0] - along[:, 0] / 2.0, scale, rotation
 
     def wait_for_axes(self, right):
-        """Return the axes as soon as they are right, which a function of them says."""
+        """Return the axes as soon as a predicate of them is true."""
         return self.wait_for(lambda: self.scene()['axes'] and self.axes(),
                              lambda axes: axes and right(*axes))
 
+    def names(self):
+        """Return the area of each name, (N, 4): left, top, right and bottom, CSS pixels."""
+        return np.array(self.page.evaluate(_NAMES)).reshape(-1, 4)
+
+    def pixels(self):
+        """Return the frames' positions in the window, (N, 2) CSS pixels; call ``names`` before."""
+        return np.array(self.page.evaluate(_PIXELS)).reshape(-1, 2)
+
+    def picture(self):
+        """Return the area of the picture: left, top, right and bottom, CSS pixels."""
+        box = self.page.locator('canvas').first.bounding_box()
+        return np.array((box['x'], box['y'], box['x'] + box['width'], box['y'] + box['height']))
+
+    def panel(self):
+        """Return the area of the controls: left, top, right and bottom, CSS pixels."""
+        return np.array(self.page.evaluate(_PANEL))
+
     def ellipsoids(self):
-        """Return of each sphere what makes it of the unit one, in the page's axes (N, 4, 4)."""
+        """Return each sphere's matrix relative to a unit sphere, in the page's axes (N, 4, 4)."""
         return np.array(self.page.evaluate(_SPHERES)).reshape(-1, 4, 4).swapaxes(1, 2)
 
     def wait_for_ellipsoid(self, right):
-        """Return as soon as one sphere is seen and right, which a function of its matrix says."""
+        """Return as soon as one sphere is visible and a predicate of its matrix is true."""
         self.wait_for(self.ellipsoids, lambda found: len(found) == 1 and right(found[0]))
 
     def wait_for(self, look, right=bool):
-        """Return what a function finds, as soon as it is right; it looks at every picture."""
+        """Return the result of a function as soon as it is right; call it at every picture."""
         end = time.monotonic() + PATIENCE_S
         while not right(found := look()):
-            assert time.monotonic() < end, f'what is found is another: {found}'
+            assert time.monotonic() < end, f'unexpected result: {found}'
             self.page.evaluate(_NEXT_PICTURE)
         return found
 
     def wait_for_count(self, what, count):
-        """Wait until so many nodes of the scene can be seen, by a JavaScript expression."""
+        """Wait until this number of nodes of the scene is visible, by a JavaScript expression."""
         self.page.wait_for_function(f"""() => {{
           let count = 0;
           window.scenes.forEach(scene => scene.traverseVisible(

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The ellipsoid of where a frame may be, as plain data."""
+"""The ellipsoid of a frame's uncertain position, as plain data."""
 
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as st_numpy
@@ -20,8 +9,8 @@ import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, Pose
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.view.shown.ellipsoid import ellipsoid
-from tf_tree_py.view.shown.moment import moment_at
+from tf_tree_py.view.model.ellipsoid import ellipsoid
+from tf_tree_py.view.model.moment import moment_at
 
 SECOND = 1_000_000_000
 
@@ -42,7 +31,7 @@ def of(buffer, frame, stamp=SECOND, fixed_frame='odom'):
 
 @given(st_numpy.arrays(float, (3, 3), elements=st.floats(-1.0, 1.0)))
 def test_it_is_two_sigma_of_the_position_in_the_fixed_frame(root):
-    # Thicker than what is drawn as a disc.
+    # Thicker than the limit below which it is drawn as a disc.
     covariance = np.zeros((6, 6))
     covariance[:3, :3] = root @ root.T + 0.01 * np.eye(3)
     buffer = robot(covariance)

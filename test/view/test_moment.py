@@ -1,31 +1,21 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a page draws: all frames at one stamp, and those that were left behind."""
+"""The content of a page: all frames at one stamp, and those that were left behind."""
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
-from tf_tree_py.view.shown.living import living, window
-from tf_tree_py.view.shown.moment import live_moment, moment_at
+from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.view.model.liveness import left_behind_by_stamps, Remembered, window
+from tf_tree_py.view.model.moment import live_moment, moment_at
 
 SECOND = 1_000_000_000
 
 
 def moving(buffer, parent, child, begin, end, step=SECOND // 50, y=0.0):
-    """Insert an edge that goes along x at 1 m/s."""
+    """Insert an edge that moves along x at 1 m/s."""
     for stamp in range(begin, end + 1, step):
         buffer.insert(parent, child, stamp, Pose(x=stamp / SECOND, y=y), strict=False)
 
@@ -76,6 +66,41 @@ def test_frame_that_stops_is_left_where_it_was_and_goes_stale(robot):
         assert moment.ages[moment.place(frame)] == 2 * SECOND
         np.testing.assert_array_equal(
             pose_of(moment, frame), robot.lookup('map', frame, 20 * SECOND))
+
+
+def test_edge_that_is_late_is_waited_for_and_one_that_is_silent_is_not():
+    """Stamps alone do not distinguish the two; an observer of the arrivals does."""
+    now, late = 20 * SECOND, 3 * SECOND
+    buffer, doctor = BufferCore(now=lambda: now), Doctor()
+    buffer.observers.add(doctor)
+
+    def send(child, end, late=0):
+        nonlocal now
+        for now in range(10 * SECOND, end, SECOND // 10):
+            buffer.insert('map', child, now - late, Pose())
+
+    for child, end in (('gone', 15 * SECOND), ('base', 20 * SECOND)):
+        send(child, end)
+    send('camera', 20 * SECOND, late)
+    moment = live_moment(buffer, 'map', now, doctor.left_behind)
+    assert moment.stamp == now - late
+    assert dict(zip(moment.frames, moment.stale.tolist(), strict=True)) == {
+        'map': False, 'gone': True, 'base': False, 'camera': False}
+    moment = live_moment(buffer, 'map', now, None)
+    assert moment.stale[moment.place('camera')]
+    now += 10 * SECOND
+    moment = live_moment(buffer, 'map', now, doctor.left_behind)
+    assert moment.stamp == now - 10 * SECOND - late
+    assert {frame for frame, stale in zip(moment.frames, moment.stale, strict=True)
+            if not stale} == {'map'}
+
+
+def test_what_is_left_behind_is_found_out_once_in_a_while():
+    asked = []
+    remembered = Remembered(lambda now: asked.append(now) or {('map', 'base')})
+    for now in (1, 2, 0, 3, 0):
+        assert remembered(now) == {('map', 'base')}
+    assert asked == [1, 0]
 
 
 def test_all_go_stale_when_nothing_comes_any_more_but_what_never_moves(robot):
@@ -129,13 +154,13 @@ def test_window_is_no_longer_than_what_is_kept():
     moving(buffer, 'map', 'gone', 0, SECOND)
     moving(buffer, 'map', 'base', 100 * SECOND, 105 * SECOND)
     assert window(buffer.edges(), buffer.cache_time) == (95 * SECOND, 105 * SECOND)
-    assert {edge.child for edge in living(buffer.edges())} == {'base'}
+    assert left_behind_by_stamps(buffer.edges())(0) == {('map', 'gone')}
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_no_pose_is_a_mix_of_stamps(data):
-    """Whatever the edges' stamps: each pose is a lookup at the one stamp that is told for it."""
+    """Whatever the edges' stamps: each pose is a lookup at the one stamp that is displayed."""
     count = data.draw(st.integers(2, 8))
     buffer = BufferCore(UNLIMITED)
     for number in range(1, count):

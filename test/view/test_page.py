@@ -1,29 +1,21 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Pages in a real Chromium: what is drawn is read back from the browser's own scene."""
+"""Pages in a real Chromium: the drawn objects are read from the browser's own scene."""
+
+from itertools import combinations
+import threading
 
 import numpy as np
 from open_page import OpenPage
 import pytest
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.checks.finding import Finding, Severity
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.view.shown.shapes import LinkShape
+from tf_tree_py.core.health.checks.finding import Finding, Severity
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.view.robot.shapes import LinkShape
 
-pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
+pytest.importorskip('viser', reason='pages need viser')
 
 SECOND = 1_000_000_000
 FIRST, LAST = 100 * SECOND, 110 * SECOND
@@ -45,7 +37,7 @@ def feed(buffer, begin, end, children=('odom', 'base_link', 'gripper')):
 
 
 class Robot(BufferCore):
-    """A buffer of five frames, with a clock that tests set, that counts who looks at it."""
+    """A buffer of five frames with a clock that tests set; it counts its viewers."""
 
     def __init__(self):
         super().__init__(UNLIMITED)
@@ -65,7 +57,7 @@ class Robot(BufferCore):
 
 @pytest.fixture(scope='module')
 def serving():
-    """Return what serves pages of a robot, whose tree every test begins anew."""
+    """Return a server of a robot's pages; every test fills the tree again."""
     from tf_tree_py.view.serving import Serving
     from tf_tree_py.view.subject import Subject
     robot = Robot()
@@ -77,7 +69,7 @@ def serving():
 
 @pytest.fixture
 def opened(window, serving):
-    """Return a page of the test's own: what one leaves chosen is no business of the next."""
+    """Return a new page for the test, so that no choices of another test remain."""
     opened = OpenPage(window, serving.url)
     yield opened
     opened.page.close()
@@ -102,7 +94,7 @@ def page(opened, robot):
 
 
 def stand_as(robot, stamp, fixed_frame='world'):
-    """Return what says whether axes stand where the lookup says, to what a float32 holds."""
+    """Return a predicate: axes have the poses of the lookup, to the precision of a float32."""
     poses = np.array(list(robot.lookup_tree(fixed_frame, stamp).values()))
     rotations = np.array([se3.as_matrix(pose)[:3, :3] for pose in poses.tolist()])
     return lambda position, scale, rotation: (
@@ -139,19 +131,37 @@ def test_slider_moves_them_to_where_they_were_and_live_back(page, robot):
 
 def test_time_that_was_typed_is_not_lost_to_a_live_picture(page, serving):
     *_, (shown, _) = serving._pages.values()
-    slider = shown._timeline._slider
-    with shown._lock:  # as while a picture is drawn
+    slider = shown.controls.timeline._slider
+    with shown._lock:  # as during the drawing of a picture
         page.go_to(2.5)
         page.wait_for(lambda: slider.value == 2.5)
-        shown._tell(shown._drawn)
+        shown._refresh_panels(shown._drawn)
     page.wait_for_text('paused at 102.5')
+
+
+def test_time_that_was_typed_is_not_lost_to_reports_of_the_browser(page, serving):
+    *_, (shown, _) = serving._pages.values()
+    ended = threading.Event()
+
+    def beat():
+        while not ended.wait(0.02):  # far more often than usual
+            shown._browser.beat()
+
+    beating = threading.Thread(target=beat)
+    beating.start()
+    try:
+        for seconds in (2.3, 4.7, 0.6):
+            page.go_to(seconds)
+            page.wait_for_text(f'paused at {100.0 + seconds:.1f}')
+    finally:
+        ended.set()
+        beating.join()
 
 
 def test_another_fixed_frame_can_be_chosen(page, robot):
     for frame in ('gripper', 'world'):
         page.field('fixed frame').fill(frame)
-        page.page.keyboard.press('ArrowDown')
-        page.page.keyboard.press('Enter')
+        page.page.get_by_role('option', name=frame, exact=True).click()
         page.wait_for_axes(stand_as(robot, LAST, frame))
 
 
@@ -197,7 +207,7 @@ def test_click_in_the_list_or_on_the_axes_tells_of_a_frame(page):
     page.turn_to('chosen')
     facts.filter(has_text='static').wait_for()
     assert 'base_link' in facts.inner_text()
-    # The camera turns to the frame, which then is in the middle of the window.
+    # The camera turns to the frame, which is then in the middle of the window.
     page.page.set_viewport_size({'width': 1000, 'height': 480})
     page.press('look at it')
     page.choose('world')
@@ -205,7 +215,8 @@ def test_click_in_the_list_or_on_the_axes_tells_of_a_frame(page):
     facts.filter(has_text='it is a root').wait_for()
 
     def click():
-        page.page.mouse.click(500, 240)
+        picture = page.page.locator('canvas').first.bounding_box()
+        page.page.mouse.click(picture['x'] + picture['width'] / 2.0, 240)
         return facts.inner_text()
 
     page.wait_for(click, lambda text: 'root' not in text)
@@ -231,8 +242,8 @@ def test_followed_frame_stays_where_it_is_on_the_page(page, robot, serving):
     page.choose('gripper')
     page.turn_to('chosen')
     page.page.get_by_role('checkbox', name='follow').check()
-    # Where it is to stay is what it was drawn at when the server heard of that.
-    page.wait_for(lambda: any(shown._anchor for shown, _ in list(serving._pages.values())))
+    # It stays where it was drawn when the server received the request.
+    page.wait_for(lambda: any(shown._framing._held for shown, _ in list(serving._pages.values())))
     feed(robot, LAST, LAST + SECOND)
     robot.time = LAST + SECOND
     page.wait_for_axes(lambda now, _, __: np.allclose(now[gripper], position[gripper], atol=1e-5)
@@ -257,7 +268,7 @@ def test_ellipsoid_is_where_the_chosen_frame_may_be(page, robot):
                      covariance=np.diag([variance, 0.02, 0.03, 0.001, 0.002, 0.003]))
     page.wait_for_ellipsoid(two_sigma('camera', LAST))
     page.turn_to('chosen')
-    page.page.locator('.tf-facts').filter(has_text='of it odom -> base_link').wait_for()
+    page.page.locator('.tf-facts').filter(has_text='share of odom -> base_link').wait_for()
     page.go_to(2.5)
     page.wait_for_ellipsoid(two_sigma('camera', FIRST + 5 * SECOND // 2))
     page.press('live')
@@ -265,6 +276,45 @@ def test_ellipsoid_is_where_the_chosen_frame_may_be(page, robot):
     page.wait_for_ellipsoid(two_sigma('gripper', LAST))
     page.choose('odom')
     page.wait_for_count(SPHERE, 0)
+
+
+def test_no_name_covers_another_however_near_one_comes(page, robot):
+    rng = np.random.default_rng(7)
+    for number, place in enumerate(rng.uniform(-0.5, 0.5, (40, 3)).tolist()):
+        robot.insert('base_link', f'a_sensor_with_a_name_{number}', 0, Pose(*place), static=True)
+    page.wait_for_text('45 frames')
+    page.page.set_viewport_size({'width': 1000, 'height': 600})
+    page.press('see the robot')
+    for _ in range(3):
+        page.wait_for(page.names, lambda names: len(names) > 5 and not overlaps(names))
+        page.page.mouse.move(300, 300)
+        page.page.mouse.wheel(0, -300)
+    page.page.set_viewport_size({'width': 640, 'height': 480})
+
+
+def overlaps(rectangles):
+    """Return whether any two of the rectangles overlap by more than a pixel."""
+    return any((np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2]) > 1.0).all()
+               for one, other in combinations(rectangles, 2))
+
+
+def test_address_keeps_what_is_shown_for_a_reload_and_for_others(page, robot, window, serving):
+    page.go_to(2.5)
+    page.choose('camera')
+    page.page.wait_for_url('**chosen=camera**')
+    page.page.wait_for_url('**t=102.500000000**')
+    query = '&' + page.page.url.partition('fixedDpr=0.5&')[2]
+    shared = OpenPage(window, serving.url, query)
+    shared.wait_for_text('paused at 102.5')
+    shared.wait_for_axes(stand_as(robot, FIRST + 5 * SECOND // 2))
+    shared.turn_to('chosen')
+    shared.page.locator('.tf-facts', has_text='camera').wait_for()
+    shared.page.reload()
+    shared.wait_for_text('paused at 102.5')
+    assert not shared.complaints
+    shared.page.close()
+    page.choose('camera')  # a second click deselects it
+    page.page.wait_for_function("!location.search.includes('chosen')")
 
 
 def test_search_leaves_what_it_finds(page):
@@ -284,7 +334,7 @@ def test_finding_marks_its_frames(page, robot):
     page.page.get_by_text('It is <i>not</i> so.').wait_for()
     page.wait_for_count(POINTS, 2)
     robot.findings = []
-    page.page.get_by_text('nothing is wrong').wait_for()
+    page.page.get_by_text('no problems found').wait_for()
     page.wait_for_count(POINTS, 1)
 
 

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Where a page is in time: live, paused, playing, and what it can go to."""
+"""The time of a page: live, paused, playing, and the times to which it can go."""
 
 import pytest
 from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.view.shown.playhead import Playhead
+from tf_tree_py.view.model.playhead import Playhead
 
 SECOND = 1_000_000_000
 
@@ -94,7 +83,7 @@ def test_time_passes_only_while_it_plays(playhead):
 @pytest.mark.parametrize(('frame', 'count', 'expected'), [
     (None, 1, 15.1), (None, -1, 15.0), (None, -2, 14.9), (None, 3, 15.3),
     ('slow', 1, 16.0), ('slow', -1, 15.0), ('slow', 99, 20.0), ('slow', -99, 10.0),
-    ('map', 1, 15.05),
+    ('map', 1, 15.1),
 ])
 def test_steps_go_from_sample_to_sample(playhead, frame, count, expected):
     playhead.seek(round(15.05 * SECOND))

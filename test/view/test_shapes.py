@@ -1,27 +1,17 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The links of a robot as triangles, and where the files of meshes are looked for."""
+"""The links of a robot as triangles, and the search for the files of meshes."""
 
 import numpy as np
 import pytest
 from tf_tree_py.urdf import Robot
-from tf_tree_py.view.shown.shapes import mesh_file, shapes_of
+from tf_tree_py.view.robot.mesh_files import mesh_file
+from tf_tree_py.view.robot.shapes import shapes_of
 
-trimesh = pytest.importorskip('trimesh', reason="meshes need pip install 'tf_tree_py[view]'")
+trimesh = pytest.importorskip('trimesh', reason='meshes need trimesh')
 
-# What pycollada does, numpy will not allow one day.
+# A future numpy will not allow an operation of pycollada.
 pytestmark = pytest.mark.filterwarnings('ignore:Setting the shape:DeprecationWarning')
 
 GEOMETRIES = {
@@ -38,7 +28,7 @@ SIZES = {'box': (1, 2, 3), 'cylinder': (1, 1, 2), 'sphere': (1, 1, 1), 'stl': (1
 
 @pytest.fixture
 def package(tmp_path):
-    """Return a package with meshes of a box of one metre, and a place for descriptions."""
+    """Return a package with meshes of a box of one metre, and a folder for descriptions."""
     package = tmp_path / 'my_robot'
     (package / 'urdf').mkdir(parents=True)
     (package / 'meshes').mkdir()
@@ -69,9 +59,9 @@ def test_shape_has_its_size_and_stands_at_its_origin(package, kind):
 
 
 @pytest.mark.parametrize(('filename', 'why'), [
-    ('package://my_robot/meshes/none.stl', 'no such file is there'),
-    ('package://nobody/part.stl', 'no such file is there'),
-    ('http://127.0.0.1:9/part.stl', 'no such file is there'),
+    ('package://my_robot/meshes/none.stl', 'the file does not exist'),
+    ('package://nobody/part.stl', 'the file does not exist'),
+    ('http://127.0.0.1:9/part.stl', 'the file does not exist'),
     ('../urdf/robot.urdf', 'only .stl, .obj, .dae can be shown'),
     ('../meshes/broken.stl', ''),
 ])
@@ -80,6 +70,28 @@ def test_mesh_that_cannot_be_had_is_told_and_the_rest_is_shown(package, filename
     shapes, (sentence,) = described(package, f'<mesh filename="{filename}"/>')
     assert shapes == []
     assert sentence.startswith(f'mesh {filename} is not shown: ') and why in sentence
+
+
+def test_colours_of_a_mesh_are_its_own(package):
+    box = trimesh.creation.box((1, 1, 1))
+    material = trimesh.visual.material.SimpleMaterial(diffuse=(0, 255, 0, 255))
+    box.visual = trimesh.visual.TextureVisuals(material=material)
+    box.export(package / 'meshes' / 'green.obj')
+    box.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.PBRMaterial(
+        baseColorFactor=(0, 0, 255, 255)))
+    box.export(package / 'meshes' / 'blue.dae')
+    for name, colour in (('green.obj', (0, 1, 0)), ('blue.dae', (0, 0, 1))):
+        (shape,), missing = described(package, f'<mesh filename="../meshes/{name}"/>')
+        assert missing == []
+        np.testing.assert_allclose(shape.color[:3], colour, atol=0.01)
+
+
+def test_material_outside_of_the_folder_is_not_read(package):
+    (package / 'secret.mtl').write_text('newmtl m\nKd 0 1 0\n')
+    (package / 'meshes' / 'bad.obj').write_text(
+        'mtllib ../secret.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n')
+    (shape,), _ = described(package, '<mesh filename="../meshes/bad.obj"/>')
+    assert shape.color[:3] != (0.0, 1.0, 0.0)
 
 
 def test_file_address_and_spaces_are_understood(package):

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command tf_view: its arguments, what it listens on, how it ends, live and recorded."""
+"""The command tf_view: its arguments, its addresses, its end, live and recorded."""
 
 from contextlib import closing
 import re
@@ -28,11 +17,11 @@ from open_page import OpenPage
 from programs import executable, PATIENCE_S, Program
 import pytest
 
-pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
+pytest.importorskip('viser', reason='pages need viser')
 isolate()
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.view.tf_view')
-SAID = 'is to be seen at'
+SAID = 'is shown at'
 PORT = 18700
 
 
@@ -46,7 +35,7 @@ def bag(tmp_path_factory):
 
 @pytest.fixture
 def start():
-    """Start programs that are gone at the end of the test."""
+    """Start programs that are killed at the end of the test."""
     programs = []
 
     def started(*command):
@@ -64,7 +53,7 @@ def address(program):
 
 
 def listening(port):
-    """Return the addresses on which this machine listens on a port, as the kernel writes them."""
+    """Return the addresses of this machine with an open port, in the kernel's format."""
     found = set()
     for table in ('/proc/net/tcp', '/proc/net/tcp6'):
         with open(table) as file:
@@ -80,12 +69,12 @@ def listening(port):
     (['--port', '0'], '0 is not a number from 1 to 65535'),
     (['--port', 'x'], "invalid int value: 'x'"),
     (['--nonsense'], 'unrecognized arguments: --nonsense'),
-    (['--host', '203.0.113.7'], 'cannot answer on 203.0.113.7'),
-    (['--host', 'no such host'], 'cannot answer on no such host'),
+    (['--host', '203.0.113.7'], 'cannot listen on 203.0.113.7'),
+    (['--host', 'no such host'], 'cannot listen on no such host'),
     (['--urdf', 'nowhere.urdf'], 'nowhere.urdf'),
     (['--urdf', __file__], 'test_tf_view.py'),
     (['--bag', 'nowhere.mcap'], 'there is no such file'),
-    (['--bag', __file__], 'no bag'),
+    (['--bag', __file__], 'is not a bag'),
     (['--ros-args', '--nonsense'], 'unknown ROS arguments'),
 ])
 def test_mistake_gets_one_sentence(arguments, sentence):
@@ -102,7 +91,7 @@ def test_port_that_is_taken_gets_one_sentence(bag):
         done = subprocess.run([*COMMAND, '--bag', bag, '--port', str(port)], capture_output=True,
                               text=True, check=False, timeout=PATIENCE_S)
     assert done.returncode == 2
-    assert f'cannot answer on 127.0.0.1:{port}: ' in done.stderr
+    assert f'cannot listen on 127.0.0.1:{port}: ' in done.stderr
 
 
 def test_without_viser_it_says_what_to_install(bag):
@@ -112,7 +101,7 @@ def test_without_viser_it_says_what_to_install(bag):
     done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
                           check=False, timeout=PATIENCE_S)
     assert done.returncode == 2
-    assert "pip install 'tf_tree_py[view]'" in done.stderr and done.stderr.count('\n') == 1
+    assert 'pip install viser' in done.stderr and done.stderr.count('\n') == 1
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -121,7 +110,7 @@ def test_it_listens_on_this_machine_only_and_ends_in_order(start, bag, number):
     assert address(program) == f'http://127.0.0.1:{PORT}'
     assert listening(PORT) == {'0100007F'}
     program.interrupt(number)
-    program.interrupt(signal.SIGTERM)  # as from somebody who is in a hurry
+    program.interrupt(signal.SIGTERM)  # a second signal of an impatient user
     assert program.end() == 0
     assert 'Traceback' not in program.output
 
@@ -145,3 +134,29 @@ def test_five_frames_of_a_live_robot_are_seen(start, window):
     page.turn_to('chosen')
     page.page.locator('.tf-facts', has_text='/five_frame_publisher').wait_for()
     assert not page.complaints
+
+
+def test_red_bar_shows_that_the_server_is_gone_until_it_is_back(start, bag, window):
+    command = (*COMMAND, '--bag', str(bag), '--port', str(PORT + 1))
+    program = start(*command)
+    page = OpenPage(window, address(program))
+    bar = page.page.locator('#tf-silent')
+    assert bar.count() == 0
+    program.kill()
+    bar.filter(has_text='The server does not answer.').wait_for()
+    assert page.page.locator('.tf-status').is_visible()
+    address(start(*command))
+    page.page.bring_to_front()
+    bar.wait_for(state='detached')
+    page.wait_for_text('paused at 1.0')
+
+
+def test_red_bar_shows_that_the_server_hangs(start, bag, window):
+    program = start(*COMMAND, '--bag', str(bag), '--port', str(PORT + 2))
+    page = OpenPage(window, address(program))
+    bar = page.page.locator('#tf-silent')
+    program.interrupt(signal.SIGSTOP)
+    bar.filter(has_text='The server does not answer.').wait_for()
+    program.interrupt(signal.SIGCONT)
+    bar.wait_for(state='detached')
+    page.page.close()

@@ -1,47 +1,35 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Recorded transforms: a bag as a buffer, without ROS.
+Read recorded transforms into a buffer, without ROS.
 
-Not here: the tree and its lookups, which are ``core``'s, and reading files, which rosbags
-does (``pip install 'tf_tree_py[bag]'``).
+The tree and its lookups are in ``core``; rosbags (``pip install rosbags``) reads the files.
 """
 
-from tf_tree_py.core.arrivals.estimate import Covariances
+from tf_tree_py.core.ingest.edge_estimate import Covariances
 
-from .assembling.covariances import CovarianceTopics
-from .assembling.decoding import Decoder
-from .assembling.oddities import BagWarning, Oddity
+from .assembly.anomalies import Anomaly, BagWarning
+from .assembly.covariances import CovarianceTopics
+from .assembly.decoding import Decoder
 from .errors import BagError
-from .files.reading import Bag, read_arrivals
-from .files.source import Arrival, Source
+from .files.bag_reader import Bag, read_messages
+from .files.message_source import MessageSource, RecordedMessage
 from .opening import open_bag, Recording
 from .stamps import stamps_of
 
 __all__ = [
-    'Arrival',
+    'Anomaly',
     'Bag',
     'BagError',
     'BagWarning',
     'Covariances',
     'CovarianceTopics',
     'Decoder',
-    'Oddity',
+    'MessageSource',
     'open_bag',
-    'read_arrivals',
+    'read_messages',
+    'RecordedMessage',
     'Recording',
-    'Source',
     'stamps_of',
 ]

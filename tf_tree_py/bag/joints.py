@@ -1,43 +1,32 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What recorded joint states say of a robot becomes edges, beside those that were recorded."""
+"""Add edges from recorded joint states to the recorded edges."""
 
 from collections.abc import Iterator
 import os
 
-from tf_tree_py.core.arrivals.frame_names import Rename
-from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.core.ingest.frame_names import Rename
+from tf_tree_py.core.ingest.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, LATEST
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.joints import FIXED
 
-from .assembling.assembly import Assembly
-from .assembling.oddities import Oddities
+from .assembly.anomalies import Anomalies
+from .assembly.assembler import Assembler
 from .errors import BagError
+from .files.bag_reader import Bag, PathLike
 from .files.joint_states import JointStateReader
-from .files.reading import Bag, PathLike
 
-_TYPE = 'sensor_msgs/JointState'
+JOINT_STATES = 'sensor_msgs/JointState'
 
 
 def robot_of(robot: PathLike | Robot) -> Robot:
     """
-    Return a robot, or that of a file.
+    Return a robot, or read it from a file.
 
     :raises BagError: the file cannot be read.
-    :raises DescriptionError: it describes no robot.
+    :raises DescriptionError: the file does not describe a robot.
     """
     if isinstance(robot, Robot):
         return robot
@@ -51,11 +40,11 @@ def topic_of_joints(bag: Bag, topic: str | None) -> str:
     """
     Return the topic of a bag's joint states.
 
-    :param topic: the one that is meant; None: the only one.
-    :raises BagError: there is none, there are several, or it has other messages.
+    :param topic: the topic to check; None: the only topic of joint states.
+    :raises BagError: there is none, there are several, or it has messages of another type.
     """
     found = sorted({source.topic for source in bag.everything
-                    if source.type_name.replace('/msg/', '/') == _TYPE})
+                    if source.type_name.replace('/msg/', '/') == JOINT_STATES})
     if topic is None and len(found) == 1:
         return found[0]
     if topic in found:
@@ -63,19 +52,19 @@ def topic_of_joints(bag: Bag, topic: str | None) -> str:
     there = ', '.join(found) or 'none'
     if topic is not None:
         raise BagError(f'{bag.path} has no joint states on {topic}; topics with some: {there}')
-    raise BagError(f'{bag.path} has joint states on {there}: joint_topic says which are the '
-                   "robot's" if found else f'{bag.path} has no topic with joint states')
+    raise BagError(f'{bag.path} has joint states on {there}: choose those of the robot with '
+                   'joint_topic' if found else f'{bag.path} has no topic with joint states')
 
 
 def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int | None,
-                rename: Rename, assembly: Assembly) -> None:
+                rename: Rename, assembly: Assembler) -> None:
     """
-    Add the edges of a robot; those whose child has recorded transforms stay as they were.
+    Add the edges of a robot, except those whose child has recorded transforms.
 
-    :param start: leave out what was received before, nanoseconds; None: nothing.
-    :param stop: leave out what was received then or later.
-    :param rename: how the edges are called.
-    :raises BagError: nothing in the joint states moves the robot.
+    :param start: skip messages that were received earlier, nanoseconds; None: none.
+    :param stop: skip messages that were received at this time or later.
+    :param rename: the new names of the edges.
+    :raises BagError: the joint states do not move the robot.
     """
     recorded = set(assembly.tree.histories)
     tracks = joint_tracks(robot, _states(bag, topic, start, stop, assembly.oddities),
@@ -95,8 +84,8 @@ def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int
 
 
 def _states(bag: Bag, topic: str, start: int | None, stop: int | None,
-            oddities: Oddities) -> Iterator[JointState]:
-    """Yield what was received from start to stop, without what cannot be read."""
+            oddities: Anomalies) -> Iterator[JointState]:
+    """Yield the messages that were received from start to stop and can be read."""
     readers = {source: JointStateReader(source.ros1) for source in bag.sources_of(topic)}
     begin, end = BEGINNING if start is None else start, FOREVER if stop is None else stop
     for arrival in bag.messages(topic):

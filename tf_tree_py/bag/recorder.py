@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a buffer holds becomes a bag, which players and viewers of ROS 2 open."""
+"""Write a buffer as a bag, which players and viewers of ROS 2 open."""
 
 from collections.abc import Iterable, Iterator, Mapping
 import heapq
@@ -21,27 +10,31 @@ import os
 from pathlib import Path
 import shutil
 from tempfile import mkdtemp
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
-from tf_tree_py.core.arrivals.received import Received
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import WireWriter, write as as_bytes
 from tf_tree_py.core.edges.packed import POSE_BYTES, unpack_pose
 from tf_tree_py.core.edges.protocol import moves, MovingHistory
+from tf_tree_py.core.ingest.received_message import ReceivedMessage
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.ingest.wire import WireWriter, write as as_bytes
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.tree import Tree
 
 from .errors import BagError, needs_extra
 
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag2 import Writer
+
 _TYPE = 'tf2_msgs/msg/TFMessage'
 _SUFFIX = '.mcap'
-# Transforms of one stamp that go into one message; more go into several.
+# The most transforms of one stamp in one message; more go into several messages.
 _MOST = 1000
 NO_REMARKS: Mapping[str, str] = {}
 
 
 class Message(NamedTuple):
-    """One message to record: when it is to be played, nanoseconds, and its bytes."""
+    """One message to record: its time of playback, nanoseconds, and its bytes."""
 
     time: int
     static: bool
@@ -50,12 +43,12 @@ class Message(NamedTuple):
 
 def record(tree: Tree, path: str | os.PathLike[str]) -> None:
     """
-    Write a tree, that nobody changes meanwhile, as a bag of MCAP.
+    Write a tree as a bag of MCAP. The tree must not change during the call.
 
-    ``/tf_static`` first, transient local, so that a player serves who comes late; then
-    ``/tf`` in order of the stamps, which are also the times at which it is played. Of a
-    spline it has ten poses for each piece; a bag has no place for covariances, nor for what
-    a gyroscope says between two poses. Parameters and errors are those of ``write``.
+    ``/tf_static`` comes first and is transient local, so that late subscribers of a player
+    receive it. ``/tf`` follows in order of the stamps, which are also the times of playback. A
+    curve becomes poses (``EdgeCurve.shown_at``). A bag cannot store covariances, nor the
+    measurements of a gyroscope between two poses. Parameters and errors are those of ``write``.
     """
     write(messages_of(tree), path)
 
@@ -65,17 +58,17 @@ def write(messages: Iterable[Message], path: str | os.PathLike[str],
     """
     Write messages as a bag of MCAP.
 
-    :param path: of the file, such as ``incident.mcap``; without that suffix, of a folder as
-        rosbag2 writes it.
-    :param remarks: go into the metadata, as ``custom_data``.
-    :raises BagError: something is there already, or there is no place for it.
-    :raises InvalidArgumentException: a stamp that no message can hold.
+    :param path: a file such as ``incident.mcap``, or without that suffix, a folder in the
+        layout of rosbag2.
+    :param remarks: the ``custom_data`` of the metadata.
+    :raises BagError: the path exists, or cannot be written.
+    :raises InvalidArgumentException: a stamp does not fit into a message.
     """
     path = Path(path)
     if path.suffix not in (_SUFFIX, ''):
-        raise BagError(f'{path}: a recording is a file {_SUFFIX}, or a folder without a suffix')
+        raise BagError(f'{path}: a recording is a {_SUFFIX} file, or a folder without a suffix')
     if path.exists():
-        raise BagError(f'{path} is there already, and recordings are not replaced')
+        raise BagError(f'{path} exists already, and recordings are not overwritten')
     try:
         unfinished = Path(mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
         try:
@@ -89,15 +82,15 @@ def write(messages: Iterable[Message], path: str | os.PathLike[str],
         raise BagError(f'{path} cannot be written: {error.strerror}') from error
 
 
-def as_arrived(arrivals: Iterable[Received]) -> Iterator[Message]:
-    """Yield messages as they arrived, to be played when they arrived."""
+def as_arrived(arrivals: Iterable[ReceivedMessage]) -> Iterator[Message]:
+    """Yield messages in order of arrival, with the arrival as the time of playback."""
     writer = WireWriter()
     for arrival in arrivals:
         yield Message(max(arrival.received, LATEST), arrival.static, writer.write(arrival.batch))
 
 
 def messages_of(tree: Tree) -> Iterator[Message]:
-    """Yield what a tree holds as messages, in the order in which they are to be played."""
+    """Yield the transforms of a tree as messages, in order of playback."""
     static = [Sample(str(history.parent), history.child, LATEST, history.sample(LATEST))
               for history in tree.histories.values() if history.is_static]
     moving = heapq.merge(*map(_samples, filter(moves, tree.histories.values())),
@@ -115,7 +108,7 @@ def messages_of(tree: Tree) -> Iterator[Message]:
 
 
 def _samples(history: MovingHistory) -> Iterator[Sample]:
-    """Yield the samples of an edge, those of one stamp in order of arrival."""
+    """Yield the samples of an edge; samples with equal stamps in order of arrival."""
     stamps, poses, parents, _ = history.columns()
     if not stamps:
         return
@@ -127,18 +120,29 @@ def _samples(history: MovingHistory) -> Iterator[Sample]:
 
 def _write(folder: Path, messages: Iterable[Message], remarks: Mapping[str, str]) -> None:
     try:
-        from rosbags.interfaces import (
-            Qos,
-            QosDurability,
-            QosHistory,
-            QosLiveliness,
-            QosReliability,
-            QosTime,
-        )
         from rosbags.rosbag2 import StoragePlugin, Writer
-        from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
         raise needs_extra(error) from error
+
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = _add_topics(writer)
+        for name, remark in remarks.items():
+            writer.set_custom_data(name, remark)
+        for message in messages:
+            writer.write(topics[message.static], message.time, message.data)
+
+
+def _add_topics(writer: 'Writer') -> 'dict[bool, Connection]':
+    """Add both topics to a bag; return the one of static transforms under True."""
+    from rosbags.interfaces import (
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
+    from rosbags.typesys import get_typestore, Stores
 
     def quality(durability: QosDurability, depth: int) -> Qos:
         never = QosTime(0, 0)
@@ -146,14 +150,9 @@ def _write(folder: Path, messages: Iterable[Message], remarks: Mapping[str, str]
                    never, QosLiveliness.AUTOMATIC, never, False)
 
     types = get_typestore(Stores.ROS2_JAZZY)
-    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        topics = {
-            static: writer.add_connection(topic, _TYPE, typestore=types,
-                                          offered_qos_profiles=[quality(durability, depth)])
-            for static, topic, durability, depth in (
-                (True, '/tf_static', QosDurability.TRANSIENT_LOCAL, 1),
-                (False, '/tf', QosDurability.VOLATILE, 100))}
-        for name, remark in remarks.items():
-            writer.set_custom_data(name, remark)
-        for message in messages:
-            writer.write(topics[message.static], message.time, message.data)
+    return {
+        static: writer.add_connection(topic, _TYPE, typestore=types,
+                                      offered_qos_profiles=[quality(durability, depth)])
+        for static, topic, durability, depth in (
+            (True, '/tf_static', QosDurability.TRANSIENT_LOCAL, 1),
+            (False, '/tf', QosDurability.VOLATILE, 100))}

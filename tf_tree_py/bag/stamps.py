@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The header stamps of any topic, read from the bytes: all that is known is the first field."""
+"""Read the header stamps of any topic from the bytes, which begin with the header."""
 
 from collections.abc import Callable
 import struct
@@ -22,12 +11,12 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
 from .errors import BagError
-from .files.reading import Bag, PathLike
-from .files.source import Source
+from .files.bag_reader import Bag, PathLike
+from .files.message_source import MessageSource
 from .opening import Recording
 
 _HEADER, _TIME = 'std_msgs/msg/Header', 'builtin_interfaces/msg/Time'
-# Where sec and nanosec stand: behind CDR's encapsulation, or the seq of ROS 1's Header.
+# The offset of sec and nanosec: after CDR's encapsulation, or the seq of ROS 1's Header.
 _PLACES = {(False, _HEADER): 4, (False, _TIME): 4, (True, _HEADER): 4, (True, _TIME): 0}
 
 
@@ -35,9 +24,10 @@ def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
     """
     Return the stamps in the headers of a topic's messages, in order of arrival.
 
-    Of any type that begins with a Header or a Time; ``lookup_many`` takes them.
+    The messages may have any type that begins with a Header or a Time. ``lookup_many`` accepts
+    these stamps.
 
-    :param bag: a path as ``open_bag`` takes it, or what it returned.
+    :param bag: a path as for ``open_bag``, or its result.
     :return: (N,) nanoseconds.
     :raises BagError: the bag cannot be read, does not have the topic, or its messages do not
         begin with a stamp.
@@ -48,12 +38,12 @@ def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
     return np.array(stamps, dtype=np.int64)
 
 
-def _stamp_reader(source: Source, bag: Bag) -> Callable[[bytes], int]:
+def _stamp_reader(source: MessageSource, bag: Bag) -> Callable[[bytes], int]:
     first = bag.first_field(source)
     place = _PLACES.get((source.ros1, first))
     what = f'{bag.path}: a message of {source.topic} ({source.type_name})'
     if place is None:
-        raise BagError(f'{what} begins with {first or "what the bag does not tell"}, and not with '
+        raise BagError(f'{what} begins with {first or "an unknown field"}, and not with '
                        'a header')
 
     def read(data: bytes) -> int:

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The transform tree without ROS: poses, histories, the tree and its buffer."""
 
-from .arrivals.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
-from .arrivals.sample import Sample
 from .buffer.buffer_core import BufferCore
+from .edges.constant_twist import ConstantTwist
+from .edges.curve import Curve
 from .edges.spline import Spline
 from .edges.spline_fitter import SplineFitter
 from .errors import (
@@ -33,7 +22,11 @@ from .errors import (
     TreeFileError,
 )
 from .geometry import se3
+from .geometry.framed_pose import FramedPoints, FramedPose, FrameMismatchError
+from .geometry.many_poses import Poses
 from .geometry.pose import Pose
+from .ingest.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
+from .ingest.sample import Sample
 from .stamp import from_seconds, LATEST, UNLIMITED
 from .tree.outline import EdgeInfo
 from .tree.queries import load, Snapshot
@@ -43,8 +36,13 @@ __all__ = [
     'BufferCore',
     'ClockJumpException',
     'ConnectivityException',
+    'ConstantTwist',
+    'Curve',
     'EdgeInfo',
     'ExtrapolationException',
+    'FramedPoints',
+    'FramedPose',
+    'FrameMismatchError',
     'from_seconds',
     'FutureExtrapolationException',
     'Incident',
@@ -58,6 +56,7 @@ __all__ = [
     'NoDataException',
     'PastExtrapolationException',
     'Pose',
+    'Poses',
     'RefusedException',
     'Sample',
     'se3',

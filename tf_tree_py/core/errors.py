@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The exceptions of tf2, each carrying its facts as fields.
+The exceptions of tf2, with their facts as attributes.
 
-The five classes that tf2_py has keep tf2's names and meaning, and each can be
-raised with nothing but a text. An error of this package also has attributes: the edge,
-what was asked, what there is, how long was waited, and what to do. Its text is made only
-when somebody reads it.
+The five classes of tf2_py keep tf2's names and meaning, and each can be raised with only
+a text. An error of this package also has attributes: the edge, the requested and the
+available stamps, the duration of the wait, and a hint. Its text is computed only when it is
+read.
 
 If a program has imported tf2_py, an ``except`` with tf2_py's classes catches these, too.
 """
@@ -32,29 +21,29 @@ from typing import Any
 from .stamp import format_span, format_stamp, LATEST
 from .text import shorten
 
-# (child, stamp): a failed lookup may get an answer when the newest sample of this child frame has
-# reached this stamp. It also may whenever the structure of the tree changes; without a child only
-# then.
+# (child, stamp): a failed lookup may succeed when the newest sample of this child frame has
+# reached this stamp, or when the structure of the tree changes. If child is None, only a change
+# of the structure can help.
 Blocker = tuple[str | None, int]
 ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 
 
-# What to do about an error, or a function that finds it out. That takes time, and often a lookup
-# fails again and again without anybody reading the error.
+# A hint about an error, or a function that returns it. Computing it takes time, and the errors of
+# many repeated lookups are never read.
 Hint = str | Callable[[], str]
 
 
 class TreeFileError(Exception):
     """
-    A file with transforms that cannot be read or written, in one sentence.
+    A file with transforms cannot be read or written; the text is one sentence.
 
-    Programs print it and end with the status 2.
+    Programs print it and exit with status 2.
     """
 
 
 class JoinableException(Exception):
     """
-    A base of its own, so that ``join`` can add bases to the classes below.
+    A separate base, so that ``join`` can add bases to the classes below.
 
     Python does not change the bases of a class whose only base is ``Exception``.
     """
@@ -66,12 +55,12 @@ _joined: dict[str, ModuleType] = {}
 
 def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
     """
-    Make another module's exceptions bases of ours of the same names, if it is loaded.
+    Make another module's exceptions bases of our classes with the same names, if it is loaded.
 
-    Then an ``except`` with its classes catches ours. An ``except`` looks at the real
-    bases of a class, so nothing less will do. Our exceptions call this when they are
-    made. It imports nothing: importing tf2_py and rclpy takes time, and a program that
-    catches with tf2_py's classes has imported it.
+    Then an ``except`` with its classes catches ours. An ``except`` uses the real bases of a
+    class, so there is no simpler way. Our exceptions call this function in their constructor.
+    It imports nothing: importing tf2_py and rclpy takes time, and a program that catches
+    tf2_py's classes has imported tf2_py.
 
     :param module: the name of the module.
     :param kinds: our classes, base classes first.
@@ -81,9 +70,9 @@ def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
         return
     others: list[Any] = [getattr(theirs, ours.__name__, None) for ours in kinds]
     if None in others:
-        return  # Its import has not ended.
+        return  # It is still being imported.
     for ours, other in zip(kinds, others, strict=True):
-        # Fails if a program has a class with both as bases, in an order that then is impossible.
+        # This fails if a program has a class with both as bases and the new order is impossible.
         with suppress(TypeError):
             if not issubclass(ours, other):
                 ours.__bases__ = (*ours.__bases__, other)
@@ -94,10 +83,10 @@ class TransformException(JoinableException):
     """
     Base of all exceptions of a transform buffer.
 
-    :ivar target_frame: the target of the lookup, if it was one.
-    :ivar source_frame: the source of the lookup.
+    :ivar target_frame: the target of the lookup, or None.
+    :ivar source_frame: the source of the lookup, or None.
     :ivar waited_s: how long the caller waited, seconds; None without a wait.
-    :ivar blocked_on: (child frame, stamp) of all edges that may change the outcome when
+    :ivar blocked_on: (child frame, stamp) of all edges that may change the result when
         their newest sample reaches that stamp. None: waiting cannot help.
     """
 
@@ -114,7 +103,7 @@ class TransformException(JoinableException):
 
     @property
     def hint(self) -> str:
-        """Return what to do about it, one sentence or ''."""
+        """Return a hint how to solve the problem: one sentence, or ''."""
         if not isinstance(self._hint, str):
             self._hint = self._hint()
         return self._hint
@@ -124,7 +113,7 @@ class TransformException(JoinableException):
         self._hint = hint
 
     def describe(self) -> str:
-        """Return one sentence: what is wrong. It has neither the wait nor the hint."""
+        """Return the problem in one sentence, without the wait and the hint."""
         return str(self.args[0]) if self.args else ''
 
     def __repr__(self) -> str:
@@ -134,15 +123,20 @@ class TransformException(JoinableException):
         text = shorten(self.describe())
         if self.waited_s is not None:
             text += f' (waited {self.waited_s:.3f} s for it)'
-        return f'{text}. {shorten(self.hint)}' if self.hint else text
+        # The hint has its own line, because many programs log this 30 times a second.
+        return f'{text}.\n{shorten(self.hint)}' if self.hint else text
 
 
 class InvalidArgumentException(TransformException):
-    """An argument is wrong whatever the buffer holds: a frame name, a stamp, a shape."""
+    """An argument is invalid regardless of the buffer: a frame name, a stamp, a shape."""
+
+
+class ArgumentTypeException(InvalidArgumentException, TypeError):
+    """An argument has an invalid type, such as float seconds for a stamp."""
 
 
 class LookupException(TransformException):
-    """Nobody has published this frame."""
+    """The frame has not been published."""
 
 
 class ConnectivityException(TransformException):
@@ -155,12 +149,12 @@ class TimeoutException(TransformException):
 
 class ExtrapolationException(TransformException):
     """
-    An edge on the way has no data for the stamp.
+    An edge on the path has no data for the stamp.
 
-    :ivar parent: the edge's parent frame, None when it has no samples.
+    :ivar parent: the edge's parent frame, None if it has no samples.
     :ivar child: the edge's child frame.
-    :ivar requested: the stamp asked for, nanoseconds.
-    :ivar oldest: the oldest stamp stored of this edge; None when there is none.
+    :ivar requested: the requested stamp, nanoseconds.
+    :ivar oldest: the oldest stored stamp of this edge; None if it has no samples.
     :ivar latest: the newest one.
     """
 
@@ -176,7 +170,7 @@ class ExtrapolationException(TransformException):
         self.latest = latest
 
     def describe(self) -> str:
-        """Return the sentence that says which edge cannot answer, and why."""
+        """Return a sentence that names the edge without data for the stamp, and the reason."""
         if self.requested is None:
             return super().describe()
         return f'{self._problem()}, the edge {self.parent} -> {self.child}{self._query()}'
@@ -192,7 +186,7 @@ class ExtrapolationException(TransformException):
 
 
 class FutureExtrapolationException(ExtrapolationException):
-    """The stamp is newer than the newest sample of an edge: it may yet arrive."""
+    """The stamp is newer than the newest sample of an edge; data for it may still arrive."""
 
     def _problem(self) -> str:
         assert self.requested is not None and self.latest is not None
@@ -215,7 +209,7 @@ class NoDataException(ExtrapolationException):
     """An edge is known but has no sample, for example after a clear."""
 
     def describe(self) -> str:
-        """Return the sentence that says which edge is empty."""
+        """Return a sentence that names the edge without samples."""
         if self.child is None:
             return super().describe()
         return ('Unable to lookup transform, cache is empty: no data for the edge above frame '

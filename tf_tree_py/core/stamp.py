@@ -1,42 +1,32 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Time as tf_tree_py keeps it: integer nanoseconds, never float seconds.
+Time in tf_tree_py: integer nanoseconds, never float seconds.
 
-A float64 of seconds since 1970 resolves about 240 ns, which is enough to put a
-stamp on the wrong side of a sample; an int is exact. ROS types stay outside:
-``tf_tree_py.ros.messages.convert`` turns them into these integers.
+A float64 of seconds since 1970 has a resolution of about 240 ns, which is enough to put a
+stamp on the wrong side of a sample; an int is exact. ROS types are not used here:
+``tf_tree_py.ros.messages.convert`` converts them to these integers.
 """
 
 from collections.abc import Sequence
+import math
 from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
 LATEST = 0
-"""The stamp that asks for the latest common time, as tf2's time 0 does."""
+"""The stamp that means the latest common time, like tf2's time 0."""
 
 UNLIMITED = 2**64
 """The ``cache_time`` that keeps everything: no two stamps of 64 bits are further apart."""
 
 BEGINNING = -2**63
-"""The first stamp that there can be."""
+"""The earliest possible stamp."""
 
 FOREVER = 2**63
-"""Later than every stamp: the end of a stretch of time that never ends."""
+"""Later than every stamp: the end of an unlimited span."""
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
@@ -53,29 +43,62 @@ def from_seconds(seconds: Any) -> Any:
     """
     Return the nanoseconds nearest to a number of seconds.
 
-    Float seconds since 1970 resolve 240 ns. If your data has whole nanoseconds, or seconds
-    and nanoseconds apart, use those instead.
+    Float seconds since 1970 have a resolution of 240 ns. If your data has integer nanoseconds,
+    or separate seconds and nanoseconds, use those instead.
 
     :param seconds: a number, or an array of any shape.
     :return: an int, or an array of the same shape.
-    :raises ValueError: in an array, what is not finite or beyond 64 bits of nanoseconds.
+    :raises ValueError: not a number, not finite, or beyond 64 bits of nanoseconds: as a
+        time, before 1678 or after 2262.
     """
     if isinstance(seconds, float | int):
-        return round(seconds * NANOSECONDS_PER_SECOND)
+        return _one(seconds)
     array = np.asarray(seconds)
     if array.ndim == 0:
-        return round(array.item() * NANOSECONDS_PER_SECOND)
+        return _one(array.item())
     nanoseconds = _nanoseconds_of(array)
     bad = ~((nanoseconds >= BEGINNING) & (nanoseconds < FOREVER))
     if bad.any():
         first = tuple(map(int, np.argwhere(bad)[0]))
-        raise ValueError(f'seconds[{", ".join(map(str, first))}] is {array[first]}: no stamp, '
-                         'which is finite and has 64 bits of nanoseconds')
+        raise ValueError(f'seconds[{", ".join(map(str, first))}] is {array[first]}, which is not '
+                         'a stamp: stamps are finite and have 64 bits of nanoseconds')
     return nanoseconds.astype(np.int64)
 
 
+def _one(seconds: Any) -> int:
+    if not isinstance(seconds, float | int):
+        raise ValueError(
+            f'seconds must be a number, and {seconds!r} is a {type(seconds).__name__}')
+    if not math.isfinite(seconds):
+        raise ValueError(f'{seconds} seconds are not a time')
+    nanoseconds = round(seconds * NANOSECONDS_PER_SECOND)
+    if not BEGINNING <= nanoseconds < FOREVER:
+        raise ValueError(
+            f'{seconds:g} seconds do not fit into 64 bits of nanoseconds: as a time they are '
+            'outside the years 1678 to 2262. Are they milliseconds, or nanoseconds already?')
+    return nanoseconds
+
+
+def unit_that_fits(stamp: int, oldest: int, latest: int) -> str:
+    """
+    Return a hint if a stamp would be within a span in another unit, else ''.
+
+    :param stamp: the requested stamp.
+    :param oldest: the beginning of the span that has data, nanoseconds.
+    :param latest: its end.
+    """
+    for unit, size, cure in (
+            ('seconds', 10**9, f'tf_tree_py.from_seconds({stamp})'),
+            ('milliseconds', 10**6, f'{stamp} * 1_000_000'),
+            ('microseconds', 10**3, f'{stamp} * 1_000')):
+        # A stamp rounded to a whole number of the unit may be just outside.
+        if stamp and oldest - size < stamp * size < latest + size:
+            return f'Stamps are nanoseconds, and {stamp} would fit if it were {unit}: {cure}'
+    return ''
+
+
 def _nanoseconds_of(seconds: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return seconds times a billion, as Python rounds it."""
+    """Return seconds times a billion, rounded as Python rounds."""
     if seconds.dtype.kind in 'iu':
         return seconds.astype(object) * NANOSECONDS_PER_SECOND
     if seconds.dtype.kind not in 'fO':
@@ -84,19 +107,19 @@ def _nanoseconds_of(seconds: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def as_seconds(stamp: int) -> float:
-    """Return nanoseconds as float seconds: for people and plots, not for comparing."""
+    """Return nanoseconds as float seconds: for display and plots, not for comparisons."""
     return stamp / NANOSECONDS_PER_SECOND
 
 
 def format_stamp(stamp: int) -> str:
-    """Write nanoseconds as exact decimal seconds, such as ``12.000000040``."""
+    """Return nanoseconds as exact decimal seconds, such as ``12.000000040``."""
     sign = '-' if stamp < 0 else ''
     seconds, nanoseconds = divmod(abs(stamp), NANOSECONDS_PER_SECOND)
     return f'{sign}{seconds}.{nanoseconds:09d}'
 
 
 def format_span(nanoseconds: int) -> str:
-    """Write a time span in the unit that a person would use."""
+    """Return a time span as text, in a suitable unit."""
     size = abs(nanoseconds)
     if size < 1_000:
         return f'{nanoseconds} ns'

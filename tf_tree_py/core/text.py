@@ -1,30 +1,19 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Shortening text: other nodes choose frame names, and a name may be of any length."""
+"""Shortening text: other nodes choose frame names, which may have any length."""
 
 from collections.abc import Sequence
 
 LONGEST_TEXT = 4000
-"""Characters of a sentence in an error or an incident; a longer one loses its middle."""
+"""The maximum characters of a text in an error or an incident; longer ones lose their middle."""
 
 
 def shorten(text: str, most: int = LONGEST_TEXT) -> str:
     """
-    Return a text; if it is too long, its two ends and its length.
+    Return a text, or, if it is too long, its two ends and its length.
 
-    :param most: how many of its characters are kept; the length is written besides.
+    :param most: how many of its characters are kept; the length is added to these.
     """
     if len(text) <= most:
         return text
@@ -34,10 +23,10 @@ def shorten(text: str, most: int = LONGEST_TEXT) -> str:
 
 def listed(names: Sequence[str], most: int = 5, longest: int = 80) -> str:
     """Return the first of some names, each shortened, and how many more there are."""
-    told = ', '.join(shorten(name, longest) for name in names[:most])
-    return told + (f' and {len(names) - most} more' if len(names) > most else '')
+    first = ', '.join(shorten(name, longest) for name in names[:most])
+    return first + (f' and {len(names) - most} more' if len(names) > most else '')
 
 
 def times(count: int) -> str:
-    """Return how often, in words."""
+    """Return a number of times, in words."""
     return {1: 'once', 2: 'twice'}.get(count, f'{count} times')

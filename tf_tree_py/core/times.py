@@ -1,57 +1,57 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What callers give as stamps and spans, checked and turned into integer nanoseconds.
+Checking callers' stamps and spans, and converting them to integer nanoseconds.
 
-Integers are taken as they are; ``datetime64`` of any unit, and the Timestamps and
-indexes of pandas, count from 1970 in UTC and are converted exactly. pandas is not
-imported: its objects say themselves what they are as ``datetime64``.
+Integers are used as they are. ``datetime64`` of any unit, and the Timestamps and indexes of
+pandas, count from 1970 in UTC and are converted exactly. pandas is not imported: its objects
+have a method that converts them to ``datetime64``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import datetime, timedelta, timezone
 import operator
-from typing import Any
+from typing import Any, SupportsIndex, TypeAlias
 import warnings
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InvalidArgumentException
+from .errors import ArgumentTypeException, InvalidArgumentException
 from .stamp import BEGINNING, FOREVER, format_span
 
 Stamps = npt.NDArray[np.int64]
 
-# Nanoseconds in each unit that numpy counts times in, and those that are finer.
+Stamp: TypeAlias = SupportsIndex | np.datetime64 | datetime
+"""One stamp of a caller: an integer, also numpy's; a ``datetime64``; a ``datetime`` with its zone,
+such as a Timestamp of pandas."""
+
+StampsLike: TypeAlias = npt.ArrayLike | Sequence[Stamp]
+"""Many stamps of a caller: an array, an index or a column of pandas, or a list of ``Stamp``."""
+
+# Nanoseconds in each of numpy's units of time, and the finer units.
 _UNITS = {'ns': 1, 'us': 10**3, 'ms': 10**6, 's': 10**9, 'm': 60 * 10**9, 'h': 3600 * 10**9,
           'D': 86_400 * 10**9, 'W': 7 * 86_400 * 10**9}
 _FINER = {'ps': 10**3, 'fs': 10**6, 'as': 10**9}
 
-# A window shorter than this was meant in other units.
+_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+
+# A shorter window is probably given in another unit.
 _SHORT_WINDOW = 1_000_000
 
 _HOW = ('Use the .nanoseconds of a Time of rclpy, a sec * 10**9 + nanosec, or '
-        'tf_tree_py.core.stamp.from_seconds')
+        'tf_tree_py.from_seconds')
 
 
 def checked_stamp(stamp: Any) -> int:
     """
     Return a caller's stamp as a plain int.
 
-    :param stamp: an integer, a ``datetime64``, or a Timestamp of pandas.
-    :raises InvalidArgumentException: another type (float seconds, most likely), no time
-        (NaT), or a stamp that does not fit into 64 bits.
+    :param stamp: an integer, a ``datetime64``, a Timestamp of pandas, or a ``datetime`` with
+        its time zone.
+    :raises ArgumentTypeException: another type, most likely float seconds.
+    :raises InvalidArgumentException: not a time (NaT), or one that does not fit into 64 bits.
     """
     try:
         checked = operator.index(stamp)
@@ -60,7 +60,7 @@ def checked_stamp(stamp: Any) -> int:
     if BEGINNING <= checked < FOREVER:
         return checked
     raise InvalidArgumentException(
-        f'Invalid argument stamp {stamp}: nanoseconds have to fit into 64 bits, with a sign')
+        f'Invalid argument stamp {stamp}: nanoseconds must fit into 64 bits, with a sign')
 
 
 def _from_datetime(stamp: Any) -> int:
@@ -68,20 +68,27 @@ def _from_datetime(stamp: Any) -> int:
         stamp = stamp.to_datetime64()
     if isinstance(stamp, np.datetime64):
         return int(_from_datetimes(np.array([stamp]))[0])
-    raise InvalidArgumentException(
-        f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, which a Time of '
-        'rclpy has as .nanoseconds, and tf_tree_py.core.stamp.from_seconds makes of seconds')
+    if isinstance(stamp, datetime):
+        if stamp.tzinfo is None:
+            raise ArgumentTypeException(
+                f'Invalid argument stamp {stamp!r}: a datetime without a time zone is ambiguous. '
+                'If it is UTC, pass stamp.replace(tzinfo=datetime.timezone.utc); if it is the '
+                'local time of this machine, stamp.astimezone()')
+        return (stamp - _EPOCH) // timedelta(microseconds=1) * 1000
+    raise ArgumentTypeException(
+        f'Invalid argument stamp {stamp!r}: stamps are integer nanoseconds, such as .nanoseconds '
+        'of a Time of rclpy; tf_tree_py.from_seconds converts seconds')
 
 
-def checked_stamps(stamps: npt.ArrayLike,
+def checked_stamps(stamps: StampsLike,
                    one: Callable[[Any], int] = checked_stamp) -> Stamps:
     """
     Return a caller's stamps as an array (N,) of 64-bit integers.
 
     :param stamps: (N,) integers, ``datetime64``, or an index or a column of such times
         of pandas.
-    :param one: makes a stamp of anything else that may be in there.
-    :raises InvalidArgumentException: another shape, what is no time, or a masked one.
+    :param one: converts an element of any other type to a stamp.
+    :raises InvalidArgumentException: another shape, an element that is not a time, or a mask.
     """
     if np.ma.is_masked(stamps):
         raise InvalidArgumentException(
@@ -89,22 +96,33 @@ def checked_stamps(stamps: npt.ArrayLike,
     array = np.asarray(stamps)
     if array.ndim != 1:
         raise InvalidArgumentException(
-            f'stamps are one row (N,) of integer nanoseconds, not of the shape {array.shape}')
+            f'stamps must be integer nanoseconds of shape (N,), not of shape {array.shape}')
     if array.dtype.kind == 'M':
         return _from_datetimes(array)
     if array.dtype.kind == 'O':  # times with a time zone, for one
         array = np.array([one(stamp) for stamp in array], dtype=object)
     elif array.dtype.kind not in 'iu' and len(array):
-        raise InvalidArgumentException(
+        raise ArgumentTypeException(_gap(array) or (
             f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would be '
-            f'off by 200 ns. {_HOW}')
+            f'off by 200 ns. {_HOW}'))
     if array.dtype.kind == 'u' and len(array):
         checked_stamp(array.max())
     return array.astype(np.int64)
 
 
-def without_mask(stamps: npt.ArrayLike) -> tuple[npt.ArrayLike, npt.NDArray[np.bool_] | None]:
-    """Return stamps, zero where masked, and which are not masked; None if there is no mask."""
+def _gap(array: npt.NDArray[Any]) -> str:
+    """Return a sentence if an array was one of integers before some went missing, else ''."""
+    missing = np.isnan(array) if array.dtype.kind == 'f' else np.zeros(0, dtype=bool)
+    given = array[~missing] if missing.any() else array[:0]
+    if not len(given) or not (given == np.rint(given)).all():
+        return ''
+    return (f'stamps are integers with missing values: {int(missing.sum())} of {len(array)} are '
+            f'NaN, which turned them into {array.dtype}, which cannot hold nanoseconds. Read the '
+            "column as 'Int64' (pandas), drop the gaps, and convert it to 'int64'")
+
+
+def without_mask(stamps: StampsLike) -> tuple[StampsLike, npt.NDArray[np.bool_] | None]:
+    """Return stamps with zeros for masked ones, and which are valid; None without a mask."""
     if not isinstance(stamps, np.ma.MaskedArray):
         return stamps, None
     masked, data = np.ma.getmaskarray(stamps), np.ma.getdata(stamps)
@@ -115,13 +133,13 @@ def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
     """
     Return times (N,) as nanoseconds since 1970, exactly.
 
-    :raises InvalidArgumentException: some are NaT, too far from 1970 for 64 bits, or lie
-        between two nanoseconds.
+    :raises InvalidArgumentException: some are NaT, too far from 1970 for 64 bits, or not whole
+        nanoseconds.
     """
     missing = np.isnat(array)
     if missing.any():
         raise InvalidArgumentException(
-            f'stamps[{int(np.argmax(missing))}] is NaT, no time: drop it, or fill it in')
+            f'stamps[{int(np.argmax(missing))}] is NaT, not a time: drop it, or fill it in')
     unit, count = np.datetime_data(array.dtype)
     if unit in ('Y', 'M'):  # of unequal lengths
         array = array.astype('datetime64[D]')
@@ -132,7 +150,7 @@ def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
         if any(rest for _, rest in exact):
             raise InvalidArgumentException(
                 f'stamps are whole nanoseconds, and some {array.dtype} lie between two: round '
-                "them, for instance with .astype('datetime64[ns]')")
+                "them, for example with .astype('datetime64[ns]')")
         return np.array([stamp for stamp, _ in exact], dtype=np.int64)
     factor = _UNITS.get(unit, 1) * count  # an empty array may have no unit
     largest = (FOREVER - 1) // factor
@@ -147,23 +165,23 @@ def checked_cache_time(cache_time: Any) -> int:
     """
     Return how much history to keep, nanoseconds.
 
-    Warns of a window shorter than a millisecond, which was meant in other units.
+    Warns about a window shorter than a millisecond, which is probably given in another unit.
 
-    :raises InvalidArgumentException: no integer.
+    :raises ArgumentTypeException: not an integer.
     :raises ValueError: negative.
     """
     try:
         span = operator.index(cache_time)
     except TypeError:
-        raise InvalidArgumentException(
-            f'Invalid argument cache_time {cache_time!r}: it is integer nanoseconds. Of seconds, '
-            f'tf_tree_py.core.stamp.from_seconds({cache_time!r}) makes them; UNLIMITED keeps '
+        raise ArgumentTypeException(
+            f'Invalid argument cache_time {cache_time!r}: it must be integer nanoseconds. If it '
+            f'is in seconds, pass tf_tree_py.from_seconds({cache_time!r}); UNLIMITED keeps '
             'everything') from None
     if span < 0:
         raise ValueError(f'cache_time is {span} ns, and cannot be negative')
     if 0 < span < _SHORT_WINDOW:
         warnings.warn(
-            f'cache_time={span} keeps no more than {format_span(span)} of history, for it is '
-            f'nanoseconds. If {span} s are meant: tf_tree_py.core.stamp.from_seconds({span})',
+            f'cache_time={span} keeps only {format_span(span)} of history, because it is in '
+            f'nanoseconds. If you mean {span} s, pass tf_tree_py.from_seconds({span})',
             stacklevel=3)
     return span

@@ -1,41 +1,35 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Where one frame was in another over time: poses, velocities, and which stamps to take.
+The trajectory of one frame in another: poses, velocities, and the choice of stamps.
 
-Files are made of it elsewhere; here are arrays only.
+This file handles arrays; trajectories are written to files elsewhere.
 """
 
-from typing import Literal, NamedTuple
+import importlib
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import ExtrapolationException, InvalidArgumentException
+from .geometry.many_poses import Poses
 from .geometry.so3 import Array
 from .stamp import format_stamp, NANOSECONDS_PER_SECOND
-from .times import Stamps
+from .times import Stamps, StampsLike
 from .tree.outline import EdgeInfo
 from .tree.queries import Queries
 from .twist import lookup_twist_many
 
 AVERAGING_INTERVAL = NANOSECONDS_PER_SECOND // 10
-"""Over which velocities are taken, nanoseconds; see ``lookup_twist``."""
+"""The interval over which velocities are averaged, nanoseconds; see ``lookup_twist``."""
 
 MOST_STAMPS = 100_000_000
-"""A rate that makes more stamps than this is taken for a mistake."""
+"""A rate that gives more stamps than this is considered a mistake."""
+
+POSE_COLUMNS = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
+TWIST_COLUMNS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 Outside = Literal['skip', 'nan', 'fail']
 
@@ -46,35 +40,71 @@ class Trajectory(NamedTuple):
 
     :ivar stamps: (N,) nanoseconds.
     :ivar poses: (N, 7) x y z qx qy qz qw; metres.
-    :ivar twists: (N, 6) velocities of the source's origin, as seen from the target and in its
-        axes: linear, metres a second, and angular, radians a second; or None.
-    :ivar outside: how many of the stamps that were asked for have no pose.
+    :ivar twists: (N, 6) velocities of the source's origin relative to the target, in its
+        axes: linear, metres per second, and angular, radians per second; or None.
+    :ivar outside: how many of the requested stamps have no pose.
     """
 
     target_frame: str
     source_frame: str
     stamps: Stamps
-    poses: Array
+    poses: Poses
     twists: Array | None
     outside: int
 
+    def to_frame(self) -> Any:
+        """
+        Return a ``pandas.DataFrame`` with a row for each stamp; the index is the time (UTC).
 
-def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: npt.ArrayLike, *,
+        Its columns are x y z qx qy qz qw, and with twists vx vy vz wx wy wz. To insert it into a
+        buffer: ``buffer.insert_track(target, source, frame.index, frame[list(POSE_COLUMNS)])``.
+
+        :raises ImportError: pandas is not installed.
+        """
+        try:
+            pandas = importlib.import_module('pandas')
+        except ModuleNotFoundError:
+            raise ImportError('to_frame() needs pandas: pip install pandas') from None
+        numbers = self.poses if self.twists is None else np.hstack([self.poses, self.twists])
+        columns = POSE_COLUMNS if self.twists is None else (*POSE_COLUMNS, *TWIST_COLUMNS)
+        index = pandas.DatetimeIndex(self.stamps.astype('datetime64[ns]'), name='time')
+        return pandas.DataFrame(np.asarray(numbers), index=index, columns=list(columns))
+
+
+class MovingTrajectory(Trajectory):
+    """A trajectory that has velocities, for type checkers: its ``twists`` are never None."""
+
+    __slots__ = ()
+
+    twists: Array
+
+
+@overload
+def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: StampsLike, *,
+               twist: Literal[True], outside: Outside = 'skip') -> MovingTrajectory: ...
+
+
+@overload
+def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: StampsLike, *,
+               twist: bool = False, outside: Outside = 'skip') -> Trajectory: ...
+
+
+def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: StampsLike, *,
                twist: bool = False, outside: Outside = 'skip') -> Trajectory:
     """
-    Return where a frame was at many stamps.
+    Return the poses of a frame at many stamps.
 
     :param tree: a buffer, a snapshot or a recording.
     :param stamps: (N,) integer nanoseconds, in any order.
-    :param twist: velocities, too, averaged over ``AVERAGING_INTERVAL``.
-    :param outside: what becomes of stamps without an answer: they are left out ('skip'), or
-        have NaN ('nan'), or raise ('fail').
-    :raises InvalidArgumentException: wrong arguments, as ``lookup_many``.
-    :raises TransformException: as ``lookup_many`` does.
+    :param twist: whether to return velocities, too, averaged over ``AVERAGING_INTERVAL``.
+    :param outside: how to treat stamps without an answer: omit them ('skip'), return NaN
+        ('nan'), or raise an error ('fail').
+    :raises InvalidArgumentException: invalid arguments, as in ``lookup_many``.
+    :raises TransformException: as in ``lookup_many``.
     """
     if outside not in ('skip', 'nan', 'fail'):
         raise InvalidArgumentException(
-            f"outside is 'skip', 'nan' or 'fail', not {outside!r}")
+            f"outside must be 'skip', 'nan' or 'fail', not {outside!r}")
     if outside == 'fail':
         tree.lookup_many(target_frame, source_frame, stamps)
     poses, valid = tree.lookup_many(target_frame, source_frame, stamps, outside='mask')
@@ -84,7 +114,8 @@ def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: npt.
     if outside == 'skip' and missing:
         array, poses = array[valid], poses[valid]
         twists = None if twists is None else twists[valid]
-    return Trajectory(target_frame, source_frame, array, poses, twists, missing)
+    kind = MovingTrajectory if twist else Trajectory
+    return kind(target_frame, source_frame, array, poses, twists, missing)
 
 
 def _twists(tree: Queries, target_frame: str, source_frame: str, stamps: Stamps,
@@ -98,12 +129,12 @@ def _twists(tree: Queries, target_frame: str, source_frame: str, stamps: Stamps,
 
 def stamps_of_slowest(tree: Queries, target_frame: str, source_frame: str) -> Stamps:
     """
-    Return the stamps of the edge between two frames that has the fewest a second.
+    Return the stamps of the edge with the lowest rate between two frames.
 
-    Those for which all edges between the two have data, sorted, each once.
+    These are the stamps for which all edges between the two have data, sorted, each once.
 
-    :raises InvalidArgumentException: nothing between the two moves.
-    :raises TransformException: as ``lookup`` does.
+    :raises InvalidArgumentException: all edges between the two are static.
+    :raises TransformException: as in ``lookup``.
     """
     moving, first, last = _common_span(tree, target_frame, source_frame)
     slowest = min(moving, key=lambda edge: (edge.samples - 1) / max(edge.span, 1))
@@ -115,31 +146,31 @@ def stamps_of_slowest(tree: Queries, target_frame: str, source_frame: str) -> St
 def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str,
                    rate_hz: float) -> Stamps:
     """
-    Return stamps at a rate, for which all edges between two frames have data.
+    Return stamps at a constant rate, for which all edges between two frames have data.
 
     :param rate_hz: greater than zero.
-    :raises InvalidArgumentException: nothing between the two moves, or the stamps would be
-        more than ``MOST_STAMPS``.
-    :raises TransformException: as ``lookup`` does.
+    :raises InvalidArgumentException: all edges between the two are static, or there would be
+        more than ``MOST_STAMPS`` stamps.
+    :raises TransformException: as in ``lookup``.
     """
     _, first, last = _common_span(tree, target_frame, source_frame)
     count = int((last - first) * rate_hz / NANOSECONDS_PER_SECOND) + 1
     if count > MOST_STAMPS:
         raise InvalidArgumentException(
             f'{rate_hz:g} Hz from {format_stamp(first)} to {format_stamp(last)} s are {count} '
-            f'stamps, and more than {MOST_STAMPS} are not made')
+            f'stamps, which is more than the limit of {MOST_STAMPS}')
     since = np.arange(count) * (NANOSECONDS_PER_SECOND / rate_hz)
     return np.minimum(first + np.rint(since).astype(np.int64), last)
 
 
 def _common_span(tree: Queries, target_frame: str,
                  source_frame: str) -> tuple[list[EdgeInfo], int, int]:
-    """Return the edges between two frames that move, and from when to when all have data."""
+    """Return the moving edges between two frames, and the span for which all have data."""
     moving = [edge for edge in tree.edges_between(target_frame, source_frame) if not edge.static]
     if not moving:
         raise InvalidArgumentException(
-            f'nothing between {target_frame!r} and {source_frame!r} moves, so no edge says at '
-            'which stamps to look: give stamps')
+            f'all edges between {target_frame!r} and {source_frame!r} are static, so they have no '
+            'stamps to use: pass stamps')
     youngest = max(moving, key=lambda edge: edge.oldest)
     first, last = youngest.oldest, min(edge.latest for edge in moving)
     if last < first:

@@ -1,29 +1,17 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-How fast a frame moves, from the poses in a buffer.
+The velocity of a frame, from the poses in a buffer.
 
-The answers are right where frames turn, too. Velocities as tf2 computes them, its
-faults included, are in the drop-in.
+The results are also correct for rotating frames. The drop-in package computes velocities as
+tf2 does, including its faults.
 """
 
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .errors import (
     ConnectivityException,
@@ -34,7 +22,7 @@ from .geometry import se3
 from .geometry.screws import carry, carry_many, Screw
 from .geometry.so3 import Array, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
-from .times import checked_stamp
+from .times import checked_stamp, Stamp, StampsLike
 from .tree.outline import EdgeInfo
 from .tree.queries import Queries
 
@@ -44,11 +32,11 @@ _AT_REST: Screw = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 class Velocity(NamedTuple):
     """
-    How fast a frame moves.
+    The velocity of a frame.
 
-    :ivar stamp: when, nanoseconds.
-    :ivar linear: metres a second.
-    :ivar angular: radians a second, in the same axes.
+    :ivar stamp: nanoseconds.
+    :ivar linear: metres per second.
+    :ivar angular: radians per second, in the same axes.
     """
 
     stamp: int
@@ -59,32 +47,32 @@ class Velocity(NamedTuple):
 # --- the twist
 
 
-def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
+def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, stamp: Stamp,
                  averaging_interval: int, *, reference_frame: str | None = None,
                  reference_point: Vector3 = ORIGIN,
                  reference_point_frame: str | None = None) -> Velocity:
     """
-    Return how fast one frame moves as another sees it, at a stamp.
+    Return the velocity of one frame relative to another, at a stamp.
 
-    The twist of an edge on a spline is known, and the interval does not matter. Every other
-    edge between the two is taken to move along one screw during the interval: the one from
-    its pose at the beginning to that at the end (``se3.log``). These twists are carried down
-    to the tracking frame by the edges' poses at the stamp. If every edge turns and goes at
-    constant speed in its own axes, the answer is exact for any interval. Otherwise its error
-    is quadratic in the interval, or linear if the data ends too soon to have the stamp in the
-    middle. An edge must turn by less than half a turn in the interval.
+    If an edge is a curve that provides its twist, such as a spline, that twist is used, and the
+    interval does not matter. Every other edge between the two is assumed to move along one
+    screw during the interval: from its pose at the beginning to that at the end (``se3.log``).
+    These twists are transformed to the tracking frame by the edges' poses at the stamp. If the
+    twist of every edge is constant in its own axes, the result is exact for any interval.
+    Otherwise its error is quadratic in the interval, or linear if the data ends too early for
+    the stamp to be in the middle. An edge must rotate by less than half a turn in the interval.
 
     :param tree: a buffer or a snapshot.
     :param stamp: nanoseconds; ``LATEST`` for the newest possible.
-    :param averaging_interval: nanoseconds, with the stamp in the middle; moved to lie
-        inside the data, and cut where there is less.
-    :param reference_frame: whose axes the answer is in; None: the observation frame's.
+    :param averaging_interval: nanoseconds, with the stamp in the middle; it is moved to lie
+        inside the data, and shortened if there is less data.
+    :param reference_frame: the frame whose axes the result is in; None: the observation frame.
     :param reference_point: metres; the linear velocity is that of the point of the
-        moving body which is there at the stamp.
-    :param reference_point_frame: the frame of that point; None: the tracking frame, so
-        that with neither given it is the velocity of the tracking frame's origin.
-    :raises InvalidArgumentException: an interval that is no positive integer.
-    :raises TransformException: as ``lookup``, or where there is but one sample.
+        moving body that is there at the stamp.
+    :param reference_point_frame: the frame of that point; None: the tracking frame. Without
+        both arguments it is the velocity of the tracking frame's origin.
+    :raises InvalidArgumentException: an interval that is not a positive integer.
+    :raises TransformException: as in ``lookup``, or if an edge has only one sample.
     """
     interval = _checked_interval(averaging_interval)
     stamp, _ = tree.lookup_stamped(observation_frame, tracking_frame, stamp)
@@ -97,7 +85,7 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
 def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
               interval: int, reference_frame: str, reference_point: Vector3,
               reference_point_frame: str | None) -> Screw:
-    """Return it at a stamp, where 0 is a time."""
+    """Return the velocity at a stamp; 0 is a stamp like any other."""
     frames, moving = _chain(tree, observation_frame, tracking_frame, stamp)
     twist = _AT_REST
     if moving:
@@ -114,7 +102,7 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
                 own, factor = tuple(known[0].tolist()), 1.0
             twist = _plus(carry(se3.inverse(now), twist), own, factor)
 
-    # If nothing moves between the two, LATEST comes to no time.
+    # If all edges between the two are static, LATEST has no stamp.
     look = tree.lookup_at if moving or stamp != LATEST else tree.lookup
     x, y, z, qx, qy, qz, qw = look(reference_frame, tracking_frame, stamp)
     px, py, pz = se3.apply(
@@ -123,15 +111,15 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
 
 
 def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str,
-                      stamps: npt.ArrayLike, averaging_interval: int, *,
+                      stamps: StampsLike, averaging_interval: int, *,
                       reference_frame: str | None = None, reference_point: Vector3 = ORIGIN,
                       reference_point_frame: str | None = None) -> Array:
     """
-    Return the twists at many stamps, as ``lookup_twist`` would one by one.
+    Return the twists at many stamps, with the results of single calls of ``lookup_twist``.
 
-    :param stamps: (N,) integer nanoseconds, in any order. 0 is a time here.
-    :return: (N, 6): linear velocity, metres a second, and angular, radians a second.
-    :raises TransformException: as ``lookup_many`` and ``lookup_twist`` do.
+    :param stamps: (N,) integer nanoseconds, in any order; 0 is a stamp like any other.
+    :return: (N, 6): linear velocity, metres per second, and angular, radians per second.
+    :raises TransformException: as in ``lookup_many`` and ``lookup_twist``.
     """
     interval = _checked_interval(averaging_interval)
     frozen = tree.snapshot()
@@ -168,7 +156,7 @@ def _checked_interval(averaging_interval: int) -> int:
     interval = checked_stamp(averaging_interval)
     if interval <= 0:
         raise InvalidArgumentException(
-            f'Invalid argument averaging_interval {interval}: it is a positive number of '
+            f'Invalid argument averaging_interval {interval}: it must be a positive number of '
             'nanoseconds')
     return interval
 
@@ -176,10 +164,10 @@ def _checked_interval(averaging_interval: int) -> int:
 def _chain(tree: Queries, first: str, last: str,
            stamp: int) -> tuple[list[str], list[EdgeInfo]]:
     """
-    Return the frames from one to another, and those edges between them that move.
+    Return the frames from one to another, and the moving edges between them.
 
-    The edges are today's if all of them have data for the stamp. Even if the frames hung
-    elsewhere then, the poses between neighbours still multiply to the pose of the ends.
+    These are the current edges if all of them have data for the stamp. Even if the frames had
+    other parents then, the product of the poses between neighbours is the pose of the ends.
     Otherwise the edges are those of that time.
     """
     try:
@@ -197,16 +185,16 @@ def _chain(tree: Queries, first: str, last: str,
 
 def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
     """
-    Return the oldest and newest beginning that an interval may have, and its length.
+    Return the oldest and newest possible beginning of an interval, and its length.
 
-    :raises ExtrapolationException: the edges have no two times in common.
+    :raises ExtrapolationException: the edges do not have two times in common.
     """
     last = min(moving, key=lambda edge: edge.latest)
     oldest = max(edge.oldest for edge in moving)
     if last.latest <= oldest:
         raise ExtrapolationException(
-            f'A velocity takes two samples, and the edge {last.parent} -> {last.child} has none '
-            f'after {format_stamp(oldest)}',
+            f'A velocity requires two samples, and the edge {last.parent} -> {last.child} has '
+            f'none after {format_stamp(oldest)}',
             blocked_on=tuple((edge.child, oldest + 1) for edge in moving
                              if edge.latest <= oldest))
     length = min(interval, last.latest - oldest)

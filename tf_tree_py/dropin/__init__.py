@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Lets code that imports tf2_ros run on this package, unchanged.
 
-The folder ``packages`` holds packages with tf2's names, which only import from here. Only
-Python's path is changed: the folder is added to it:
+The folder ``packages`` holds packages with tf2's names, which only import from here. It is added
+to Python's path; nothing else is changed:
 
     python -m tf_tree_py.dropin your_node.py arguments
     python -m tf_tree_py.dropin -m pytest
@@ -33,16 +22,18 @@ import sys
 
 NAMES = ('tf2_ros', 'tf2_py', 'tf2_geometry_msgs', 'tf2_sensor_msgs')
 PACKAGES = str(Path(__file__).parent / 'packages')
-"""Where the packages are, for ``PYTHONPATH``."""
+"""The folder of the packages, for ``PYTHONPATH``."""
 
 
 def install(force: bool = False) -> None:
     """
     Make tf2_ros, tf2_py, tf2_geometry_msgs and tf2_sensor_msgs importable.
 
-    An installed one is preferred, unless forced. Calling it again is harmless.
+    An installed one takes precedence, unless forced. ``tf_transformations``, which many programs
+    also import, becomes importable, too; an installed one always takes precedence. Another call is
+    harmless.
 
-    :param force: prefer ours, even where tf2 is installed.
+    :param force: prefer this package, even if tf2 is installed.
     :raises RuntimeError: forced, and one of them was imported before.
     """
     if force:

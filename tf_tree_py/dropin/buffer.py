@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-tf2's buffers where they differ from ours.
+The differences of tf2's buffers from this package's.
 
-There are two classes, the setters return nothing, and there are tf2's own velocities and
-the methods with a leading underscore, which tf2's tools and some programs call.
+There are two classes, the setters return nothing, and there are tf2's own velocities and the
+methods with a leading underscore, which tf2's tools and some programs call.
 """
 
 from collections.abc import Callable
@@ -25,48 +14,51 @@ from typing import Any
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
-from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 from tf_tree_py.core.geometry.so3 import Vector3
-from tf_tree_py.core.telling import report
+from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.reports import frames_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
+from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds
 
+from .debug_text import tf2_text
 from .executor_waker import Waker
 from .velocity import lookup_velocity
 
 
 class BufferCore(OurBuffer):
-    """``tf2_py.BufferCore``; the log and ``statistics()`` say what was refused."""
+    """``tf2_py.BufferCore``; the log and ``statistics()`` show the refused transforms."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None,
                  **options: Any) -> None:
         """
         Make an empty buffer.
 
-        :param cache_time: how much history each edge keeps; 10 s unless given.
+        :param cache_time: the length of the history of each edge; 10 s unless given.
         :param options: those of ``tf_tree_py.Buffer``.
         """
         super().__init__(cache_time, node, **options)
         self._wakers: dict[Waker, None] = {}
 
     def _when_empty(self, fed: bool) -> str:
-        # Listeners as tf2 has them do not tell a buffer of themselves.
+        # tf2's own kind of listener does not register with the buffer.
         return 'Nothing has been received yet'
 
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]
                       authority: str) -> None:
-        """Take a transform that moves."""
+        """Insert a moving transform."""
         super().set_transform(transform, authority)
 
     def set_transform_static(self, transform: TransformStamped,  # type: ignore[override]
                              authority: str) -> None:
-        """Take a transform that is valid at all times."""
+        """Insert a transform that is valid at all times."""
         super().set_transform_static(transform, authority)
 
-    def insert_batch(self, *batch: Any) -> list[Incident]:
-        """Take what a listener received, and let ``rclpy.spin_once`` return."""
+    def insert_batch(self, *batch: Any, **options: Any) -> list[Incident]:
+        """Insert a batch that a listener received, and let ``rclpy.spin_once`` return."""
         try:
-            return super().insert_batch(*batch)
+            return super().insert_batch(*batch, **options)
         finally:
             for waker in list(self._wakers):
                 waker.wake()
@@ -77,11 +69,11 @@ class BufferCore(OurBuffer):
 
     def wake_executor_of(self, node: Node) -> Callable[[], None]:
         """
-        Make ``rclpy.spin_once(node)`` return when something was received, as tf2's does.
+        Make ``rclpy.spin_once(node)`` return when a message was received, as tf2's does.
 
         Some programs wait for a transform in a loop of ``spin_once``.
 
-        :return: call it to stop this.
+        :return: a function that stops this.
         """
         waker = Waker(node)
         self._wakers[waker] = None
@@ -91,14 +83,48 @@ class BufferCore(OurBuffer):
 
         return end
 
-    # --- what only tf2 has
+    # --- results as in tf2
+
+    def can_transform_core(  # type: ignore[override]  # 1 or 0, as in tf2
+            self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
+        """Return whether the lookup would succeed, as 1 or 0, and the reason if not."""
+        return _answered(lambda: self.lookup_transform_core(target_frame, source_frame, time))
+
+    def can_transform_full_core(  # type: ignore[override]  # likewise
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str) -> tuple[int, str]:
+        """Return whether the lookup between two times would succeed, 1 or 0, and the reason."""
+        return _answered(lambda: self.lookup_transform_full_core(
+            target_frame, target_time, source_frame, source_time, fixed_frame))
+
+    def can_transform(  # type: ignore[override]  # likewise
+            self, target_frame: str, source_frame: str, time: Any, timeout: Any = NO_TIME,
+            return_debug_tuple: bool = False) -> bool | tuple[int, str]:
+        """Return whether a lookup would succeed, or the result of ``can_transform_core``."""
+        can = super().can_transform(target_frame, source_frame, time, timeout)
+        if not return_debug_tuple:
+            return bool(can)
+        return (1, '') if can else self.can_transform_core(target_frame, source_frame, time)
+
+    def can_transform_full(  # type: ignore[override]  # likewise
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = NO_TIME,
+            return_debug_tuple: bool = False) -> bool | tuple[int, str]:
+        """Return whether a lookup between two times would succeed, likewise."""
+        times = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        can = super().can_transform_full(*times, timeout)
+        if not return_debug_tuple:
+            return bool(can)
+        return (1, '') if can else self.can_transform_full_core(*times)
+
+    # --- methods of tf2 only
 
     def lookupVelocityCore(self, tracking_frame: str, observation_frame: str, time: Any,
                            averaging_interval: Any) -> tuple[Vector3, Vector3]:
         """
         Return linear and angular velocity as tf2 computes them, its errors included.
 
-        ``lookup_twist`` is right also where frames turn.
+        ``lookup_twist`` is correct also where frames rotate.
         """
         velocity = lookup_velocity(self, tracking_frame, observation_frame,
                                    self._as_stamp(time), as_nanoseconds(averaging_interval))
@@ -116,7 +142,7 @@ class BufferCore(OurBuffer):
         return velocity.linear, velocity.angular
 
     def _allFramesAsDot(self, time: Any = None) -> str:
-        return report.as_dot(self.edges())
+        return frames_text.as_dot(self.edges())
 
     def _frameExists(self, frame_id: str) -> bool:
         return frame_id in self.frames()
@@ -126,7 +152,7 @@ class BufferCore(OurBuffer):
 
     def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
                fixed_frame: str) -> list[str]:
-        """Return the frames from the source over the fixed one to the target."""
+        """Return the frames from the source through the fixed one to the target."""
         to_fixed = self.frames_between(fixed_frame, source_frame, self._as_stamp(source_time))
         return to_fixed[:-1] + self.frames_between(
             target_frame, fixed_frame, self._as_stamp(target_time))
@@ -134,3 +160,13 @@ class BufferCore(OurBuffer):
 
 class Buffer(BufferCore):
     """``tf2_ros.Buffer``."""
+
+
+def _answered(lookup: Callable[[], object]) -> tuple[int, str]:
+    try:
+        lookup()
+    except ArgumentTypeException:
+        raise
+    except TransformException as error:
+        return 0, tf2_text(error)
+    return 1, ''

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Registers our functions with an installed tf2_ros, so that it can transform messages.
+Registers the functions of this package with an installed tf2_ros, to transform messages.
 
-Our own tf2_ros knows them without registration.
+The tf2_ros of this package needs no registration.
 """
 
 from types import ModuleType
@@ -26,8 +15,8 @@ from tf_tree_py.ros.messages.registry import TransformRegistration
 
 
 def register(messages: ModuleType) -> None:
-    """Register the messages of a package with tf2_ros, if that is not ours."""
-    # The one that is found on Python's path.
+    """Register the messages of a package with tf2_ros, unless that is this package's."""
+    # The first one on Python's path.
     import tf2_ros
     if tf2_ros.TransformRegistration is TransformRegistration:
         return
@@ -39,10 +28,10 @@ def register(messages: ModuleType) -> None:
 
 
 def to_msg_msg(msg: Any) -> Any:
-    """Return a message as it is: tf2 needs a converter also for messages."""
+    """Return the message itself: tf2 needs a converter also for messages."""
     return msg
 
 
 def from_msg_msg(msg: Any) -> Any:
-    """Return a message as it is, likewise."""
+    """Return the message itself, likewise."""
     return msg

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-tf2's listeners, backed by ours.
+tf2's listeners, on top of this package's.
 
-They read in a thread of their own, as ours do. If a program handles messages or
-subscriptions itself, the subscriptions are on its node instead, as tf2's are.
+They read in a separate thread, as this package's do. If a program handles messages or
+subscriptions itself, the subscriptions are on its node instead, as in tf2.
 """
 
 from collections.abc import Callable
@@ -41,22 +30,23 @@ class TransformListener:
     """
     ``tf2_ros.TransformListener``.
 
-    tf2's subscribes on your node by default, so ``rclpy.spin_once`` returns when a
-    transform has come. It does so here too. With ``spin_thread=True`` tf2's spins your
-    whole node in a thread; this one does that only if nobody else spins it.
+    tf2's listener subscribes on the user's node by default, so that ``rclpy.spin_once`` returns
+    when a transform has arrived. It returns here, too. With ``spin_thread=True`` tf2's listener
+    spins the whole node in a thread; this one does that only if nothing else spins the node.
 
-    Some programs override ``callback``, use ``tf_sub``, set another ``buffer``, or pass a
-    buffer that overrides ``set_transform``. They get what tf2 has: subscriptions on their
-    node, which they have to spin.
+    Some programs override ``callback``, use ``tf_sub``, set another ``buffer``, or pass a buffer
+    that overrides ``set_transform``. For these the subscriptions are on the node, as in tf2, and
+    the program has to spin it.
     """
 
-    def __init__(self, buffer: Any, node: Node | None, *, spin_thread: bool = False,
+    def __init__(self, buffer: Any, node: Node | None = None, *, spin_thread: bool = False,
                  qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None,
                  tf_topic: str = TF_TOPIC, tf_static_topic: str = TF_STATIC_TOPIC,
                  static_only: bool = False, **options: Any) -> None:
         """
         Begin to listen.
 
+        :param node: None, as in later releases of tf2: a separate node.
         :param options: those of ``tf_tree_py.TransformListener``; the others likewise.
         """
         check_places('TransformListener(buffer, node)', buffer=buffer, node=node)
@@ -90,12 +80,12 @@ class TransformListener:
                 self.node.destroy_subscription(subscription)
 
     def callback(self, data: TFMessage) -> None:
-        """Take a message of ``/tf``; programs may override or call this, as in tf2."""
+        """Insert a message of ``/tf``; programs may override or call this, as in tf2."""
         for transform in data.transforms:
             self.buffer.set_transform(transform, DEFAULT_AUTHORITY)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Take a message of ``/tf_static``, likewise."""
+        """Insert a message of ``/tf_static``, likewise."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, DEFAULT_AUTHORITY)
 
@@ -134,13 +124,13 @@ class TransformListener:
         return self._subscriptions[name]
 
     def _may_read_aside(self, buffer: Any) -> bool:
-        """Return whether nothing is overridden that needs messages: then bytes are enough."""
+        """Return whether no override needs messages, so that bytes are enough."""
         methods = (self.callback, self.static_callback, getattr(buffer, 'set_transform', None),
                    getattr(buffer, 'set_transform_static', None))
         return all(getattr(method, '__func__', None) in _NOT_OVERRIDDEN for method in methods)
 
     def _read_on_node(self) -> None:
-        """Subscribe on the node, as tf2 does, from now on."""
+        """Subscribe on the node from now on, as tf2 does."""
         if self._subscriptions or self.node is None:
             return
         self._stop_reading_aside()

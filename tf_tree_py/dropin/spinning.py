@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 tf2's ``spin_thread=True``: spins a node that its program does not spin.
 
-tf2's begins at once, so callbacks run while the node is still being made. This one waits
-for a second first, because most programs soon spin their node themselves.
+tf2's thread begins at once, so callbacks run before the node is complete. This one first waits for
+a second, because most programs soon spin their node themselves.
 """
 
 import atexit
@@ -24,10 +13,12 @@ from contextlib import suppress
 import threading
 import weakref
 
+from rclpy.action.server import RCLError
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+from tf_tree_py.ros.threads.context_state import is_running
 
 _UNTIL_SPUN_S = 1.0
 _TO_END_S = 1.0
@@ -37,7 +28,7 @@ def spin_if_nobody_does(node: Node) -> threading.Timer:
     """
     Spin a node in a thread, unless the program begins to spin it within a second.
 
-    An executor that the program adds it to later takes it over, as is rclpy's rule.
+    If the program later adds the node to an executor, that takes it over, by rclpy's rule.
     """
     timer = threading.Timer(_UNTIL_SPUN_S, _spin, [weakref.ref(node)])
     timer.daemon = True
@@ -55,8 +46,8 @@ def _spin(reference: weakref.ref[Node]) -> None:
         with node.handle:
             executor.add_node(node)
             node.get_logger().info(
-                "Nobody spins this node, so its TransformListener's thread does, as "
-                'spin_thread=True asks for')
+                "Nothing else spins this node, so its TransformListener's thread does, as "
+                'spin_thread=True requests')
         del node
         _spin_until_exit(executor)
 
@@ -74,6 +65,10 @@ def _spin_until_exit(executor: SingleThreadedExecutor) -> None:
     atexit.register(end)
     try:
         executor.spin_until_future_complete(stop)
+    except RCLError:
+        # ROS was shut down between the executor's check and its wait.
+        if is_running(executor.context):
+            raise
     finally:
         atexit.unregister(end)
         executor.shutdown()

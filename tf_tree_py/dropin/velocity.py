@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Velocities as tf2's ``lookupVelocity`` computes them, its errors included.
 
-For code that was tuned to them; ``tf_tree_py.lookup_twist`` gives the right ones.
+For code that was tuned to them; ``tf_tree_py.lookup_twist`` returns the correct ones.
 """
 
 import math
@@ -35,18 +24,18 @@ def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, 
                     reference_point: Vector3 = ORIGIN,
                     reference_point_frame: str | None = None) -> Velocity:
     """
-    Return what tf2's ``lookupVelocity`` does; the parameters are those of ``lookup_twist``.
+    Return the result of tf2's ``lookupVelocity``; the parameters are those of ``lookup_twist``.
 
-    It differs from the truth where frames turn: the displacement, which is already in
-    the observation frame's axes, is turned by reference_R_tracking once more; the
-    velocity is that of the body's point at the reference frame's origin, so that a
-    frame that spins in place three metres away has one; and the lever to the reference
-    point is multiplied element by element, where it takes a cross product. Times go
-    through float seconds, rounded as in Jazzy, which may put the newest stamp of today's
-    clocks some 100 ns beyond the data. ``LATEST`` gives the velocity at the time 0.
+    It is wrong where frames rotate: the displacement, which is already in the observation frame's
+    axes, is rotated by reference_R_tracking once more; the velocity is that of the body's point at
+    the reference frame's origin, so that a frame that spins in place three metres away has one;
+    and the lever to the reference point is multiplied element by element, instead of by a cross
+    product. Times are converted to float seconds, rounded as in Jazzy, which may put the newest
+    stamp of today's clocks some 100 ns beyond the data. ``LATEST`` gives the velocity at the time
+    0.
 
-    Equal to Jazzy's to 1e-9 while a frame turns by more than 1e-6 rad in the interval:
-    of what turns less the arc cosine returns rounding, in both, and not the same.
+    It equals Jazzy's to 1e-9 if a frame rotates by more than 1e-6 rad in the interval. For smaller
+    rotations the arc cosine returns rounding errors in both, which differ.
 
     :param stamp: nanoseconds, the middle of the interval unless the data ends before.
     :param averaging_interval: nanoseconds.
@@ -57,7 +46,7 @@ def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, 
     try:
         latest_s = _as_float_seconds(tree.latest_common_time(observation_frame, tracking_frame))
     except TransformException:
-        latest_s = 0.0  # The lookups say why.
+        latest_s = 0.0  # the lookups raise the reason
     stamp_s, interval_s = _as_float_seconds(stamp), averaging_interval / 1e9
     end_s = min(stamp_s + interval_s * 0.5, latest_s)
     start_s = max(0.00001 + interval_s, end_s) - interval_s
@@ -79,23 +68,22 @@ def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, 
 
 
 def _as_float_seconds(stamp: int) -> float:
-    """Return seconds, rounded as tf2's ``timeToSec`` does it: the two parts by themselves."""
+    """Return seconds, rounded as in tf2's ``timeToSec``: the two parts separately."""
     whole, rest = divmod(stamp, NANOSECONDS_PER_SECOND)
     return whole + 1e-9 * rest
 
 
 def _from_float_seconds(seconds: float) -> int:
-    """Return nanoseconds, rounded as tf2's ``timeFromSec`` does it."""
+    """Return nanoseconds, rounded as in tf2's ``timeFromSec``."""
     whole = math.floor(seconds)
     return whole * NANOSECONDS_PER_SECOND + math.floor((seconds - whole) * 1e9 + 0.5)
 
 
 def _tf2_rotation_vector(q: Quaternion) -> Vector3:
     """
-    Return tf2's axis times tf2's angle, of the quaternion that tf2 makes of the matrix.
+    Return tf2's axis times tf2's angle, of the quaternion that tf2 makes from the matrix.
 
-    Beyond 120 degrees w may be negative there, and then the angle is more than half a
-    turn, the long way round.
+    Beyond 120 degrees w may be negative there; the angle is then more than half a turn.
     """
     x, y, z, w = so3.with_tf2_sign(q)
     square = 1.0 - w * w

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Hears a fleet, and fills a buffer."""
+"""Receives the transforms of a fleet, and fills a buffer."""
 
 import atexit
 from collections.abc import Callable, Collection, Sequence
@@ -20,22 +9,31 @@ import threading
 import time
 from typing import Final
 
-from tf_tree_py.core.arrivals.frame_names import as_published
-from tf_tree_py.core.arrivals.incident_log import IncidentLog
-from tf_tree_py.core.arrivals.observers import Observer
 from tf_tree_py.core.buffer.buffer_core import BufferCore, DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
+from tf_tree_py.core.ingest.frame_names import as_published
+from tf_tree_py.core.ingest.incident_log import IncidentLog
+from tf_tree_py.core.ingest.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.text import shorten
 from tf_tree_py.core.times import checked_cache_time
 
+from .connection import Connection
 from .errors import FleetError
-from .feed import Feed, Place
-from .hearing import Hearing
-from .keys import check_prefix, check_robot, check_robots, Topic, topic_of, topic_of_token
-from .link import Link
-from .listening import log, Threads
+from .inbox import Inbox
+from .keys import (
+    check_prefix,
+    check_robot,
+    check_robots,
+    is_nameless_bridge,
+    Topic,
+    topic_of,
+    topic_of_token,
+)
+from .old_caches import OldCaches
 from .presence import Presence
-from .roster import Robot, Roster
+from .quota import RobotQuota
+from .reception import Reception
+from .roster import FleetRobot, Roster
 from .session import (
     configuration,
     Connect,
@@ -43,86 +41,95 @@ from .session import (
     needs_zenoh,
     one_or_several,
     PathLike,
+    refuse_larger,
 )
+from .subscriptions import Subscriptions
+from .transform_decoder import FleetMessage, RobotPlace, TransformDecoder
 from .trust import checked_shared, names_below
+from .worker_threads import log, WorkerThreads
 
 OnRobot = Callable[[str, bool], object]
 
-# Frames of a whole fleet in one buffer.
+# The maximum number of frames of a whole fleet in one buffer.
 _MAX_FRAMES: Final = 200_000
-# Robots that are told not to be heard; whoever may write any key may invent more.
+# The maximum number of warnings of ignored robots; a client that may write any key can invent
+# more.
 _MOST_NOT_HEARD: Final = 20
-# No robot is called so.
+# The size of the largest message that Zenoh assembles, bytes; a quota refuses far smaller ones.
+_LARGEST: Final = 8_000_000
+# No robot has this name.
 _ALL: Final = ''
 
 
 class FleetListener:
     """
-    Fills a buffer with what robots send over Zenoh; needs no ROS.
+    Fills a buffer with the transforms that robots send over Zenoh; needs no ROS.
 
-    Every robot's frames get its name in front, ``robot7/base_link``, but for those that all
-    share. It reads in threads of its own, so lookups that wait work anywhere. It connects,
-    and connects again, by itself, and may be made before there is a router.
+    Every robot's frames get its name as a prefix, ``robot7/base_link``, except for the shared
+    ones. It reads in its own threads, so any thread may wait for a lookup. It connects and
+    reconnects by itself, and may be created before there is a router.
 
     It lives until ``close()``; it is a context manager.
 
-    :ivar name: what it is connected to, for people.
+    :ivar name: the routers, for people.
     """
 
     def __init__(self, connect: Connect | None = None, robots: str | Collection[str] = '*', *,
                  shared_frames: Collection[str] = ('map',), separate: bool = False,
                  cache_time: int | None = None, config: PathLike | None = None,
                  key_prefix: str = '', on_robot: OnRobot | None = None,
-                 observers: Sequence[Observer] = ()) -> None:
+                 observers: Sequence[Observer] = (), quota: RobotQuota | None = None) -> None:
         """
         Begin to listen.
 
-        :param connect: a router, such as ``tcp/hall:7447``, or several; None: as ``config``
-            says.
-        :param robots: which: a name, or a pattern such as ``robot*``; or several. ``*`` is
-            anything but a slash, and ``**`` alone anything.
-        :param shared_frames: keep their name. A robot may hang its frames below them, and not
-            hang them elsewhere.
-        :param separate: fill a buffer for each robot, ``listener['robot7']``, with frames as the
-            robot calls them.
-        :param cache_time: how much history each edge keeps, nanoseconds; 10 s unless given.
-        :param config: a configuration file of Zenoh: TLS, user and password, and all else.
-        :param key_prefix: what stands in front of the robots' names in keys.
-        :param on_robot: called with a robot's name and whether it is there, when it comes and
-            when it goes; in a thread of the listener's own, which ``close()`` waits for.
-        :param observers: watch every buffer, from the first message on.
-        :raises FleetError: Zenoh is not installed, or an argument cannot be.
+        :param connect: a router, such as ``tcp/hall:7447``, or several; None: those of ``config``.
+        :param robots: a name, or a pattern such as ``robot*``; or several. ``*`` matches anything
+            but a slash, and ``**`` alone matches anything.
+        :param shared_frames: frames that get no prefix. A robot may attach its frames below them,
+            but must not attach them elsewhere.
+        :param separate: fill a buffer for each robot, ``listener['robot7']``, with the robot's own
+            frame names.
+        :param cache_time: the length of the history of each edge, nanoseconds; 10 s unless given.
+        :param config: a configuration file of Zenoh: TLS, user and password, and all other
+            settings.
+        :param key_prefix: precedes the robots' names in keys.
+        :param on_robot: called with a robot's name and whether it is present, when that changes;
+            in the listener's own thread, which ``close()`` waits for.
+        :param observers: observe every buffer from the first message on.
+        :param quota: the limits for each robot; see ``RobotQuota``.
+        :raises FleetError: Zenoh is not installed, or an argument is invalid.
         """
-        self._robots = [check_robots(name) for name in one_or_several(robots)]
-        if not self._robots:
-            raise FleetError("no robots are to be heard: robots='*' is all")
+        self._robots = _checked_robots(robots)
         self._key_prefix = check_prefix(key_prefix)
         self._shared = checked_shared(shared_frames)
         self._cache_time = (DEFAULT_CACHE_TIME if cache_time is None
                             else checked_cache_time(cache_time))
         self._separate = separate
         made = configuration(connect, config)
+        refuse_larger(made, _LARGEST)
         self.name = ', '.join(endpoints_of(made))
         self._wanted = [needs_zenoh().KeyExpr(pattern) for pattern in self._robots]
-        if on_robot is not None and not callable(on_robot):
-            raise FleetError(f'on_robot is a function of a name and a bool, not {on_robot!r}')
-        self._on_robot = on_robot
+        self._on_robot = _checked_callback(on_robot)
         self._observers = observers
         self._buffers_lock = threading.Lock()
         self._buffers: dict[str, BufferCore] = {}
-        self._roster = Roster(apart=not separate)
+        self._quota = RobotQuota() if quota is None else quota
+        self._roster = Roster(apart=not separate, quota=self._quota)
         self._presence = Presence(time.monotonic)
-        self._incidents = IncidentLog(log.getChild('incidents'))
+        self._inbox: Inbox[FleetMessage] = Inbox(self._quota.waiting_bytes)
+        self._reception = Reception(self._welcome, self._roster, self._inbox)
+        self._heard: set[str] = set()
         self._not_heard = 0
+        self._warned_of_bridge = False
         self._closed = threading.Event()
-        self._threads = Threads(needs_zenoh().handlers.FifoChannel)
-        self._link = Link(made, self.name, self._threads, self._presence.connect)
+        self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel)
+        self._link = Connection(made, self.name, self._threads, self._presence.connect)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
-        # Zenoh aborts the process where the interpreter ends under one of its calls.
+        # Zenoh aborts the process if the interpreter ends during one of its calls.
         atexit.register(self.close)
         self._thread.start()
 
-    # --- what there is
+    # --- the buffers and the robots
 
     @property
     def buffer(self) -> BufferCore:
@@ -137,7 +144,7 @@ class FleetListener:
 
     def __getitem__(self, robot: str) -> BufferCore:
         """
-        Return the buffer of a robot, which need not be there yet.
+        Return the buffer of a robot, which need not be present yet.
 
         :raises FleetError: there is one buffer for all, or no robot can have that name.
         """
@@ -145,20 +152,29 @@ class FleetListener:
             raise FleetError('all robots are in listener.buffer; separate=True gives each its own')
         return self._buffer_of(check_robot(robot))
 
-    def robots(self) -> list[Robot]:
-        """Return all robots that were heard of, by name, those too that have gone."""
+    def robots(self) -> list[FleetRobot]:
+        """Return all known robots, by name, including those that have gone."""
         return self._roster.robots()
 
     @property
     def connected(self) -> bool:
-        """Return whether there is a connection just now."""
+        """Return whether there is a connection now."""
         return self._presence.connected
+
+    def why_not_connected(self) -> str:
+        """
+        Return why there is no connection, as far as this machine can find it, or ''.
+
+        Without a connection, this checks the files of TLS and contacts the router, which takes a
+        second.
+        """
+        return '' if self.connected else self._link.why_not()
 
     def close(self) -> None:
         """
-        Stop listening; what is in the buffers stays there.
+        Stop listening; the contents of the buffers stay.
 
-        Where there is no router, this waits for the present attempt: two seconds at most.
+        Without a router, this waits for the current attempt: a few seconds at most.
         """
         self._closed.set()
         self._presence.wake()
@@ -176,51 +192,59 @@ class FleetListener:
     def _run(self) -> None:
         session = self._link.await_session(self._closed)
         if session is not None:
-            hearing = Hearing(session, self._threads, self._robots, self._key_prefix)
+            hearing = Subscriptions(session, self._threads, self._robots, self._key_prefix)
+            caches = OldCaches(session, self._reception.take_of)
             try:
-                self._declare(hearing)
-            except RuntimeError as error:  # no thread can be started: the program ends, say
-                log.warning('%s is not listened to: %s', self.name, error)
+                self._declare(hearing, caches)
+            except RuntimeError as error:  # no thread can start: the program ends
+                log.warning('cannot receive from %s: %s', self.name, error)
                 self._closed.set()
             while not self._closed.is_set():
                 for robot, here in self._presence.await_news(self._closed):
-                    self._tell(robot, here)
+                    self._notify(robot, here)
             hearing.close()
+            caches.close()
             self._link.close()
+            self._inbox.close()
             self._threads.join()
         atexit.unregister(self.close)
 
-    def _declare(self, hearing: Hearing) -> None:
-        def new_feed() -> Feed:
-            return Feed(self._welcome, self._roster, self._incidents)
-
+    def _declare(self, hearing: Subscriptions, caches: OldCaches) -> None:
         max_age_s = (None if self._cache_time >= UNLIMITED
                      else self._cache_time / NANOSECONDS_PER_SECOND)
 
         def hear_token(key: str, here: bool) -> None:
             topic = self._note_token(key, here)
             if topic is not None and topic.static and here:
-                hearing.ask_old_cache(key, new_feed())
+                caches.ask(topic.robot, key)
 
-        hearing.hear_tokens(hear_token)
-        hearing.hear_transforms(True, None, new_feed, self._roster.miss)
-        hearing.hear_transforms(False, max_age_s, new_feed, self._roster.miss)
+        decoder = TransformDecoder(
+            self._place_of, self._roster, IncidentLog(log.getChild('incidents')))
+        self._threads.start(lambda: decoder.decode_all(self._inbox), 'decoder')
+        self._threads.start(caches.work, 'answers')
+        take = self._reception.take
+        hearing.subscribe_tokens(hear_token)
+        hearing.subscribe_transforms(True, None, take, self._roster.miss)
+        hearing.subscribe_transforms(False, max_age_s, take, self._roster.miss)
 
-    def _tell(self, robot: str, here: bool) -> None:
-        """Tell that a robot has come or gone; what is called must not end the thread."""
+    def _notify(self, robot: str, here: bool) -> None:
+        """Record that a robot has appeared or gone, and call ``on_robot``, which may raise."""
         self._roster.appear(robot) if here else self._roster.leave(robot)
         if self._on_robot is not None:
             try:
                 self._on_robot(robot, here)
-            except Exception:  # noqa: B902 - it is a stranger's
-                log.exception('on_robot(%r, %r) has raised', robot, here)
+            except Exception:  # noqa: B902 - a user's callback may raise anything
+                log.exception('on_robot(%r, %r) raised an exception', robot, here)
 
-    # --- in threads that take what Zenoh delivers
+    # --- in threads for Zenoh's deliveries
 
     def _note_token(self, key: str, here: bool) -> Topic | None:
-        """Note that a token is there or has gone; return whose it is, if it is wanted."""
+        """Record that a token has appeared or gone; return its topic, if the robot is selected."""
         topic = topic_of_token(key, self._key_prefix)
-        if topic is None or not self._admit(topic.robot):
+        if topic is None:
+            self._warn_of_bridge(key)
+            return None
+        if not self._admit(topic.robot):
             return None
         if here:
             self._roster.reconnect(topic.robot)
@@ -229,27 +253,39 @@ class FleetListener:
             self._presence.miss(topic.robot, key)
         return topic
 
-    def _welcome(self, key: str) -> tuple[Topic, Place] | None:
-        """Return whose a key is, and where what comes under it goes."""
+    def _warn_of_bridge(self, token: str) -> None:
+        """Warn once of a bridge without a namespace, whose robot has no name."""
+        if not self._warned_of_bridge and is_nameless_bridge(token, self._key_prefix):
+            self._warned_of_bridge = True
+            key = f'{self._key_prefix}/tf'.removeprefix('/')
+            log.warning('a zenoh-bridge-ros2dds sends transforms under the key %r, which names no '
+                        'robot, so they are ignored: start it with --namespace /robot7', key)
+
+    def _welcome(self, key: str) -> Topic | None:
+        """Return the topic of a key; None: the listener does not receive it."""
         topic = topic_of(key, self._key_prefix)
         if topic is None or not self._admit(topic.robot):
             return None
-        self._presence.see(topic.robot)
-        return topic, self._place_of(topic.robot)
+        if topic.robot not in self._heard:
+            self._heard.add(topic.robot)
+            self._presence.see(topic.robot)
+        return topic
 
     def _admit(self, robot: str) -> bool:
+        if self._roster.knows(robot):
+            return True
         if not any(pattern.includes(robot) for pattern in self._wanted):
             return False
         why_not = self._roster.admit(robot)
         if why_not and self._not_heard < _MOST_NOT_HEARD:
             self._not_heard += 1
-            log.warning('the robot %r is not heard: %s', shorten(robot, 80), why_not)
+            log.warning('the robot %r is ignored: %s', shorten(robot, 80), why_not)
         return not why_not
 
-    def _place_of(self, robot: str) -> Place:
+    def _place_of(self, robot: str) -> RobotPlace:
         if self._separate:
-            return Place(self._buffer_of(robot), as_published, frozenset())
-        return Place(self.buffer, names_below(robot, self._shared), self._shared)
+            return RobotPlace(self._buffer_of(robot), as_published, frozenset())
+        return RobotPlace(self.buffer, names_below(robot, self._shared), self._shared)
 
     def _buffer_of(self, robot: str) -> BufferCore:
         with self._buffers_lock:
@@ -260,3 +296,16 @@ class FleetListener:
                 for observer in self._observers:
                     buffer.observers.add(observer)
             return self._buffers[robot]
+
+
+def _checked_robots(robots: str | Collection[str]) -> list[str]:
+    patterns = [check_robots(name) for name in one_or_several(robots)]
+    if not patterns:
+        raise FleetError("no robots are selected: robots='*' selects all")
+    return patterns
+
+
+def _checked_callback(on_robot: OnRobot | None) -> OnRobot | None:
+    if on_robot is not None and not callable(on_robot):
+        raise FleetError(f'on_robot has to be a function of a name and a bool, not {on_robot!r}')
+    return on_robot

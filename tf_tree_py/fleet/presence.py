@@ -1,46 +1,37 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Which robots are there, by their liveliness tokens.
+The present robots, by their liveliness tokens.
 
-When a connection is lost, all tokens go at once, and that says nothing of any robot. So
-a robot has gone when its last token went and the connection stayed, or when it has not come
-back some time after the connection did. This file knows no Zenoh.
+When a connection is lost, all tokens disappear at once, which says nothing about the robots. A
+robot has therefore gone if its last token disappeared and the connection remained, or if it has
+not returned some time after the connection was restored. This file does not depend on Zenoh.
 """
 
 from collections.abc import Callable
 import threading
 
-# A token that went may be the first sign of a lost connection.
+# A token that disappears may be the first sign of a lost connection.
 SETTLE_S = 0.5
-# How long robots may take to reconnect to a router that is there again.
+# The time that robots may take to reconnect after a router has returned.
 RETURN_S = 10.0
+# The maximum number of tokens that are kept for a robot: each of its publishers may have one.
+_MOST_TOKENS = 200
 
 
 class Presence:
     """
-    Who is there; may be used from any thread.
+    The present robots; may be used from any thread.
 
-    :ivar connected: whether there is a connection; until then nobody can be seen to go.
+    :ivar connected: whether there is a connection; without one, no robot counts as gone.
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
         """
-        Begin with nobody.
+        Begin without robots.
 
-        :param now: a clock that always goes, seconds.
+        :param now: a monotonic clock, seconds.
         """
         self._now = now
         self._changed = threading.Condition()
@@ -51,10 +42,12 @@ class Presence:
         self._news: list[tuple[str, bool]] = []
 
     def see(self, robot: str, token: str = '') -> None:
-        """Note that a robot is there: by a token, or by data alone."""
+        """Record that a robot is present: by a token, or by data alone."""
         with self._changed:
             if token:
-                self._tokens.setdefault(robot, set()).add(token)
+                tokens = self._tokens.setdefault(robot, set())
+                if len(tokens) < _MOST_TOKENS:
+                    tokens.add(token)
                 self._leaving.pop(robot, None)
             if robot not in self._here:
                 self._here.add(robot)
@@ -62,7 +55,7 @@ class Presence:
                 self._changed.notify_all()
 
     def miss(self, robot: str, token: str) -> None:
-        """Note that a token has gone."""
+        """Record that a token has disappeared."""
         with self._changed:
             tokens = self._tokens.get(robot, set())
             tokens.discard(token)
@@ -71,7 +64,7 @@ class Presence:
                 self._changed.notify_all()
 
     def connect(self, connected: bool) -> None:
-        """Note whether there is a connection; who had a token has to show it again, in time."""
+        """Record whether there is a connection; tokens from before must reappear in time."""
         with self._changed:
             self.connected = connected
             self._leaving.clear()
@@ -82,7 +75,7 @@ class Presence:
             self._changed.notify_all()
 
     def await_news(self, ended: threading.Event) -> list[tuple[str, bool]]:
-        """Return who came (True) and went, as soon as somebody did; or when ``wake`` is called."""
+        """Return who appeared (True) or went, as soon as there is a change; or after ``wake``."""
         with self._changed:
             while True:
                 news = self.news()
@@ -91,12 +84,12 @@ class Presence:
                 self._changed.wait(self._rest_s())
 
     def wake(self) -> None:
-        """Let who awaits news see whether that has ended."""
+        """Make ``await_news`` check whether it has to end."""
         with self._changed:
             self._changed.notify_all()
 
     def news(self) -> list[tuple[str, bool]]:
-        """Return who came (True) and went since the last call."""
+        """Return the robots that appeared (True) and went since the last call."""
         with self._changed:
             now = self._now()
             for robot in [one for one, deadline in self._leaving.items() if deadline <= now]:
@@ -107,5 +100,5 @@ class Presence:
         return news
 
     def _rest_s(self) -> float | None:
-        """Return when the next may have gone; None: not before something changes."""
+        """Return the time until the next robot may have gone; None: no robot is leaving."""
         return max(0.0, min(self._leaving.values()) - self._now()) if self._leaving else None

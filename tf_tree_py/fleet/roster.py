@@ -1,56 +1,53 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The robots that were heard of, and what became of what they sent."""
+"""The known robots, and statistics of their messages."""
 
 from collections import Counter, deque
+from collections.abc import Collection
 from dataclasses import asdict, dataclass
 import statistics
 import threading
 import time
 from typing import Any
 
+from tf_tree_py.core.ingest.sample import Batch
 from tf_tree_py.core.stamp import from_seconds
 
-# Rates and lags are those of so many messages.
+from .quota import Allowance, FrameQuota, RobotQuota
+
+# Rates and lags are computed from this many recent messages.
 _LATELY = 64
-# Whoever may write any key may invent robots, and publishers; more are not kept.
+# A client that may write any key can invent robots and publishers. More than these are not kept.
 _MAX_ROBOTS = 10_000
-_MAX_SOURCES = 100_000
-# How long it takes at most until all that robots have kept has come.
+_MAX_SOURCES = 100
+_MAX_MISSED = 1_000
+# The longest time until all stored messages of a robot have arrived.
 _CATCH_UP = from_seconds(5.0)
 
 Source = tuple[str, int]
-"""Who sends: a session of Zenoh, and a publisher in it."""
+"""The source of a message: a session of Zenoh, and a publisher in it."""
 
 
 @dataclass(frozen=True)
-class Robot:
+class FleetRobot:
     """
-    One robot, as it was just now.
+    The current state of one robot.
 
-    :ivar since: when it appeared, nanoseconds since 1970 by this machine's clock.
-    :ivar here: whether it is there, as its liveliness tokens say; a robot that declares none
-        stays, and ``silence`` tells more.
-    :ivar rate_hz: messages of what moves a second, of late.
-    :ivar lag: from the stamp of what moves to its arrival, nanoseconds, of late; with the
-        difference of the two clocks. None: nothing has come.
-    :ivar silence: since when nothing that moves has come, nanoseconds; None: nothing ever has.
-    :ivar transforms: how many were taken.
+    :ivar since: when it appeared, nanoseconds since 1970, by the clock of this machine.
+    :ivar here: whether it is present, according to its liveliness tokens; a robot without tokens
+        stays present, and ``silence`` is more informative.
+    :ivar rate_hz: recent messages of moving transforms per second.
+    :ivar lag: recent time from the stamp of a moving transform to its arrival, nanoseconds. It
+        includes the difference of the two clocks. None: nothing has arrived.
+    :ivar silence: time since the last moving transform, nanoseconds; None: there was none.
+    :ivar transforms: how many were accepted.
     :ivar lost: messages that are known to be lost.
-    :ivar recovered: messages that were sent while there was no connection, and came later.
-    :ivar refused: transforms, and messages that are none, that were not taken.
+    :ivar recovered: messages that were sent without a connection and arrived later.
+    :ivar refused: refused transforms, and undecodable messages.
+    :ivar frames: how many frame names it has used, apart from shared ones.
+    :ivar dropped: messages that were not decoded, because it sent more than its quota.
+    :ivar limit: the limit that it reached last; '': none.
     """
 
     name: str
@@ -63,64 +60,88 @@ class Robot:
     lost: int
     recovered: int
     refused: int
+    frames: int = 0
+    dropped: int = 0
+    limit: str = ''
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
         return asdict(self)
 
 
-class Account:
+class RobotCounts:
     """
-    What is known of one robot; the roster's lock is held whenever it is used.
+    The state of one robot; the roster's lock is held whenever it is used.
 
-    :ivar back: when it could be heard anew, nanoseconds: what was sent before comes late.
-    :ivar messages_before: how many of its messages had come by then.
+    :ivar back: when it last connected, nanoseconds: messages from before that arrive late.
+    :ivar messages_before: the number of its messages until then.
+    :ivar limits: all limits that it has ever reached.
+    :ivar sources: its publishers, and the numbers of their last messages.
     """
 
-    def __init__(self, now: int) -> None:
+    def __init__(self, now: int, quota: RobotQuota) -> None:
         self.since = self.back = now
         self.here = True
-        self.transforms = self.recovered = self.refused = 0
+        self.allowance = Allowance(quota, time.monotonic())
+        self.frames = FrameQuota(quota.frames)
+        self.transforms = self.recovered = self.refused = self.lost = self.dropped = 0
+        self.limit = ''
+        self.limits: set[str] = set()
+        self.sources: dict[Source, int | None] = {}
         self.messages = self.messages_before = 0
         self._arrivals: deque[float] = deque(maxlen=_LATELY)
         self._lags: deque[int] = deque(maxlen=_LATELY)
 
     def take_live(self, newest: int) -> None:
-        """Note that what moves has come just now; its newest stamp."""
+        """Record the arrival of moving transforms, and their newest stamp."""
         self._arrivals.append(time.monotonic())
         self._lags.append(time.time_ns() - newest)
 
-    def told(self, name: str, lost: int) -> Robot:
-        """Return what is known now."""
+    def number(self, source: Source, number: int | None) -> bool:
+        """Record the source of a message and its number; return whether the source is kept."""
+        if source not in self.sources and len(self.sources) >= _MAX_SOURCES:
+            return False
+        before = self.sources.get(source)
+        if number is not None and before is not None:
+            self.lost += max(0, number - before - 1)
+            number = max(number, before)
+        self.sources[source] = number
+        return True
+
+    def as_robot(self, name: str) -> FleetRobot:
+        """Return the current state."""
         now, arrivals = time.monotonic(), self._arrivals
         span_s = now - arrivals[0] if arrivals else 0.0
-        return Robot(
+        return FleetRobot(
             name, self.since, self.here, (len(arrivals) - 1) / span_s if span_s else 0.0,
             int(statistics.median(self._lags)) if self._lags else None,
             round(1e9 * (now - arrivals[-1])) if arrivals else None,
-            self.transforms, lost, self.recovered, self.refused)
+            self.transforms, self.lost, self.recovered, self.refused, len(self.frames),
+            self.dropped, self.limit)
 
 
 class Roster:
     """All robots by their names; may be used from any thread."""
 
-    def __init__(self, apart: bool) -> None:
+    def __init__(self, apart: bool, quota: RobotQuota) -> None:
         """
-        Begin with nobody.
+        Begin without robots.
 
         :param apart: no robot may have a name that is the beginning of another's.
+        :param quota: of each robot.
         """
         self._lock = threading.Lock()
         self._apart = apart
-        self._accounts: dict[str, Account] = {}
-        # What the names of robots begin with, up to a slash.
+        self._quota = quota
+        self._accounts: dict[str, RobotCounts] = {}
+        # The beginnings of the names of robots, up to a slash.
         self._above: set[str] = set()
-        self._lost: Counter[Source] = Counter()
         self._robot_of: dict[Source, str] = {}
-        self._numbers: dict[Source, int] = {}
+        # The lost messages of publishers whose robot is not known yet.
+        self._missed: Counter[Source] = Counter()
 
     def admit(self, robot: str) -> str:
-        """Note that a robot was heard of; return why it is not heard, or ''."""
+        """Record a robot; return why it is not received, or ''."""
         with self._lock:
             if robot in self._accounts:
                 return ''
@@ -128,48 +149,96 @@ class Roster:
                 return f'there are {_MAX_ROBOTS} robots already'
             above = _above(robot) if self._apart else ()
             if robot in self._above or any(name in self._accounts for name in above):
-                return 'its frames would get among those of another, or they among its own'
+                return 'its frames would mix with those of another robot'
             self._above.update(above)
-            self._accounts[robot] = Account(time.time_ns())
+            self._accounts[robot] = RobotCounts(time.time_ns(), self._quota)
         return ''
 
+    def knows(self, robot: str) -> bool:
+        """Return whether a robot was admitted."""
+        return robot in self._accounts
+
     def appear(self, robot: str) -> None:
-        """Note that a robot has come, or has come back."""
+        """Record that a robot has appeared, or has returned."""
         with self._lock:
             account = self._accounts[robot]
             if not account.here:
                 account.here, account.since = True, time.time_ns()
 
     def reconnect(self, robot: str) -> None:
-        """Note that a robot can be heard from now on: what it sent before comes late."""
+        """Record that a robot is received from now on: messages from before arrive late."""
         with self._lock:
             account = self._accounts[robot]
             account.back, account.messages_before = time.time_ns(), account.messages
 
     def leave(self, robot: str) -> None:
-        """Note that a robot has gone."""
+        """Record that a robot has gone."""
         with self._lock:
             self._accounts[robot].here = False
 
     def is_late(self, robot: str, sent: int) -> bool:
         """
-        Return whether a message was sent before its robot could be heard; nanoseconds.
+        Return whether a message was sent before its robot was received; nanoseconds.
 
-        What was kept comes at once. Later on, who sends old messages has a slow clock.
+        Stored messages arrive at once. A robot that sends old messages later has a slow clock.
         """
         back = self._accounts[robot].back
         return sent < back and time.time_ns() < back + _CATCH_UP
 
-    def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool,
-             source: Source | None, number: int | None = None) -> None:
-        """
-        Note a message.
+    def refusal(self, robot: str, size: int) -> str:
+        """Record a message of so many bytes; return which limit it exceeds, or ''."""
+        with self._lock:
+            return self._accounts[robot].allowance.refusal(size, time.monotonic())
 
-        :param taken: how many of its transforms were; how many were refused.
-        :param newest: its newest stamp, if it moves.
+    def spend(self, robot: str, seconds: float) -> None:
+        """Record the processor time that a message of a robot has cost."""
+        with self._lock:
+            self._accounts[robot].allowance.spend(seconds)
+
+    def number(self, robot: str, source: Source, number: int | None) -> None:
+        """
+        Record the source of a message.
+
+        :param number: its number at its sender, if Zenoh does not detect lost messages itself.
+        """
+        with self._lock:
+            account = self._accounts[robot]
+            if account.number(source, number):
+                self._robot_of.setdefault(source, robot)
+                account.lost += self._missed.pop(source, 0)
+
+    def drop(self, robot: str, limit: str) -> bool:
+        """Record a dropped message; return whether it is the first for this limit."""
+        with self._lock:
+            account = self._accounts[robot]
+            account.dropped += 1
+            return self._meet(account, limit)
+
+    def within_frames(self, robot: str, batch: Batch, shared: Collection[str]) -> Batch:
+        """Return a message without the edges whose frames exceed its robot's quota."""
+        with self._lock:
+            account = self._accounts[robot]
+            fitting = account.frames.admitted(batch, shared)
+            if fitting is not batch:
+                self._meet(account, f'more than {self._quota.frames} frames (frames)')
+            return fitting
+
+    def _meet(self, account: RobotCounts, limit: str) -> bool:
+        if limit is account.limit:
+            return False
+        is_new = limit not in account.limits
+        account.limit = limit
+        account.limits.add(limit)
+        return is_new
+
+    def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool) -> None:
+        """
+        Record the result of inserting a message.
+
+        :param taken: the number of accepted transforms.
+        :param refused: the number of refused ones.
+        :param newest: its newest stamp, if it is of moving transforms.
         :param late: see ``is_late``.
-        :param source: who has sent it, if that is told.
-        :param number: which of its sender's it is, where Zenoh does not miss those between.
         """
         with self._lock:
             account = self._accounts[robot]
@@ -179,38 +248,23 @@ class Roster:
             account.messages += 1
             if newest is not None and not late:
                 account.take_live(newest)
-            if source is not None and self._remembers(source):
-                self._robot_of.setdefault(source, robot)
-                if number is not None:
-                    before = self._numbers.get(source, number)
-                    self._lost[source] += max(0, number - before - 1)
-                    self._numbers[source] = max(number, before)
 
     def miss(self, source: Source, count: int) -> None:
-        """Note that messages were lost."""
+        """Record lost messages."""
         with self._lock:
-            if self._remembers(source):
-                self._lost[source] += count
+            robot = self._robot_of.get(source)
+            if robot is not None:
+                self._accounts[robot].lost += count
+            elif source in self._missed or len(self._missed) < _MAX_MISSED:
+                self._missed[source] += count
 
-    def robots(self) -> list[Robot]:
-        """Return all robots that were heard of, by name."""
+    def robots(self) -> list[FleetRobot]:
+        """Return all known robots, by name."""
         with self._lock:
-            lost = self._losses()
-            return [account.told(name, lost[name])
-                    for name, account in sorted(self._accounts.items())]
-
-    def _remembers(self, source: Source) -> bool:
-        return (source in self._lost or source in self._robot_of
-                or len(self._lost) + len(self._robot_of) < _MAX_SOURCES)
-
-    def _losses(self) -> Counter[str]:
-        losses: Counter[str] = Counter()
-        for source, count in self._lost.items():
-            losses[self._robot_of.get(source, '')] += count
-        return losses
+            return [account.as_robot(name) for name, account in sorted(self._accounts.items())]
 
 
 def _above(robot: str) -> list[str]:
-    """Return what a name begins with, up to each of its slashes."""
+    """Return the beginnings of a name, up to each of its slashes."""
     parts = robot.split('/')
     return ['/'.join(parts[:count]) for count in range(1, len(parts))]

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Sessions of Zenoh that open nothing to the world unless they are told to."""
+"""Sessions of Zenoh that accept no connections from other machines unless configured to."""
 
 from collections.abc import Collection, Sequence
 import importlib
@@ -21,6 +10,7 @@ import os
 from pathlib import Path
 from typing import Any, cast, TYPE_CHECKING
 
+from .certificates import explain
 from .errors import FleetError, sentence
 
 if TYPE_CHECKING:
@@ -29,33 +19,37 @@ if TYPE_CHECKING:
 Connect = str | Collection[str]
 PathLike = str | os.PathLike[str]
 
-# What a session has where a configuration file says nothing else. A client listens nowhere; a
-# peer or a router, which a file may ask for, does so on this machine only.
+# The settings of a session where a configuration file has none. A client listens nowhere; a peer
+# or a router, which a file may select, listens on this machine only.
 _CAREFUL = {
     'mode': 'client',
     'scouting/multicast/enabled': False,
     'scouting/gossip/enabled': False,
-    # A cache tells by them what is too old for whoever asks.
+    # A cache needs the timestamps to find the messages that are too old for a request.
     'timestamping/enabled': True,
     'connect/retry': {'period_init_ms': 500, 'period_max_ms': 4000, 'period_increase_factor': 2},
 }
+# A sender on this machine would have its memory mapped into this process, which keeps it after the
+# sender has gone; and the sender could change a message while it is read.
+_SHARED_MEMORY = 'transport/shared_memory/enabled'
 _LISTEN = 'listen/endpoints'
+_LARGEST = 'transport/link/rx/max_message_size'
 _LISTEN_HERE = {'router': ['tcp/127.0.0.1:7447'], 'peer': ['tcp/127.0.0.1:0']}
 # Protocols whose addresses have to have a port.
 _WITH_PORT = ('tcp', 'tls', 'udp', 'quic', 'ws')
 
 
 def one_or_several(value: Any) -> list[Any]:
-    """Return what a caller gave, who may give one or several, as a list."""
+    """Return an argument that may be one value or several as a list."""
     several = isinstance(value, Collection) and not isinstance(value, str | bytes)
     return list(value) if several else [value]
 
 
 def needs_zenoh(module: str = 'zenoh') -> Any:
     """
-    Return a module of Zenoh, imported.
+    Import and return a module of Zenoh.
 
-    :raises FleetError: it is not installed; the sentence says what to do.
+    :raises FleetError: it is not installed; the error names the package to install.
     """
     try:
         return importlib.import_module(module)
@@ -63,7 +57,7 @@ def needs_zenoh(module: str = 'zenoh') -> Any:
         if (error.name or '').partition('.')[0] != 'zenoh':
             raise
         raise FleetError('a fleet needs eclipse-zenoh, which is not installed: '
-                         "pip install 'tf_tree_py[fleet]'") from error
+                         'pip install eclipse-zenoh') from error
 
 
 def configuration(connect: Connect | None = None, config: PathLike | None = None
@@ -73,18 +67,17 @@ def configuration(connect: Connect | None = None, config: PathLike | None = None
 
     Without a file the session is a client: it connects, and listens nowhere.
 
-    :param connect: the router, such as ``tcp/hall:7447``, or several; None: as the file says.
-    :param config: a configuration file of Zenoh (JSON5): TLS, user and password, and whatever
-        else; what it leaves open is set carefully.
-    :raises FleetError: what is no address or no such file, or no address at all.
+    :param connect: the router, such as ``tcp/hall:7447``, or several; None: that of the file.
+    :param config: a configuration file of Zenoh (JSON5): TLS, user and password, and all other
+        settings; those that it leaves out get safe values.
+    :raises FleetError: an invalid address, a missing or invalid file, or no address at all.
     """
-    zenoh = needs_zenoh()
-    made = zenoh.Config() if config is None else _from_file(Path(config))
+    made = needs_zenoh().Config() if config is None else _from_file(Path(config))
     for key, value in _CAREFUL.items():
         if made.get_json(key) == 'null':
             made.insert_json5(key, json.dumps(value))
-    if made.get_json(_LISTEN) == zenoh.Config().get_json(_LISTEN):
-        made.insert_json5(_LISTEN, json.dumps(_LISTEN_HERE))
+    _set_unless_changed(made, _LISTEN, _LISTEN_HERE)
+    _set_unless_changed(made, _SHARED_MEMORY, False)
     if connect is not None:
         _connect(made, one_or_several(connect))
     if made.get_json('connect/endpoints') == '[]' and made.get_json('mode') == '"client"':
@@ -94,22 +87,37 @@ def configuration(connect: Connect | None = None, config: PathLike | None = None
 
 
 def endpoints_of(config: 'zenoh.Config') -> list[str]:
-    """Return what a configuration connects to."""
+    """Return the endpoints that a configuration connects to."""
     endpoints = json.loads(config.get_json('connect/endpoints'))
     if isinstance(endpoints, dict):  # by mode
         endpoints = [one for some in endpoints.values() for one in some]
     return [str(endpoint) for endpoint in endpoints]
 
 
+def refuse_larger(config: 'zenoh.Config', size: int) -> None:
+    """Make a session drop messages of more bytes unread, unless a file has set that."""
+    _set_unless_changed(config, _LARGEST, size)
+
+
 def open_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zenoh.Session':
     """
-    Return a session, connected; once it is, it reconnects by itself.
-
-    Why a connection fails, Zenoh tells no caller: ``RUST_LOG=zenoh=info`` in the environment
-    lets it print that.
+    Return a connected session; afterwards it reconnects by itself.
 
     :param config: see ``configuration``.
-    :param timeout_s: how long to try; None: as the configuration says.
+    :param timeout_s: how long to try; None: the value of the configuration.
+    :raises FleetError: there is no connection; the error has the reason, if it can be found.
+    """
+    try:
+        return try_session(config, timeout_s)
+    except FleetError as error:
+        why = why_no_session(config)
+        raise FleetError(f'{error}: {why}' if why else str(error)) from error
+
+
+def try_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zenoh.Session':
+    """
+    Return a session as ``open_session`` does; it does not search for the reason of a failure.
+
     :raises FleetError: there is no connection.
     """
     library = needs_zenoh()
@@ -122,6 +130,17 @@ def open_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zen
         raise FleetError(sentence(error)) from error
 
 
+def why_no_session(config: 'zenoh.Config') -> str:
+    """Return why there is no session, if it can be found, or ''; it takes a second."""
+    return explain(config, endpoints_of(config))
+
+
+def _set_unless_changed(config: 'zenoh.Config', key: str, value: Any) -> None:
+    """Set a value that a file has left at Zenoh's default."""
+    if config.get_json(key) == needs_zenoh().Config().get_json(key):
+        config.insert_json5(key, json.dumps(value))
+
+
 def _from_file(path: Path) -> 'zenoh.Config':
     library = needs_zenoh()
     if not path.is_file():
@@ -129,7 +148,7 @@ def _from_file(path: Path) -> 'zenoh.Config':
     try:
         return cast('zenoh.Config', library.Config.from_file(path))
     except library.ZError as error:
-        raise FleetError(f'{path} is no configuration of Zenoh: {sentence(error)}') from error
+        raise FleetError(f'{path} is not a Zenoh configuration: {sentence(error)}') from error
 
 
 def _connect(config: 'zenoh.Config', endpoints: Sequence[str]) -> None:
@@ -137,9 +156,9 @@ def _connect(config: 'zenoh.Config', endpoints: Sequence[str]) -> None:
         protocol, slash, address = str(endpoint).partition('/')
         host, _, port = address.partition('?')[0].partition('#')[0].rpartition(':')
         if not slash or protocol in _WITH_PORT and not (host and port.isdecimal()):
-            raise FleetError(f'{endpoint!r} is no address of a router: it is like tcp/hall:7447')
+            raise FleetError(f'{endpoint!r} is not the address of a router, such as tcp/hall:7447')
     try:
         config.insert_json5('connect/endpoints', json.dumps(endpoints))
     except needs_zenoh().ZError as error:
-        raise FleetError(f'{endpoints} are no addresses of routers, such as tcp/hall:7447: '
+        raise FleetError(f'{endpoints} are not addresses of routers, such as tcp/hall:7447: '
                          f'{sentence(error)}') from error

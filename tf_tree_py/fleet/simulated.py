@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Robots that are nothing but what they send: for demos, tests and benchmarks of a fleet."""
+"""Simulated robots that only send transforms: for demos, tests and benchmarks of a fleet."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -20,10 +9,10 @@ import threading
 import time
 from typing import NamedTuple, TYPE_CHECKING
 
-from tf_tree_py.core.arrivals.sample import Sample
-from tf_tree_py.core.arrivals.wire import write
+from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.ingest.wire import write
 
-from .publishing import RobotPublisher
+from .robot_publisher import RobotPublisher
 
 if TYPE_CHECKING:
     import zenoh
@@ -31,11 +20,11 @@ if TYPE_CHECKING:
 
 class SimulatedRobot(NamedTuple):
     """
-    A robot and how it moves.
+    A robot and its motion.
 
     :ivar name: as a part of keys.
-    :ivar static: what does not move.
-    :ivar moving: returns what moves, at a stamp in nanoseconds.
+    :ivar static: its static transforms.
+    :ivar moving: returns its moving transforms at a stamp in nanoseconds.
     """
 
     name: str
@@ -46,10 +35,10 @@ class SimulatedRobot(NamedTuple):
 def drive(session: 'zenoh.Session', robots: Sequence[SimulatedRobot], rate_hz: float,
           ended: threading.Event, key_prefix: str = '') -> int:
     """
-    Let robots send what they do now, each in its own part of the period; until told to end.
+    Send the robots' current transforms, each at its own part of the period, until ``ended``.
 
-    :param rate_hz: how often each of them sends.
-    :return: how many messages of what moves went out.
+    :param rate_hz: the number of messages per second of each robot.
+    :return: the number of moving messages that were sent.
     """
     with ExitStack() as closing:
         publishers = [closing.enter_context(

@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Jazzy's ``tf2_msgs``, built where there is none: beside the wheels of ROS 2 Jazzy, which lack it.
+Building Jazzy's ``tf2_msgs``, which the wheels of ROS 2 Jazzy do not contain.
 
-``python -m tf_tree_py.interfaces`` builds it into the environment that runs it. Where ROS 2 is
-installed by its packages, so is tf2_msgs, and nothing here is needed. No ROS is imported.
+``python -m tf_tree_py.interfaces`` builds it into the environment that runs it. Installations
+of ROS 2 from its packages contain tf2_msgs, and do not need this. No ROS is imported.
 """

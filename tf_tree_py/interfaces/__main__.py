@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The command line: ``python -m tf_tree_py.interfaces``."""
 
@@ -23,13 +12,14 @@ from .hashes import differing
 
 
 def main() -> int:
-    """Build tf2_msgs if there is none, and hold what there is against Jazzy's type hashes."""
+    """Build tf2_msgs if it is missing, and compare its type hashes with Jazzy's."""
     argparse.ArgumentParser(
         prog='python -m tf_tree_py.interfaces',
-        description='Build tf2_msgs into the environment that runs this, beside the wheels of '
-                    "ROS 2 Jazzy, which lack it (pip install 'tf_tree_py[jazzy]'; and a C++ "
-                    'compiler). Where there is one, only check that its types are those of '
-                    'Jazzy.').parse_args()
+        description='Builds tf2_msgs into the environment that runs this, because the wheels of '
+                    'ROS 2 Jazzy do not contain it. It requires these wheels (pip install '
+                    "'.[jazzy]' in a checkout of this package) and a C++ compiler. If tf2_msgs "
+                    'is installed, this only checks that its types are those of Jazzy.'
+    ).parse_args()
     try:
         _build_or_check()
     except CannotBuild as error:
@@ -45,10 +35,11 @@ def _build_or_check() -> None:
     if prefix is None:
         prefix = Path(sys.prefix)
         demand_what_it_takes(prefix)
-        _say(f'building it into {prefix}, some twenty seconds')
+        _say(f'building it into {prefix}, which takes about twenty seconds')
         build(prefix)
     if wrong := differing(prefix):
-        raise CannotBuild(f'that of {prefix} has other types than Jazzy: {", ".join(wrong)}')
+        raise CannotBuild(f'the one in {prefix} differs from that of ROS 2 Jazzy in these types: '
+                          f'{", ".join(wrong)}')
     _say(f'it is in {prefix}, and all its types are those of ROS 2 Jazzy')
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""tf2_msgs from its definitions, by CMake and the generators among the wheels."""
+"""Builds tf2_msgs from its definitions, with CMake and the generators in the wheels."""
 
 import os
 from pathlib import Path
@@ -31,11 +20,11 @@ _END_OF_LOG = 3000
 
 
 class CannotBuild(Exception):
-    """Something that building takes is missing, or it failed."""
+    """A requirement of the build is missing, or the build failed."""
 
 
 def find() -> Path | None:
-    """Return the folder that has tf2_msgs: of a ROS 2 that is sourced, or this environment's."""
+    """Return the folder that contains tf2_msgs: in a sourced ROS 2, or in this environment."""
     sourced = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     for prefix in (*filter(None, sourced), sys.prefix):
         if Path(prefix, 'share', _PACKAGE, 'package.xml').is_file():
@@ -45,29 +34,29 @@ def find() -> Path | None:
 
 def demand_what_it_takes(prefix: Path) -> None:
     """
-    Return if an environment, and this machine, have what building takes.
+    Check that the environment and the machine meet the requirements of the build.
 
-    :raises CannotBuild: with what to install.
+    :raises CannotBuild: a requirement is missing; the text names what to install.
     """
     if not (prefix / 'share' / 'rosidl_default_generators').is_dir():
         raise CannotBuild(
-            f'{prefix} has no wheels of ROS 2 Jazzy. Beside them, in a venv of Python 3.12: pip '
-            "install 'tf_tree_py[jazzy]'. Where ROS 2 is installed by its packages: source it, "
-            'and sudo apt install ros-jazzy-tf2-msgs')
+            f"{prefix} has no wheels of ROS 2. To install them, run pip install '.[jazzy]' (or "
+            "'.[kilted]') in a checkout of this package, in a venv of Python 3.12. Where ROS 2 is "
+            'installed by its packages: source it, and sudo apt install ros-$ROS_DISTRO-tf2-msgs')
     if not any(map(shutil.which, filter(None, (os.environ.get('CXX'), 'c++')))):
-        raise CannotBuild('it takes a C++ compiler: sudo apt install g++')
+        raise CannotBuild('the build needs a C++ compiler: sudo apt install g++')
     if not Path(sysconfig.get_paths()['include'], 'Python.h').is_file():
-        raise CannotBuild("it takes Python's headers: sudo apt install python3.12-dev")
+        raise CannotBuild("the build needs Python's headers: sudo apt install python3.12-dev")
 
 
 def build(prefix: Path) -> None:
     """
     Build tf2_msgs into an environment that has the wheels of ROS 2 Jazzy.
 
-    Takes some twenty seconds. Whether the types are Jazzy's, ``hashes`` tells.
+    It takes about twenty seconds. ``hashes`` checks that the types are those of Jazzy.
 
     :param prefix: the folder of the environment; its Python is the one that runs.
-    :raises CannotBuild: with what to install.
+    :raises CannotBuild: a requirement is missing, or the build failed.
     """
     demand_what_it_takes(prefix)
     repair(prefix)
@@ -79,7 +68,7 @@ def build(prefix: Path) -> None:
 
 
 def _run(*command: str, prefix: Path) -> None:
-    # Only this environment is looked at, and its own programs come first.
+    # Only this environment is searched, and its own programs come first.
     environment = {
         **os.environ,
         'AMENT_PREFIX_PATH': str(prefix),
@@ -91,6 +80,7 @@ def _run(*command: str, prefix: Path) -> None:
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     except FileNotFoundError:
         raise CannotBuild(
-            f"{command[0]} is missing: pip install 'tf_tree_py[jazzy]'") from None
+            f"{command[0]} is missing: run pip install '.[jazzy]' in a checkout of this package"
+        ) from None
     if done.returncode:
         raise CannotBuild(f'{" ".join(command[:2])} failed:\n{done.stdout[-_END_OF_LOG:]}')

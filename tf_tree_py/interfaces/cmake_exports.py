@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-A defect of the wheels of ROS 2 Jazzy, mended: ``python -m tf_tree_py.interfaces.cmake_exports``.
+A repair of the wheels of ROS 2 Jazzy: ``python -m tf_tree_py.interfaces.cmake_exports``.
 
-Some of their CMake exports name folders of the machine that built them, and no package with
-messages is configured until these are the folders of this one.
+Some of their CMake exports name folders of the machine that built them. Packages with messages
+cannot be configured until these are replaced by the folders of this machine.
 """
 
 from collections.abc import Mapping
@@ -47,7 +36,7 @@ def _replace(file: Path, folders: Mapping[str, str]) -> None:
     for pattern, folder in folders.items():
         text = re.sub(pattern, lambda _, folder=folder: folder, text)  # type: ignore[misc]
     if text != before:
-        # A new file: the old one may be linked to that of an installer's cache.
+        # Write a new file, because the old one may be a hard link into an installer's cache.
         file.unlink()
         file.write_text(text, encoding='utf-8')
 

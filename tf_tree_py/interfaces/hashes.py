@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The type hashes of tf2_msgs: nodes understand each other if these are equal."""
+"""The type hashes of tf2_msgs: nodes can communicate if these are equal."""
 
 import json
 from pathlib import Path
@@ -27,16 +16,16 @@ TYPE_HASHES = {
     'tf2_msgs/action/LookupTransform':
         'RIHS01_0b8adf6bc0b5958879e3265b41a457e03558fe523890a81252c70eba97a82c5d',
 }
-"""What ROS 2 Jazzy's own tf2_msgs says of itself."""
+"""The type hashes of ROS 2 Jazzy's own tf2_msgs."""
 
 
 def installed_hash(prefix: Path, type_name: str) -> str | None:
     """
-    Return the type hash that an installed package says of one of its types.
+    Return the type hash of a type in an installed package.
 
     :param prefix: the folder that has the package's ``share``.
     :param type_name: such as ``tf2_msgs/msg/TFMessage``.
-    :return: None if the package, or the type, is not there.
+    :return: None if the package or the type is not installed.
     """
     package, kind, name = type_name.split('/')
     description = prefix / 'share' / package / kind / f'{name}.json'

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The list of all labs, in the order of the course."""
 
@@ -21,6 +10,7 @@ from typing import NamedTuple
 
 from . import (
     anchor,
+    calibrate,
     continuous,
     cycle,
     direction,
@@ -42,7 +32,7 @@ from . import (
 from .report import Report
 
 _COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount, one_edge, uncertainty, continuous, gyro, prediction,
+           cycle, remount, one_edge, uncertainty, calibrate, continuous, gyro, prediction,
            switch_over, anchor, splat)
 _LIVE = (latency, remount, one_edge, startup, static_spam, cycle, anchor)
 
@@ -51,9 +41,9 @@ class Lab(NamedTuple):
     """
     One experiment.
 
-    :ivar summary: one line that says what it shows.
+    :ivar summary: a one-line description of what it shows.
     :ivar run: runs it on a buffer in this process.
-    :ivar live: whether it can also run over DDS, between processes of its own.
+    :ivar live: whether it can also run over DDS, between separate processes.
     """
 
     name: str
@@ -65,9 +55,9 @@ class Lab(NamedTuple):
         """
         Run it over DDS.
 
-        :raises ImportError: there is no ROS here.
+        :raises ImportError: ROS is not available.
         """
-        module = importlib.import_module(f'{__package__}.live.{self.name.replace("-", "_")}')
+        module = importlib.import_module(f'{__package__}.live.live_{self.name.replace("-", "_")}')
         return module.run()  # type: ignore[no-any-return]
 
 

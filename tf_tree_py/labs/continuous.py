@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Continuous time: an event camera's microseconds between poses, and where a spline is wrong."""
+"""Continuous time: lookups for an event camera between poses, and the errors of a spline."""
 
 from functools import partial
 from math import degrees, radians
@@ -32,7 +21,7 @@ SUMMARY = 'a spline knows between poses what lerp and slerp cut off; at a jump i
 RATES_HZ = (10, 20, 50, 100, 200)
 KNOT_RATES_HZ = (5, 10, 20, 50, 200)
 NOISE = (0.001, radians(0.1))
-"""Of the poses of a tracker, metres and radians: the standard deviation of each axis."""
+"""The standard deviation of a tracker's poses in each axis, metres and radians."""
 NOISY_RATE_HZ = 200
 FOCAL_LENGTH = 300.0
 """Pixels: of an event camera of 346 x 260 with a wide lens."""
@@ -51,7 +40,7 @@ Stamps = npt.NDArray[np.int64]
 
 
 def motion(stamps: Stamps) -> Array:
-    """Return where a hand moves a camera: poses (N, 7) in the world, analytic in time."""
+    """Return poses (N, 7) of a hand-held camera in the world, analytic in time."""
     t = (stamps - _START) * 1e-9
     place = np.stack([0.2 * np.sin(9.0 * t), 0.15 * np.sin(14.0 * t + 1.0),
                       0.1 * np.sin(20.0 * t + 2.0)], axis=-1)
@@ -66,14 +55,14 @@ def poses_at(rate_hz: int) -> Stamps:
 
 
 def events() -> Stamps:
-    """Return when an event camera sees something: any microsecond."""
+    """Return the stamps of events of a camera, which occur at any microsecond."""
     first, last = from_seconds(_MARGIN), from_seconds(_SECONDS - _MARGIN)
     micros = np.random.default_rng(1).integers(first // 1000, last // 1000, _EVENTS)
     return _START + 1000 * np.sort(micros)
 
 
 def pixels(truth: Array, found: Array) -> Array:
-    """Return by how many pixels points straight ahead are misplaced in the image, (N,)."""
+    """Return the errors in the image of points straight ahead, (N,) pixels."""
     seen = se3.apply_many(se3.inverse_many(found), se3.apply_many(
         truth, np.broadcast_to([0.0, 0.0, DEPTH], (len(truth), 3))))
     return FOCAL_LENGTH * np.hypot(seen[:, 0], seen[:, 1]) / seen[:, 2]
@@ -106,12 +95,12 @@ def _both(stamps: Stamps, poses: Array, knot_rate_hz: float) -> tuple[BufferCore
     """Return a buffer that has the poses, and one that has the spline through them."""
     straight, curved = BufferCore(UNLIMITED), BufferCore(UNLIMITED)
     straight.insert_track('world', 'camera', stamps, poses)
-    curved.insert_spline('world', 'camera', Spline.fit(stamps, poses, knot_rate_hz))
+    curved.insert_curve('world', 'camera', Spline.fit(stamps, poses, knot_rate_hz))
     return straight, curved
 
 
 class Noisy(NamedTuple):
-    """What is left of noise, root mean square: of poses, and of the angular velocity."""
+    """The remaining noise, root mean square: of poses, and of the angular velocity."""
 
     way: str
     moved_m: float
@@ -152,21 +141,21 @@ def _turning(stamps: Stamps, step: int = 1000) -> Array:
         so3.conjugate_many(before[:, 3:]), after[:, 3:])) / (2e-9 * step)
 
 
-# --- where it is wrong
+# --- where the spline is wrong
 
 
 def jump(stamps: Stamps) -> Array:
-    """Return how far a localiser's map -> odom is out, metres: it jumps by half a metre."""
+    """Return a position of map -> odom from a localiser, metres: it jumps by half a metre."""
     return np.where(stamps >= _START + from_seconds(_SECONDS / 2), 0.5, 0.0)
 
 
 def contact(stamps: Stamps) -> Array:
-    """Return the height of a foot, metres: it comes down at 1 m/s, and stands."""
+    """Return the height of a foot that lands at 1 m/s, metres."""
     return np.maximum((_START + from_seconds(_SECONDS / 2) - stamps) * 1e-9, 0.0)
 
 
 class Wrong(NamedTuple):
-    """The largest errors some knots away from where a motion is not smooth, metres."""
+    """The largest errors at some distance from where a motion is not smooth, metres."""
 
     knots: int
     straight_jump: float
@@ -196,7 +185,7 @@ def _in_bands(buffer: BufferCore, height: Any) -> list[float]:
     errors = []
     for number in range(_NEAR_KNOTS):
         end = middle - number * period
-        # A nanosecond less: at the end of the first band the frame has jumped.
+        # A nanosecond less, because at the end of the first band the frame has jumped.
         asked = np.linspace(end - period, end - 1, 200).astype(np.int64)
         found = buffer.lookup_many('world', 'camera', asked)[:, 2]
         errors.append(float(np.abs(found - height(asked)).max()))
@@ -212,7 +201,7 @@ def power(rates: list[float], errors: list[float]) -> float:
 
 
 def run() -> Report:
-    """Look up an event camera between poses, with noise, and where nothing is smooth."""
+    """Look up an event camera between poses, with noise, and at motions that are not smooth."""
     rows, noisy, bands = [between(rate) for rate in RATES_HZ], with_noise(), wrong()
     smooth = rows[2:]
     rates = [float(row.rate_hz) for row in smooth]
@@ -228,11 +217,12 @@ def run() -> Report:
             f'{at_100.straight_px:.3f} against {at_100.spline_px:.5f} pixels. At a jump it is '
             'wrong before it happens.',
         remarks=[
-            f'With noise as many knots as poses are too many, for nothing is averaged: best was '
-            f'{best.way}, which leaves {best.turned_rad / noisy[0].turned_rad:.2f} of the error '
+            f'With noise, as many knots as poses are too many, because nothing is averaged. The '
+            f'best was {best.way}, which leaves '
+            f'{best.turned_rad / noisy[0].turned_rad:.2f} of the error '
             f'of the rotation and {best.turning / noisy[0].turning:.3f} of that of the angular '
-            f'velocity. Fewer than the motion needs are worse than none: a {noisy[1].way}, is '
-            f'off by {noisy[1].moved_m * 1e3:.0f} mm.'],
+            f'velocity. Too few knots for the motion are worse than none: a {noisy[1].way}, has '
+            f'an error of {noisy[1].moved_m * 1e3:.0f} mm.'],
         numbers={'powers': powers, 'straight_px_at_100_hz': at_100.straight_px,
                  'spline_px_at_100_hz': at_100.spline_px,
                  'best_knots': best.way, 'jump_one_knot_before_m': bands[1].spline_jump},
@@ -255,7 +245,7 @@ def _between_table(rows: list[Between]) -> Table:
 def _noise_table(rows: list[Noisy]) -> Table:
     return Table(
         f'Poses at {NOISY_RATE_HZ} Hz with noise of {NOISE[0] * 1e3:g} mm and '
-        f'{degrees(NOISE[1]):.1f} deg in each axis: the error that is left (rms)',
+        f'{degrees(NOISE[1]):.1f} deg in each axis: the remaining error (rms)',
         (Column('way', 'way'), Column('moved_m', 'position [mm]', '.3f', 1e3),
          Column('turned_rad', 'rotation [deg]', '.3f', degrees(1.0)),
          Column('turning', 'angular velocity [rad/s]', '.4f')), rows)
@@ -278,7 +268,7 @@ def _draw(rows: list[Between], figure: Any) -> None:
     for style, name, label in ((STYLES[1], 'straight_px', 'lerp and slerp'),
                                (STYLES[2], 'spline_px', 'cubic spline')):
         left.loglog(rates, [getattr(row, name) for row in rows], **style, label=label)
-    left.set(xlabel='poses [Hz]', ylabel='largest error in the image [px]',
+    left.set(xlabel='rate of the poses [Hz]', ylabel='largest error in the image [px]',
              title='An event camera between two poses')
     left.set_xticks(rates, [str(rate) for rate in rates])
     left.minorticks_off()
@@ -292,7 +282,7 @@ def _draw_jump(axes: Any) -> None:
     asked = np.arange(middle - near, middle + near, near // 300)
     millis = (asked - middle) * 1e-6
     axes.plot(millis, jump(asked) * 100.0, color=GREY, linewidth=6.0, alpha=0.4,
-              label='what happened')
+              label='truth')
     for style, buffer, label in zip(
             STYLES[1:3], _both(stamps, _upright(jump(stamps)), JUMP_RATE_HZ),
             ('lerp', 'spline'), strict=True):

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Two nodes each publish the other's frame as a child: the answers of tf2 and of this tree."""
 
@@ -19,7 +8,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.ingest.incidents import Incident
 from tf_tree_py.core.stamp import from_seconds
 
 from .pictures import GREY, STYLES
@@ -30,10 +19,10 @@ SUMMARY = "two nodes each claim to be the other's parent: who finds out, and whe
 EKF, WHEELS = '/ekf', '/wheel_odometry'
 ODOM_T_BASE = Pose(2.0, 0.0, 0.0)
 BASE_T_ODOM = Pose(-2.3, 0.0, 0.0)
-"""What the second node says: it should be the inverse of the first, and drifted."""
+"""The pose from the second node: it should be the inverse of the first, but has drifted."""
 BELOW = {'torso': ('base_link', Pose(0.1, 0.0, 0.4)), 'head': ('torso', Pose(0.1, 0.0, 0.5)),
          'camera': ('head', Pose(0.1, 0.0, 0.1)), 'dock': ('odom', Pose(0.5, 0.0, 0.0))}
-"""What hangs below the two, by child frame: four static edges that nobody disputes."""
+"""The frames below the two, by child frame: four undisputed static edges."""
 
 FRAMES = ('odom', 'base_link', 'torso', 'camera', 'dock')
 STAMP = from_seconds(1.0)
@@ -60,7 +49,7 @@ def tf2_lookup(tree: Tree, target: str, source: str) -> Pose:
     It climbs from the source to the target or the top, then from the target to the source
     or that top. It gives up after 1,000 edges.
 
-    :raises TooDeep: it gave up, because it went round in the loop.
+    :raises TooDeep: it gave up, because it followed the loop.
     """
     if target == source:
         return Pose()
@@ -95,7 +84,7 @@ class Pair(NamedTuple):
 
 
 def publish() -> tuple[BufferCore, list[Incident]]:
-    """Publish the same to a buffer of this library, the loop last; return its warning."""
+    """Insert the same into a buffer of this library, the loop last; return its incidents."""
     buffer = BufferCore()
     for child, (parent, pose) in BELOW.items():
         buffer.insert(parent, child, LATEST, pose, authority='/robot_state', static=True)
@@ -140,16 +129,16 @@ def run() -> Report:
     assert there is not None and back is not None
     return Report(
         tables=[_table(pairs)],
-        law=f'of {len(pairs)} lookups in a tree with a loop tf2 fails {len(failed)}, also where '
-            'the loop is not on the way, and answers the others as if all were well, '
-            f'{len(wrong)} of them by the second node; this tree refuses the edge that closes '
-            f'the loop, when it arrives, and answers all {len(pairs)}.',
+        law=f'of {len(pairs)} lookups in a tree with a loop tf2 fails {len(failed)}, even if '
+            'the loop is not on the path, and answers the others without an error, '
+            f'{len(wrong)} of them with the pose of the second node; this tree refuses the edge '
+            f'that closes the loop when it arrives, and answers all {len(pairs)}.',
         remarks=[
             f'In tf2 odom <- base_link is {there:.1f} m and base_link <- odom is {back:.1f} m: '
-            'not inverses of each other, each node is believed in its own direction. And '
-            'camera <- torso, over two static edges that nobody disputes, fails with a depth '
-            'error: the climb from the source, in search of the target, never ends.',
-            'What this tree says, once, when the edge arrives:\n'
+            'they are not inverses of each other, because each direction uses the pose of another '
+            'node. And camera <- torso, over two undisputed static edges, fails with a depth '
+            'error: the climb from the source to the target never ends.',
+            'The warning of this tree, once, when the edge arrives:\n'
             + '\n'.join(map(str, incidents))],
         numbers={'pairs': len(pairs), 'tf2_failed': len(failed), 'tf2_by_the_second': len(wrong),
                  'here_failed': sum(pair.here is None for pair in pairs),
@@ -160,7 +149,7 @@ def run() -> Report:
 
 def _table(pairs: list[Pair]) -> Table:
     return Table(
-        'x of every pair: /ekf says odom -> base_link, /wheel_odometry says base_link -> odom',
+        'x of every pair: /ekf sends odom -> base_link, /wheel_odometry sends base_link -> odom',
         (Column('target', 'target'), Column('source', 'source'),
          Column('tf2_x_m', 'tf2 [m]', '.2f'), Column('here_x_m', 'this tree [m]', '.2f'),
          Column('note', '')),

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The direction of a transform: invert it, do not transpose; and a check that finds mistakes."""
+"""The direction of a transform: invert it, do not transpose it; and a check for mistakes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -39,11 +28,11 @@ _TRIALS = 500
 def is_in_front(robot_T_source: Pose, source_p: Sequence[float],
                 forward: Sequence[float] = (1.0, 0.0, 0.0)) -> bool:
     """
-    Return whether a point lies ahead of the robot: this check finds a swapped lookup.
+    Return whether a point lies ahead of the robot, which reveals a swapped lookup.
 
-    A camera that looks ahead sees nothing behind the robot. Transform what it saw to the
-    frame that you want, such as map; then call this with ``lookup('base_link', 'map')``
-    and the point in the map. False means that one of the lookups was the wrong way round.
+    A camera that points forward sees nothing behind the robot. Transform its point to the
+    required frame, such as map. Then call this with ``lookup('base_link', 'map')`` and the
+    point in the map. False means that one of the lookups had its arguments swapped.
 
     :param robot_T_source: takes the point to the robot's frame.
     :param source_p: (3,), metres.
@@ -60,7 +49,7 @@ def robot_at(map_T_base: Pose) -> BufferCore:
     return buffer
 
 
-# What people compute from camera_T_map if they want a point of the camera in the map.
+# What programs compute from camera_T_map to obtain a point of the camera in the map.
 
 def _inverse(camera_T_map: Pose, camera_p: Any) -> Any:
     return camera_T_map.inverse() @ camera_p
@@ -91,12 +80,12 @@ WAYS: dict[str, Callable[[Pose, Any], Any]] = {
 
 class Outcome(NamedTuple):
     """
-    How well one way of inverting works, on one pose and on many.
+    The results of one way of inverting, on one pose and on many.
 
-    :ivar map_p: the point that it gives for the robot of the picture.
-    :ivar error: how far that is from the truth, metres.
+    :ivar map_p: the resulting point for the robot of the picture.
+    :ivar error: its distance from the true point, metres.
     :ivar behind: for how many of 500 random poses the point lies behind the robot.
-    :ivar other_range: for how many its distance is not the one that the camera saw.
+    :ivar other_range: for how many its distance differs from the measured one.
     """
 
     way: str
@@ -125,7 +114,7 @@ def outcome(way: str, map_T_base: Pose) -> Outcome:
 
 
 def run() -> Report:
-    """Invert in all ways, and see which mistakes the check finds."""
+    """Invert in all ways, and count the mistakes that the check finds."""
     map_T_base = Pose.from_xyz_rpy(x=3.0, y=1.0, yaw=radians(30.0))
     outcomes = [outcome(way, map_T_base) for way in WAYS]
     swapped = outcomes[1]
@@ -147,9 +136,10 @@ def run() -> Report:
             f'{swapped.behind:.0%} of {_TRIALS} random poses, where is_in_front() finds it.',
         remarks=[
             f'map_T_camera camera_T_map = {unit}: the two lookups are inverses of each other.',
-            'One point finds a swapped lookup less than every other time: a wrong point may well '
-            'lie ahead by chance. Ask at poses that face different ways, or compare the distance '
-            'as well: the camera measured it, and no right transform changes it.'],
+            'A single point reveals a swapped lookup in less than half of all cases, because a '
+            'wrong point may lie ahead by chance. Check poses that face in different directions, '
+            'or compare the distance as well: the camera measured it, and no correct transform '
+            'changes it.'],
         numbers={row.way: {'error_m': row.error, 'behind': row.behind,
                            'other_range': row.other_range} for row in outcomes},
         draw=partial(_draw, outcomes, map_T_base))
@@ -160,15 +150,20 @@ def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Any) -> None:
     _draw_places(left, outcomes, map_T_base)
     heights = np.arange(len(outcomes))
     for share, shift, hatch, colour, label in (
-            ('behind', -0.19, '////', STYLES[1]['color'], 'behind the robot'),
-            ('other_range', 0.19, 'xx', STYLES[2]['color'], 'at another distance')):
-        right.barh(heights + shift, [getattr(row, share) * 100.0 for row in outcomes], 0.36,
-                   facecolor='white', edgecolor=colour, hatch=hatch, label=label)
+            ('behind', -0.19, '////', STYLES[1]['color'], 'the point is behind the robot'),
+            ('other_range', 0.19, 'xx', STYLES[2]['color'], 'its distance has changed')):
+        bars = right.barh(
+            heights + shift, [getattr(row, share) * 100.0 for row in outcomes], 0.36,
+            facecolor='white', edgecolor=colour, hatch=hatch, label=label)
+        right.bar_label(bars, ['' if row.error < 1e-9 else f'{100.0 * getattr(row, share):.0f} %'
+                               for row in outcomes], padding=3)
+    right.annotate('0 %: right at every pose', (0.0, 0.0), (6, 0), va='center',
+                   textcoords='offset points')
     right.set_yticks(heights, [row.way.replace(', ', ',\n').replace('matrix ', 'matrix\n')
                                for row in outcomes])
-    right.invert_yaxis()
-    right.set(xlabel=f'share of {_TRIALS} random poses [%]', xlim=(0.0, 105.0),
-              title='What one point tells')
+    right.set(xlabel=f'share of {_TRIALS} random poses [%]',
+              xlim=(0.0, 128.0), ylim=(len(outcomes) - 0.5, -1.5), xticks=range(0, 101, 20),
+              title='How often two checks notice the mistake')
     right.grid(axis='y', visible=False)
     right.legend(loc='upper right')
 
@@ -189,7 +184,7 @@ def _draw_places(axes: Any, outcomes: list[Outcome], map_T_base: Pose) -> None:
         axes.plot(*row.map_p[:2], marker=marker, color='black', linestyle='none',
                   markersize=8, label=row.way, fillstyle='full' if marker == 'o' else 'none')
     axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal', xlim=(-3.2, 6.2),
-             ylim=(-2.3, 7.2), title='Where the point is said to be')
+             ylim=(-2.3, 7.2), title='Where each formula puts the point')
     axes.legend(loc='upper left', framealpha=1.0)
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A gyroscope between the poses: fast rotation that interpolation cannot see."""
+"""A gyroscope between the poses: fast rotation that interpolation misses."""
 
 from functools import partial
 from math import degrees, pi, tau
@@ -59,7 +48,7 @@ def _angles(stamps: Stamps) -> tuple[Array, Array]:
 
 
 def true_poses(stamps: Stamps) -> Array:
-    """Return world_T_camera (N, 7): it turns on the spot."""
+    """Return world_T_camera (N, 7) of a camera that rotates on the spot."""
     angles, _ = _angles(stamps)
     return np.array([Pose.from_xyz_rpy(roll=roll, pitch=pitch, yaw=yaw)
                      for roll, pitch, yaw in angles.T.tolist()])
@@ -67,10 +56,10 @@ def true_poses(stamps: Stamps) -> Array:
 
 def true_rates(stamps: Stamps) -> Array:
     """
-    Return what a gyroscope in the camera measures, (N, 3) radians a second.
+    Return the measurements of a gyroscope in the camera, (N, 3) radians per second.
 
-    Of roll, pitch and yaw about fixed axes and their rates: Craig, "Introduction to
-    Robotics", 3rd edition, section 5.3.
+    They are computed from roll, pitch and yaw about fixed axes and their rates: Craig,
+    "Introduction to Robotics", 3rd edition, section 5.3.
     """
     (roll, pitch, _), (d_roll, d_pitch, d_yaw) = _angles(stamps)
     return np.stack([
@@ -80,7 +69,7 @@ def true_rates(stamps: Stamps) -> Array:
 
 
 def stamps_at(rate_hz: float) -> Stamps:
-    """Return stamps at a rate, over all that is asked and a bit more."""
+    """Return stamps at a rate, slightly beyond the span of the lookups."""
     period = from_seconds(1.0 / rate_hz)
     return np.arange(0, from_seconds(_DURATION_S) + 2 * period, period)
 
@@ -94,7 +83,7 @@ def filled(rate_hz: float) -> BufferCore:
 
 
 def errors(buffer: BufferCore, stamps: Stamps = _ASKED) -> Array:
-    """Return how far lookups at stamps are off, radians."""
+    """Return the errors of lookups at stamps, radians."""
     _, angles = se3.distance_many(
         buffer.lookup_many('world', 'camera', stamps), true_poses(stamps))
     return angles
@@ -121,9 +110,10 @@ def run() -> Report:
         law='between poses a rotation that changes its rate is off by alpha T^2/8, '
             f'{at_twenty.alone:.3f} rad at 20 Hz here; a gyroscope at 1 kHz leaves '
             f'{at_twenty.aided:.4f} rad, and its bias cancels but for '
-            f'{slope * 1e3:.1f} mrad for each rad/s, for it closes on every pose.',
-        remarks=['The gyroscope is used between two poses only: a pose itself is what it was. '
-                 'Translations go straight; of these an angular velocity says nothing.'],
+            f'{slope * 1e3:.1f} mrad for each rad/s, because the result agrees with every pose.',
+        remarks=['The gyroscope is used only between two poses: the poses themselves do not '
+                 'change. Translations are interpolated linearly, because an angular velocity '
+                 'contains no information about them.'],
         numbers={'alone_rad': at_twenty.alone, 'aided_rad': at_twenty.aided,
                  'of_bias_s': slope},
         draw=partial(_draw, gaps))
@@ -141,14 +131,14 @@ def _rate_table(gaps: list[Gap]) -> Table:
 
 def _bias_table(gaps: list[Gap]) -> Table:
     return Table(
-        'What a bias of the gyroscope does, about all axes, with poses at 20 Hz',
+        'The effect of a bias of the gyroscope about all axes, with poses at 20 Hz',
         (Column('bias', 'bias [rad/s]', '.2f'), Column('aided_rad', 'off by [mrad]', '.2f', 1e3)),
         [(bias, one.aided) for bias, one in zip(BIASES, gaps, strict=True)])
 
 
 def _gyro_table(gaps: list[Gap]) -> Table:
     return Table(
-        'How fast the gyroscope has to be, with poses at 20 Hz',
+        'The required rate of the gyroscope, with poses at 20 Hz',
         (Column('gyro_hz', 'gyroscope [Hz]', '.0f'),
          Column('aided_rad', 'off by [mrad]', '.2f', 1e3)),
         [(rate, one.aided) for rate, one in zip(GYRO_RATES_HZ, gaps, strict=True)])
@@ -160,7 +150,7 @@ def _draw(gaps: list[Gap], figure: Any) -> None:
     left.loglog(rates, [degrees(one.alone) for one in gaps], **STYLES[0], label='slerp')
     left.loglog(rates, [degrees(one.aided) for one in gaps], **STYLES[1],
                 label='with a gyroscope at 1 kHz')
-    left.set(xlabel='poses [Hz]', ylabel='largest error between poses [deg]',
+    left.set(xlabel='rate of the poses [Hz]', ylabel='largest error between poses [deg]',
              title='A shaken camera')
     left.set_xticks(RATES_HZ, [f'{rate:g}' for rate in RATES_HZ])
     left.minorticks_off()
@@ -169,13 +159,13 @@ def _draw(gaps: list[Gap], figure: Any) -> None:
 
 
 def _draw_course(axes: Any) -> None:
-    """Draw the yaw over time, as it was and as it is looked up."""
+    """Draw the true yaw over time, and the result of lookups."""
     stamps = np.arange(0, from_seconds(0.4), 1_000_000)
     poses = stamps_at(20.0)
     poses = poses[poses <= stamps[-1]]
     buffer = filled(20.0)
     yaw = 180.0 / pi * _angles(stamps)[0][2]
-    axes.plot(stamps / 1e6, yaw, color=GREY, linewidth=5.0, alpha=0.4, label='as it was')
+    axes.plot(stamps / 1e6, yaw, color=GREY, linewidth=5.0, alpha=0.4, label='truth')
     axes.plot(stamps / 1e6, _yaws(buffer, stamps), color=STYLES[0]['color'], label='slerp')
     gyro = stamps_at(GYRO_HZ)
     buffer.aid('camera', gyro, true_rates(gyro))
@@ -184,7 +174,7 @@ def _draw_course(axes: Any) -> None:
     axes.plot(poses / 1e6, _yaws(buffer, poses), color='black', marker='o', linestyle='none',
               label='poses, 20 Hz')
     axes.set(xlabel='time [ms]', ylabel='yaw [deg]', ylim=(-40.0, 75.0),
-             title='Four tenths of a second')
+             title='Yaw during 0.4 s')
     axes.legend(loc='upper right', ncols=2)
 
 

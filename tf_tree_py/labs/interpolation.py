@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The error of interpolation between two samples: on a curve, and at a jump."""
 
@@ -38,7 +27,7 @@ _SAMPLES = 60
 _PER_GAP = 8
 
 JUMP = Pose.from_xyz_rpy(y=0.5, yaw=radians(10.0))
-"""What a localiser corrects at once; it publishes at 10 Hz."""
+"""The jump of a localiser that publishes at 10 Hz."""
 JUMP_PERIOD = from_seconds(0.1)
 _JUMP_AT = from_seconds(1.0)
 
@@ -66,7 +55,7 @@ def between_samples(motion: Motion, rate_hz: float) -> Gap:
 
 
 def swing(stamp: int) -> Pose:
-    """Return a head that looks left and right, once a second, by half a radian."""
+    """Return the pose of a head that turns left and right once a second, by half a radian."""
     return Pose.from_xyz_rpy(yaw=_SWING * sin(tau * _SWING_HZ * as_seconds(stamp)))
 
 
@@ -99,18 +88,18 @@ class Invented(NamedTuple):
 _RATIOS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
-def invented(*, told_before: bool, ratios: Sequence[float] = _RATIOS) -> list[Invented]:
+def invented(*, sent_before: bool, ratios: Sequence[float] = _RATIOS) -> list[Invented]:
     """
     Look up map_T_odom across a jump.
 
-    :param told_before: whether the old pose is sent once more, 1 ns before the jump.
+    :param sent_before: whether the old pose is sent once more, 1 ns before the jump.
     :param ratios: the times of the lookups: 0 is the last sample before the jump, 1 the
         first after it.
     """
     buffer = BufferCore()
     before = Pose()
     buffer.insert('map', 'odom', _JUMP_AT - JUMP_PERIOD, before)
-    if told_before:
+    if sent_before:
         buffer.insert('map', 'odom', _JUMP_AT - 1, before)
     buffer.insert('map', 'odom', _JUMP_AT, JUMP)
     found = []
@@ -129,15 +118,15 @@ def run() -> Report:
     swings = [between_samples(swing, hz) for hz in RATES_HZ]
     factor, power = fit(curves[1.0])
     eighth = factor / SPEED
-    middle = invented(told_before=False)[2]
+    middle = invented(sent_before=False)[2]
     return Report(
         tables=[_curve_table(curves), _swing_table(swings), _rate_table(), _jump_table()],
         law=f'between samples T apart a straight line is off by at most a T^2/8, with a the '
             f'acceleration, v w on a curve (fitted: {eighth:.4f} v w T^{power:.3f}), so publish '
             'at sqrt(a / (8 error)) Hz; and at a jump it invents poses as far as '
             f'{min(middle[1:]) * 100.0:.0f} cm from anywhere the frame ever was.',
-        remarks=['Rotation at a constant rate is exact, whatever the publishing rate: slerp is '
-                 'that motion. What slerp misses is a rate that changes.'],
+        remarks=['Rotation at a constant rate is exact at any publishing rate, because slerp is '
+                 'that motion. Slerp misses changes of the rate.'],
         numbers={'factor': eighth, 'power': power, 'rate_for_1mm_hz': rate_for(SPEED, 0.001),
                  'invented_m': min(middle[1:])},
         draw=partial(_draw, curves))
@@ -172,7 +161,7 @@ def _rate_table() -> Table:
         gap = between_samples(partial(pose_at, speed, turn_rate), rate)
         rows.append((name, speed, turn_rate, rate, gap.moved))
     return Table(
-        'How often to publish for 1 mm: sqrt(v w / (8 error)); and what that gives',
+        'How often to publish for 1 mm: sqrt(v w / (8 error)); and the resulting error',
         (Column('what', 'what'), Column('speed', 'v [m/s]', '.1f'),
          Column('turn_rate', 'w [rad/s]', '.1f'), Column('rate_hz', 'rate [Hz]', '.1f'),
          Column('moved_m', 'off by [mm]', '.3f', 1e3)), rows)
@@ -180,9 +169,9 @@ def _rate_table() -> Table:
 
 def _jump_table() -> Table:
     rows = []
-    for plain, told in zip(invented(told_before=False), invented(told_before=True), strict=True):
+    for plain, cured in zip(invented(sent_before=False), invented(sent_before=True), strict=True):
         rows.append((plain.ratio * as_seconds(JUMP_PERIOD), plain.from_before, plain.from_after,
-                     told.from_before))
+                     cured.from_before))
     return Table(
         f'map -> odom jumps by {JUMP.y} m, {JUMP_PERIOD / 1e6:.0f} ms after its last sample',
         (Column('after_s', 'after that sample [ms]', '.0f', 1e3),
@@ -210,16 +199,16 @@ def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
 
 
 def _draw_jump(axes: Any) -> None:
-    """Draw the answers of lookups while a localiser corrects itself."""
+    """Draw the answers of lookups during a correction by a localiser."""
     period, height = JUMP_PERIOD / 1e6, JUMP.y * 100.0
     axes.plot([-2.0 * period, 0.0, 0.0, period], [0.0, 0.0, height, height], color=GREY,
-              linewidth=6.0, alpha=0.4, label='what the localiser means')
+              linewidth=6.0, alpha=0.4, label="the localiser's pose")
     axes.plot([-2.0 * period, -period, 0.0, period], [0.0, 0.0, height, height], **STYLES[0],
               label='samples at 10 Hz, and lookups')
     just_before = 1.0 - 1.0 / JUMP_PERIOD
-    told = invented(told_before=True, ratios=(0.0, just_before, 1.0))
-    axes.plot([(found.ratio - 1.0) * period for found in told],
-              [found.from_before * 100.0 for found in told], color=STYLES[1]['color'],
+    cured = invented(sent_before=True, ratios=(0.0, just_before, 1.0))
+    axes.plot([(found.ratio - 1.0) * period for found in cured],
+              [found.from_before * 100.0 for found in cured], color=STYLES[1]['color'],
               linestyle='--', label='lookups with the remedy')
     axes.plot(0.0, 0.0, color=STYLES[1]['color'], marker='s', markersize=8.0, fillstyle='none',
               linestyle='none', markeredgewidth=1.8)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Latency: a pose that is looked up too late is wrong by speed times delay."""
+"""Latency: a pose that is looked up too late has an error of speed times delay."""
 
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -52,11 +41,11 @@ class Late(NamedTuple):
     speed: float
     delay: int
     asked_late: float
-    """Asked for the stamp at which the lookup was made."""
+    """Looked up at the time of the lookup."""
     latest: float
-    """Asked for the latest."""
+    """Looked up the latest."""
     stamped: float
-    """Asked for the image's own stamp."""
+    """Looked up at the image's own stamp."""
 
 
 class Turning(NamedTuple):
@@ -68,7 +57,7 @@ class Turning(NamedTuple):
     tangent: float
     chord: float
     stamped: float
-    """Asked for the image's own stamp."""
+    """Looked up at the image's own stamp."""
 
 
 def pose_at(speed: float, turn_rate: float, stamp: int) -> Pose:
@@ -81,7 +70,7 @@ class Robot:
     """
     A buffer that a drive feeds at 100 Hz, each transform stamped with its true time.
 
-    :ivar buffer: what has been published so far.
+    :ivar buffer: the transforms published so far.
     """
 
     def __init__(self, odom_T_base: Motion) -> None:
@@ -103,7 +92,7 @@ def lateness(speed: float, delay: int) -> Late:
     errors = []
     for image in _IMAGES:
         now = image + delay
-        # A lookup for now has to wait for the next transform, which is not published yet.
+        # A lookup of the current time waits for the next transform, which is not published yet.
         robot.live_until(now)
         latest = robot.buffer.lookup('odom', 'camera', LATEST)
         robot.live_until(now + PERIOD)
@@ -115,7 +104,7 @@ def lateness(speed: float, delay: int) -> Late:
 
 
 def turning(rate: float, delay: int) -> Turning:
-    """Look up too late a point ahead of a robot that drives in a circle."""
+    """Look up, too late, a point ahead of a robot that drives in a circle."""
     robot = Robot(partial(pose_at, _TURNING_SPEED, rate))
     image = _IMAGES[1]
     robot.live_until(image + delay + PERIOD)
@@ -132,7 +121,7 @@ def turning(rate: float, delay: int) -> Turning:
 
 
 class Now(NamedTuple):
-    """What happened in lookups for the present time, for which there can be no data yet."""
+    """The results of lookups of the current time, for which no data has arrived yet."""
 
     asked: int
     raised: int
@@ -157,7 +146,7 @@ def asking_for_now(delay: int = from_seconds(0.050)) -> Now:
 
 
 def slopes(rows: list[Late]) -> dict[float, float]:
-    """Return the fitted error for each speed: metres a second of delay."""
+    """Return the fitted error for each speed: metres per second of delay."""
     fits = {}
     for speed in SPEEDS:
         delays, errors = zip(*[(as_seconds(row.delay), row.asked_late)
@@ -171,17 +160,17 @@ def run() -> Report:
     rows = [lateness(speed, delay) for speed in SPEEDS for delay in DELAYS]
     turns = [turning(rate, delay) for rate in _TURN_RATES for delay in _TURNING_DELAYS]
     now, fits = asking_for_now(), slopes(rows)
-    worst = max(row.stamped for row in (*rows, *turns))
+    worst = max([row.stamped for row in rows] + [turn.stamped for turn in turns])
     written = ', '.join(f'{speed:g} m/s: {slope:.4f}' for speed, slope in fits.items())
     return Report(
         tables=[_late_table(rows), _turning_table(turns)],
-        law=f'a lookup that comes late is wrong by speed times delay (fitted slopes in m/s, for '
-            f'{written}); with the stamp in the header it is wrong by {worst * 1e3:.2g} mm at '
-            'most, whatever the delay.',
+        law=f'the error of a late lookup is speed times delay (fitted slopes in m/s, for '
+            f'{written}); with the stamp in the header the error is at most '
+            f'{worst * 1e3:.2g} mm at any delay.',
         remarks=[
-            f'Asking for now raised {now.raised} times of {now.asked}: the data cannot be there '
-            f'yet. Asking for the latest answered {now.latest_answered} times of {now.asked}, '
-            f'wrongly, and said nothing. The error says: "{now.example}."'],
+            f'{now.raised} of {now.asked} lookups of the current time raised an error, because '
+            f'the data cannot have arrived yet. {now.latest_answered} of {now.asked} lookups of '
+            f'the latest returned a wrong pose without an error. The error is: "{now.example}."'],
         numbers={'slopes': {str(speed): slope for speed, slope in fits.items()},
                  'worst_stamped_m': worst, 'now_asked': now.asked, 'now_raised': now.raised,
                  'latest_answered': now.latest_answered},
@@ -190,11 +179,11 @@ def run() -> Report:
 
 def _late_table(rows: list[Late]) -> Table:
     return Table(
-        'Where the camera was taken to be, against where it was when the image was taken '
+        "The distance of the camera's pose from the true one when the image was taken "
         '(mean of 40 images)',
         (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.0f', 1e3),
          Column('law_m', 'v delay [cm]', '.2f', 100.0),
-         Column('asked_late_m', 'asked late [cm]', '.2f', 100.0),
+         Column('asked_late_m', 'looked up late [cm]', '.2f', 100.0),
          Column('latest_m', 'latest [cm]', '.2f', 100.0),
          Column('stamped_m', "header's stamp [mm]", '.4f', 1e3)),
         [(row.speed, as_seconds(row.delay), row.speed * as_seconds(row.delay), row.asked_late,
@@ -203,10 +192,10 @@ def _late_table(rows: list[Late]) -> Table:
 
 def _turning_table(turns: list[Turning]) -> Table:
     return Table(
-        f'The same when turning: {_TURNING_SPEED} m/s, and a thing {_AHEAD[0]:g} m ahead of the '
+        f'The same when turning: {_TURNING_SPEED} m/s, and an object {_AHEAD[0]:g} m ahead of the '
         'base',
         (Column('turn_rate', 'w [rad/s]', '.1f'), Column('delay_s', 'delay [ms]', '.0f', 1e3),
-         Column('asked_late_m', 'asked late [cm]', '.3f', 100.0),
+         Column('asked_late_m', 'looked up late [cm]', '.3f', 100.0),
          Column('tangent_m', '|v + w x r| delay [cm]', '.3f', 100.0),
          Column('chord_m', '2R sin(w delay/2) [cm]', '.3f', 100.0),
          Column('stamped_m', "header's stamp [mm]", '.4f', 1e3)),
@@ -224,7 +213,7 @@ def _draw(fits: dict[float, float], figure: Any) -> None:
                       **style, label=f'v = {speed:g} m/s (slope {fits[speed]:.3f})')
         straight.plot(_BETWEEN_MS, [late.latest * 100.0 for late in _late(speed, _BETWEEN_MS)],
                       color='black', linestyle='none', marker='o', fillstyle='none',
-                      markersize=9.0, label='the latest: no better, and never an error'
+                      markersize=9.0, label='the latest: same error, no exception'
                       if speed == SPEEDS[-1] else None)
     straight.plot(_DRAWN_MS, [late.stamped * 100.0 for late in _late(SPEEDS[-1], _DRAWN_MS)],
                   **STYLES[0], label="the header's stamp, any v")
@@ -248,6 +237,6 @@ def _draw_turning(axes: Any) -> None:
     stamped = [turning(2.0, from_seconds(delay / 1e3)).stamped for delay in _DRAWN_MS]
     axes.plot(_DRAWN_MS, [error * 100.0 for error in stamped], **STYLES[0],
               label="the header's stamp, any ω")
-    axes.set(xlabel='delay [ms]', title=f'A thing 1 m ahead, turning at {_TURNING_SPEED} m/s')
+    axes.set(xlabel='delay [ms]', title=f'A point 1 m ahead, turning at {_TURNING_SPEED} m/s')
     axes.tick_params(labelleft=True)
     axes.legend(loc='upper left')

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One edge is one line: which lookups change when a line of a robot's description is edited."""
+"""One edge is one line: the lookups that change when a robot's description is edited."""
 
 from collections.abc import Iterator
 from functools import partial
-from math import radians, sin
+from math import radians
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +23,7 @@ SUMMARY = 'one line of a URDF is edited: which of 1,482 composed lookups change'
 
 _TURN = radians(2.0)
 EDIT = Pose.from_xyz_rpy(x=0.01, pitch=_TURN)
-"""What every edit does: the child is a centimetre further on, and turned by two degrees."""
+"""The change by every edit: the child moves by a centimetre and rotates by two degrees."""
 
 SHOWN = ('odom', 'torso', 'head', 'left_elbow', 'left_hand_camera')
 """The children of the edges whose edits the table shows."""
@@ -45,7 +34,7 @@ _PLANAR = ('odom', 'pelvis')
 
 
 def description() -> str:
-    """Return the humanoid with 38 edges as URDF, a line for each link and each joint."""
+    """Return the humanoid with 38 edges as URDF, with a line for each link and each joint."""
     edges = {**moving(), **SENSORS}
     links = dict.fromkeys(link for edge in edges for link in edge)
     return '\n'.join(['<robot name="humanoid">', *(f'  <link name="{link}"/>' for link in links),
@@ -53,7 +42,7 @@ def description() -> str:
 
 
 def line_of(edge: tuple[str, str], origin: Pose) -> str:
-    """Return the line that says where a link hangs on another, and how it moves there."""
+    """Return the line of a joint: its links, its origin and its type."""
     parent, child = edge
     kind = 'fixed' if edge in _FIXED else 'planar' if child in _PLANAR else 'revolute'
     xyz, rpy = (' '.join(map(repr, numbers)) for numbers in (origin.translation, origin.as_rpy()))
@@ -76,7 +65,7 @@ def tree_of(text: str) -> BufferCore:
     positions = 0.3 * np.sin(np.arange(len(robot.variables)))
     tree = BufferCore()
     for (parent, child), pose in robot.edges(positions).items():
-        tree.insert(parent, child, LATEST, pose, static=True)
+        tree.insert(parent, child, LATEST, Pose(*pose.tolist()), static=True)
     return tree
 
 
@@ -89,16 +78,16 @@ def lookups(tree: BufferCore) -> tuple[list[str], Array]:
 
 class Edit(NamedTuple):
     """
-    What one edited line does.
+    The effect of one edited line.
 
-    :ivar below: how many frames hang on the edge: its child, and what hangs on that.
-    :ivar crossing: how many lookups have the edge on their way.
-    :ivar changed: how many of those give another answer.
-    :ivar others: how many that do not have it on their way give another answer.
-    :ivar off: how far the changed answers are at most from the old ones with this one edge
-        exchanged by hand, metres.
-    :ivar levers: how far each frame below is from the child, metres.
-    :ivar moved: how far each of them moved, as the frames above see it, metres.
+    :ivar below: how many frames are below the edge: its child, and all descendants.
+    :ivar crossing: how many lookups have the edge on their path.
+    :ivar changed: how many of those return another answer.
+    :ivar others: how many lookups without the edge on their path return another answer.
+    :ivar off: the largest difference between the changed answers and the old ones with this
+        edge replaced by hand, metres.
+    :ivar levers: the distance of each frame below from the child, metres.
+    :ivar moved: how far each of them moved relative to the frames above, metres.
     """
 
     edge: tuple[str, str]
@@ -113,7 +102,7 @@ class Edit(NamedTuple):
 
 
 def edits() -> Iterator[Edit]:
-    """Edit one line after the other, each in the description as it was, and ask for all pairs."""
+    """Edit each line, in the original description, and look up all pairs."""
     text = description()
     tree = tree_of(text)
     frames, before = lookups(tree)
@@ -129,7 +118,7 @@ def _edit(edge: tuple[str, str], line: int, frames: list[str], below: NDArray[np
     distances, angles = se3.distance_many(before, after)
     changed = (distances > 1e-9) | (angles > 1e-6)
     crossing = below[:, None] != below[None, :]
-    # By hand: to the child as before, then what this edge has become, then on as before.
+    # By hand: the old pose up to the child, the new edge, then the rest as before.
     change = se3.compose_many(before[child, parent], after[parent, child])
     by_hand = se3.compose_many(
         se3.compose_many(before[:, child], change)[:, None], before[child][None, :])
@@ -156,11 +145,11 @@ def run() -> Report:
             f'{"all of those and no others" if everywhere else "OTHERS THAN THOSE"}, for every '
             f'one of the {len(rows)} lines: {least.changed} lookups for {least.edge[1]}, '
             f'{most.changed} for {most.edge[1]}.',
-        remarks=['The new answers are the old ones with that one edge exchanged, to '
-                 f'{off * 1e15:.1f} fm: nobody else has to know of the edit.',
-                 'Each of these lookups is a number that somebody may have copied into a program. '
-                 f'The {pairs:,} of them follow from {len(rows)} lines, and so nothing but the '
-                 'lines is worth keeping.'],
+        remarks=['The new answers equal the old ones with that one edge replaced, to '
+                 f'{off * 1e15:.1f} fm: no other part of the robot is affected by the edit.',
+                 'Each of these lookups is a number that could be copied into a program. All '
+                 f'{pairs:,} of them follow from {len(rows)} lines, so only these lines should '
+                 'be stored.'],
         numbers={'frames': frames, 'edges': len(rows), 'lookups': pairs,
                  'least_changed': least.changed, 'most_changed': most.changed,
                  'off_m': off, 'as_predicted': everywhere},
@@ -169,7 +158,7 @@ def run() -> Report:
 
 def _table(rows: list[Edit], pairs: int) -> Table:
     return Table(
-        f'One line of {len(rows)} is edited: the child 1 cm further on, turned by 2 degrees',
+        f'One line of {len(rows)} is edited: the child moves by 1 cm and rotates by 2 degrees',
         (Column('parent', 'parent'), Column('child', 'child'), Column('line', 'line'),
          Column('below', 'frames below'), Column('crossing', 'lookups over it'),
          Column('changed', 'changed'), Column('share', 'of all [%]', '.0f', 100.0),
@@ -191,16 +180,23 @@ def _draw(rows: list[Edit], figure: Any) -> None:
     left.set(xlabel='frames below the edge, b', ylabel='lookups that changed',
              title=f'Which of {frames * (frames - 1):,} lookups change', ylim=(0.0, 900.0))
     left.legend(loc='lower center')
-    levers = np.array([0.0, 5.2])
-    right.plot(levers, 2.0 * levers * sin(_TURN / 2.0) * 100.0 + 1.0,
-               **{**STYLES[1], 'marker': ''}, label='1 cm + 2 r sin(1°), at most')
-    right.plot([lever for row in rows for lever in row.levers],
-               [moved * 100.0 for row in rows for moved in row.moved],
-               color='black', marker='.', linestyle='none', label='a frame below an edited line')
-    right.set(xlabel='from the edited joint, r [m]', ylabel='moved by [cm]',
-              title='1 cm further, and turned by 2°')
-    right.legend(loc='upper left')
+    _draw_moved(right, [row for row in rows if row.edge[1] in SHOWN])
 
 
-# Where the names of some edges stand beside their dots.
+def _draw_moved(axes: Any, rows: list[Edit]) -> None:
+    """Draw how far each edit moves the frame below it that moves most, and how far away it is."""
+    moved = [100.0 * max(row.moved) for row in rows]
+    bars = axes.barh(range(len(rows)), moved, 0.5, facecolor='white',
+                     edgecolor=STYLES[1]['color'], hatch='////')
+    levers = [row.levers[np.argmax(row.moved)] for row in rows]
+    axes.bar_label(bars, [f'{most:.1f} cm' + (f' at {lever:.1f} m' if lever > 0.0 else '')
+                          for most, lever in zip(moved, levers, strict=True)], padding=4)
+    axes.set_yticks(range(len(rows)), [row.edge[1] for row in rows])
+    axes.invert_yaxis()
+    axes.set(xlabel='motion [cm], and distance from the edge', xlim=(0.0, 2.0 * max(moved)),
+             ylabel='edited line', title='Edit by 1 cm and 2°: what moves most')
+    axes.grid(axis='y', visible=False)
+
+
+# The positions of the names of some edges beside their dots.
 _OFFSETS = {'odom': (-30, -14), 'torso': (6, 4), 'left_elbow': (8, -3), 'head': (8, -12)}

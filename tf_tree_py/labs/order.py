@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Composition does not commute: the worked example, its exercise, and the wrong order."""
 
@@ -53,7 +42,7 @@ def wrong_order(chain: Chain) -> Pose:
 
 
 class Step(NamedTuple):
-    """One partial product: map_T_frame, where it is and where its x axis points."""
+    """One partial product: map_T_frame, its position and the direction of its x axis."""
 
     frame: str
     origin: tuple[float, ...]
@@ -72,7 +61,7 @@ def _step(frame: str, map_T_frame: Pose) -> Step:
 
 
 def point(chain: Chain) -> tuple[float, ...]:
-    """Return where the camera's point is in the map."""
+    """Return the camera's point in the map."""
     return _rounded(tree(chain).lookup('map', 'camera') @ CAMERA_P)
 
 
@@ -165,7 +154,7 @@ def _orders_table(right: dict[str, Any], wrong: dict[str, Any]) -> Table:
 
 def _symptom_table(rows: list[Symptom]) -> Table:
     return Table(
-        'Told forward, it goes left: a turn of 90 degrees too many, on each edge in turn',
+        'The symptom of a superfluous rotation by 90 degrees, on each edge: forward becomes left',
         (Column('edge', 'edge that is wrong'), Column('base_in_odom', 'base: ahead in odom'),
          Column('base_in_map', 'base: ahead in map'),
          Column('camera_in_base', 'camera: ahead in base'),

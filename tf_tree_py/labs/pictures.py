@@ -1,26 +1,18 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Drawing with matplotlib: readable in black and white, the same bytes every time."""
+"""Drawing with matplotlib: readable in black and white, with reproducible bytes."""
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-INSTALL = 'No picture: that needs matplotlib, pip install "tf_tree_py[plot]"'
+from tf_tree_py.core.whole_files import write_whole
 
-# Colours are not the only difference: the lines and markers differ too.
+INSTALL = 'No picture: drawing requires matplotlib (pip install matplotlib)'
+
+# Not only the colours differ: the lines and markers differ too.
 STYLES: tuple[dict[str, Any], ...] = (
     {'color': '#000000', 'linestyle': '-', 'marker': 'o'},
     {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
@@ -31,7 +23,7 @@ GREY = '#767676'
 
 _DPI = 110
 
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     'font.family': 'DejaVu Sans',
     'font.size': 9.0,
     'axes.titlesize': 9.5,
@@ -45,7 +37,7 @@ _SETTINGS = {
     'legend.frameon': True,
     'legend.framealpha': 0.9,
     'legend.handlelength': 3.2,
-    # So that the same numbers give the same file.
+    # Makes the same numbers give the same file.
     'svg.hashsalt': 'tf_tree_py',
     'svg.fonttype': 'path',
 }
@@ -72,11 +64,18 @@ def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:
     with rc_context(_SETTINGS):
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(paths[0], dpi=_DPI, metadata={'Software': None})
-            figure.savefig(paths[1], metadata={'Date': None, 'Creator': None})
+            _write(figure, paths[0], dpi=_DPI, metadata={'Software': None})
+            _write(figure, paths[1], metadata={'Date': None, 'Creator': None})
         except OSError as error:
             raise NoPicture(f'No picture: {error}') from error
     return paths
+
+
+def _write(figure: Any, path: Path, **options: Any) -> None:
+    """Write a picture; if that fails, an existing file is unchanged."""
+    drawn = BytesIO()
+    figure.savefig(drawn, format=path.suffix[1:], **options)
+    write_whole(path, [drawn.getbuffer()])
 
 
 def figure_of(draw: Callable[[Any], None]) -> Any:

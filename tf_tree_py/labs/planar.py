@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A planar pose on uneven ground: what its three numbers lose of six."""
+"""A planar pose on uneven ground: the error of three numbers instead of six."""
 
 from functools import partial
 from math import degrees, hypot, radians, sin
@@ -20,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
-from tf_tree_py.core.geometry.se2 import lift, project
 from tf_tree_py.core.stamp import from_seconds
 
 from .pictures import GREY, STYLES
+from .planar_projection import lift, project
 from .report import Column, Report, Table
 
 SUMMARY = 'on a slope a planar tree misplaces a thing at height h by h sin(tilt)'
@@ -32,7 +21,7 @@ TILTS_DEG = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
 HEIGHTS = (0.3, 1.0, 2.0)
 
 _STAMP = from_seconds(1.0)
-# Where the robot stands; the law does not depend on it.
+# The pose of the robot; the law does not depend on it.
 _X, _Y, _YAW = 2.0, 1.0, 0.6
 
 
@@ -44,7 +33,7 @@ class Floor(NamedTuple):
     by_roll: float
     by_pitch: float
     residual_tilt: float
-    """What ``se2.project`` says that it drops, radians."""
+    """The tilt in the residual of ``project``, radians."""
 
 
 class Point(NamedTuple):
@@ -64,13 +53,13 @@ def standing(roll: float, pitch: float) -> BufferCore:
 
 
 def flattened(map_T_base: Pose) -> Pose:
-    """Return the pose in space that is left if a planar tree stores it."""
+    """Return the pose in space that remains if a planar tree stores it."""
     planar, _ = project(map_T_base)
     return Pose._make(lift(planar))
 
 
 def on_the_floor(tilt: float, height: float) -> Floor:
-    """Place a point that is straight above the base, by all six numbers and by three."""
+    """Transform a point straight above the base, with all six numbers and with three."""
     errors = []
     for roll, pitch in ((tilt, 0.0), (0.0, tilt)):
         map_T_base = standing(roll, pitch).lookup('map', 'base_link', LATEST)
@@ -103,15 +92,15 @@ def run() -> Report:
     bumpy = project(standing(radians(3.0), radians(4.0)).lookup('map', 'base_link'))[1]
     return Report(
         tables=[_floor_table(rows), _point_table(everywhere(radians(5.0)))],
-        law=f'a thing at height h above a base that leans by an angle is misplaced on the floor '
+        law=f'an object at height h above a base tilted by an angle is misplaced on the floor '
             f'by {slope:.4f} h sin(angle): at 5 degrees {low * 100.0:.1f} cm for h = 0.3 m and '
             f'{high * 100.0:.1f} cm for h = 1 m.',
         remarks=[
-            'Nothing in three numbers tells that this happened. se2.project does: beside the '
-            'planar pose it returns the height and the tilt that it drops. For a base at roll 3 '
-            f'and pitch 4 degrees it says z = {bumpy.z:.3f} m, tilt = {bumpy.tilt:.4f} rad, which '
-            f'is {degrees(bumpy.tilt):.3f} degrees: the two add up nearly as the sides of a '
-            'right-angled triangle do (5.000).'],
+            'The three numbers do not show this error. The project function of this lab '
+            'returns the height and the tilt that it drops, with the planar pose. For a base at '
+            f'roll 3 and pitch 4 degrees it returns z = {bumpy.z:.3f} m and '
+            f'tilt = {bumpy.tilt:.4f} rad, which is {degrees(bumpy.tilt):.3f} degrees: the two '
+            'angles add up nearly as the legs of a right-angled triangle (5.000).'],
         numbers={'slope': slope, 'error_0.3m_5deg_m': low, 'error_1m_5deg_m': high,
                  'tilt_of_roll_3_pitch_4_rad': bumpy.tilt},
         draw=partial(_draw, rows))
@@ -119,20 +108,20 @@ def run() -> Report:
 
 def _floor_table(rows: list[Floor]) -> Table:
     return Table(
-        'Where a planar tree puts a thing straight above the base, along the floor',
+        'The error of a planar tree along the floor, for an object straight above the base',
         (Column('height_m', 'h [m]', '.1f'),
          Column('tilt_rad', 'lean [deg]', '.0f', degrees(1.0)),
          Column('roll_error_m', 'off by roll [cm]', '.2f', 100.0),
          Column('pitch_error_m', 'off by pitch [cm]', '.2f', 100.0),
          Column('law_m', 'h sin(lean) [cm]', '.2f', 100.0),
-         Column('residual_tilt_rad', 'lean that se2 reports [deg]', '.3f', degrees(1.0))),
+         Column('residual_tilt_rad', 'reported residual tilt [deg]', '.3f', degrees(1.0))),
         [(row.height, row.tilt, row.by_roll, row.by_pitch, row.height * sin(row.tilt),
           row.residual_tilt) for row in rows])
 
 
 def _point_table(points: list[Point]) -> Table:
     return Table(
-        'What projecting does to points of the base at a pitch of 5 degrees',
+        'The effect of the projection on points of the base at a pitch of 5 degrees',
         (Column('base_p_m', 'point in base_link [m]'),
          Column('floor_m', 'off along the floor [cm]', '.2f', 100.0),
          Column('up_m', 'off in height [cm]', '.2f', 100.0)),
@@ -170,4 +159,4 @@ def _draw_side(axes: Any) -> None:
     slope = np.array([0.0, 1.8])
     axes.plot(slope, (foot[0] - slope) * np.tan(lean), color='black')
     axes.set(xlabel='forward [m]', ylabel='up [m]', aspect='equal',
-             xlim=(0.0, 2.1), ylim=(-0.4, 1.5), title='From the side, at 20° to be seen')
+             xlim=(0.0, 2.1), ylim=(-0.4, 1.5), title='From the side (drawn with 20°)')

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Prediction: how far beyond the newest data a controller may look, and how sure it can be."""
+"""Prediction beyond the newest data: the error, and whether the covariance covers it."""
 
 from functools import partial
 from math import dist, sin, sqrt, tau
@@ -42,10 +31,10 @@ class Ahead(NamedTuple):
     Predictions by one time, over many moments.
 
     :ivar ahead: nanoseconds.
-    :ivar latest: the mean error of taking the newest pose, metres.
+    :ivar latest: the mean error of the newest pose, metres.
     :ivar predicted: the mean error of the prediction, metres.
-    :ivar claimed: the deviation that its covariance tells, metres, in the mean.
-    :ivar inside: how many errors lay in its ellipse of 95 %.
+    :ivar claimed: the mean standard deviation in its covariance, metres.
+    :ivar inside: the share of errors inside its ellipse of 95 %.
     """
 
     ahead: int
@@ -74,7 +63,7 @@ def driven_until(end: int) -> BufferCore:
 
 
 def how_far_off(ahead: int) -> Ahead:
-    """Predict by a time from many moments, and hold that against what came."""
+    """Predict by a time from many moments, and compare with the actual poses."""
     buffer = driven_until(_BEGIN)
     rows = []
     for now in range(_BEGIN + PERIOD, _END, PERIOD):
@@ -85,8 +74,9 @@ def how_far_off(ahead: int) -> Ahead:
         truth = slalom(now + ahead)
         off = np.subtract(truth[:2], found.pose[:2])
         floor = found.covariance[:2, :2]
+        inside = float(off @ np.linalg.solve(floor, off) < _CHI_SQUARE)
         rows.append((dist(truth[:2], slalom(now)[:2]), float(np.linalg.norm(off)),
-                     sqrt(np.trace(floor)), off @ np.linalg.solve(floor, off) < _CHI_SQUARE))
+                     sqrt(np.trace(floor)), inside))
     return Ahead(ahead, *np.mean(rows, axis=0).tolist())
 
 
@@ -107,7 +97,7 @@ def braking(since: int, ahead: int = from_seconds(0.2)) -> Braking:
 
 
 def beyond_the_horizon() -> str:
-    """Return the error of a prediction that goes too far."""
+    """Return the error message of a prediction beyond the horizon."""
     try:
         driven_until(_BEGIN).predict('odom', 'base', _BEGIN + 2 * HORIZON, HORIZON)
     except FutureExtrapolationException as error:
@@ -134,10 +124,9 @@ def run() -> Report:
         law='the newest pose is off by v dt, a prediction by a dt (dt + 0.1 s)/2, for its twist '
             f'is the mean of the last 0.1 s (fitted: a = {acceleration:.2f} m/s^2): at 0.1 s '
             f'{tenth.latest * 100.0:.1f} cm against {tenth.predicted * 100.0:.2f} cm. The '
-            'covariance learns from how wrong earlier predictions were, and held '
-            f'{inside * 100.0:.0f} % of the errors in its 95 %; of a first hard brake it knows '
-            'nothing.',
-        remarks=[f'Further than the horizon there is no answer: {beyond_the_horizon()}'],
+            'covariance is estimated from the errors of earlier predictions, and its 95 % '
+            f'contained {inside * 100.0:.0f} % of the errors; a first hard brake is not covered.',
+        remarks=[f'Beyond the horizon there is no answer: {beyond_the_horizon()}'],
         numbers={'acceleration': acceleration, 'inside': inside, 'latest_m': tenth.latest,
                  'predicted_m': tenth.predicted},
         draw=partial(_draw, aheads))
@@ -170,7 +159,7 @@ def _draw(aheads: list[Ahead], figure: Any) -> None:
     for style, name, label in zip(STYLES, ('latest', 'predicted', 'claimed'), (
             'the newest pose', 'predicted', 'σ of the prediction'), strict=False):
         left.loglog(times, [getattr(one, name) * 100.0 for one in aheads], **style, label=label)
-    left.set(xlabel='ahead [ms]', ylabel='off by, in the mean [cm]', title='A robot that swerves')
+    left.set(xlabel='time ahead [ms]', ylabel='mean error [cm]', title='A robot that swerves')
     left.set_xticks(times, [f'{time:g}' for time in times])
     left.minorticks_off()
     left.legend(loc='upper left')
@@ -178,21 +167,21 @@ def _draw(aheads: list[Ahead], figure: Any) -> None:
 
 
 def _draw_course(axes: Any) -> None:
-    """Draw where predictions lead from a few moments, with their ellipses."""
+    """Draw the predictions from a few moments, with their ellipses."""
     way = np.array([slalom(stamp)[:2] for stamp in range(_BEGIN, _END, PERIOD)])
-    axes.plot(*way.T, color=GREY, linewidth=4.0, alpha=0.4, label='as it drove')
+    axes.plot(*way.T, color=GREY, linewidth=4.0, alpha=0.4, label='true path')
     circle = np.linspace(0.0, tau, 49)
     for now in range(_BEGIN + from_seconds(0.6), _END - HORIZON, from_seconds(1.8)):
         buffer = driven_until(now)
         found = [buffer.predict('odom', 'base', now + ahead, HORIZON)
                  for ahead in range(0, HORIZON, PERIOD)]
         axes.plot(*np.array([one.pose[:2] for one in found]).T, color=STYLES[1]['color'],
-                  label='predicted, 0.5 s' if now < _BEGIN + from_seconds(1.0) else None)
+                  label='predicted, 0.5 s ahead' if now < _BEGIN + from_seconds(1.0) else None)
         values, vectors = np.linalg.eigh(found[-1].covariance[:2, :2])
         ring = vectors @ (sqrt(_CHI_SQUARE) * np.sqrt(values)[:, None]
                           * [np.cos(circle), np.sin(circle)])
         axes.plot(found[-1].pose.x + ring[0], found[-1].pose.y + ring[1],
                   color=STYLES[2]['color'], linewidth=1.0)
     axes.set(xlabel='x [m]', ylabel='y [m]', ylim=(-1.2, 1.2),
-             title='Predictions, and their 95 %')
+             title='Predictions, with ellipses of 95 %')
     axes.legend(loc='upper right')

@@ -1,19 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Where a picture of a scene of splats was taken: photometric Gauss-Newton from a prior.
+Estimating the pose of a camera from its picture of a scene of splats.
+
+It uses photometric Gauss-Newton from a prior.
 
 The residual is the difference of two pictures, blurred less and less; its Jacobian is
 numeric. The covariance is that of least squares: the inverse of J^T J times the variance
@@ -32,18 +23,18 @@ from .splats import picture, Scene
 
 # Pixels of blur, and steps at each.
 _BLURS, _STEPS = (3.0, 1.0, 0.0), 4
-# Metres and radians that the numeric Jacobian looks aside.
+# The step of the numeric Jacobian, metres and radians.
 _ASIDE = 1e-4
-# A step that is smaller than this changes next to nothing.
+# A smaller step ends the iteration.
 _SMALL = 2e-4
 
 
 class Fit(NamedTuple):
     """
-    Where a picture was taken.
+    The estimated pose of a picture.
 
-    :ivar covariance: (6, 6), as ``PoseWithCovariance`` has it.
-    :ivar residual: the root mean square of what is left, of grey values from 0 to 1.
+    :ivar covariance: (6, 6), as in ``PoseWithCovariance``.
+    :ivar residual: the root mean square of the residual, in grey values from 0 to 1.
     """
 
     map_T_camera: PoseTuple
@@ -53,10 +44,10 @@ class Fit(NamedTuple):
 
 def relocalise(scene: Scene, seen: Array, prior: PoseTuple) -> Fit:
     """
-    Return where a picture was taken.
+    Return the pose from which a picture was taken.
 
     :param seen: (HEIGHT, WIDTH, 3).
-    :param prior: ``map_T_camera``, some centimetres and degrees off.
+    :param prior: ``map_T_camera``, with an error of some centimetres and degrees.
     """
     pose = prior
     for blur in _BLURS:
@@ -86,7 +77,7 @@ def _blurred(difference: Array, blur: float) -> Array:
 
 
 def moved(pose: PoseTuple, step: Array) -> PoseTuple:
-    """Return a pose moved and turned a little: in the map's axes, about itself."""
+    """Return a pose after a small motion: in the map's axes, about its own origin."""
     x, y, z, *vector = step.tolist()
     turn = so3.exp((vector[0], vector[1], vector[2]))
     return (pose[0] + x, pose[1] + y, pose[2] + z, *so3.multiply(turn, pose[3:]))

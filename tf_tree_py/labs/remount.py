@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """A camera is remounted: how many places must change with hard-coded offsets, and with a tree."""
 
@@ -37,7 +26,7 @@ Edge = tuple[str, str]
 
 
 class Module(NamedTuple):
-    """A perception module: its sensor, its target frame, and how far ahead it looks."""
+    """A perception module: its sensor, its target frame, and the distance of its objects."""
 
     name: str
     target: str
@@ -129,7 +118,7 @@ def way(tree: Queries, module: Module) -> list[Edge]:
 
 
 class Forgotten(NamedTuple):
-    """The error of a module that kept the old offset, where it looks: metres, radians."""
+    """The error of a module that kept the old offset, at its objects: metres, radians."""
 
     module: Module
     edges: int
@@ -139,7 +128,7 @@ class Forgotten(NamedTuple):
 
 
 def forgotten(module: Module, before: Queries, after: Queries) -> Forgotten:
-    """Compare a module that kept the old offsets with one that asks the tree."""
+    """Compare a module that kept the old offsets with one that uses the tree."""
     old, new = (tree.lookup(module.target, module.sensor) for tree in (before, after))
     sensor_p = (module.ahead, 0.0, 0.0)
     return Forgotten(
@@ -181,11 +170,11 @@ def run() -> Report:
             f'{counts[0].places} places, and a remounted camera changes {counts[0].change} of '
             f'them (if each holds only what it uses, {counts[1].change} of {counts[1].places}); '
             f'in a tree it changes {counts[2].change}. Forget one, and it is off by '
-            f'{degrees(worst.turned):.1f} degrees, which at what it looks at is up to '
-            f'{worst.moved * 100.0:.0f} cm.',
+            f'{degrees(worst.turned):.1f} degrees, which is up to '
+            f'{worst.moved * 100.0:.0f} cm at its objects.',
         remarks=[f'Of the {len(robot.edges())} edges {kinds["static"]} are static. The other '
-                 f'{kinds["moving"]} move, so that nobody can hard-code them: what is kept in '
-                 'many places in real programs is the origins of the joints, and the sensors.'],
+                 f'{kinds["moving"]} move, so they cannot be hard-coded: real programs keep '
+                 'copies of the origins of the joints, and of the poses of the sensors.'],
         numbers={'edges': len(robot.edges()), 'static_edges': kinds['static'],
                  'modules': len(MODULES), 'places': counts[0].places,
                  'places_changed': counts[0].change, 'places_used': counts[1].places,
@@ -203,7 +192,7 @@ def _places_table(counts: list[Places]) -> Table:
 
 def _forgotten_table(rows: list[Forgotten]) -> Table:
     return Table(
-        'What a module is wrong by if it is forgotten',
+        'The error of a module that is forgotten',
         (Column('module', 'module'), Column('target', 'target'), Column('sensor', 'sensor'),
          Column('ahead_m', 'looks ahead [m]', '.1f'),
          Column('edges', 'edges'), Column('uses_it', 'remounted'),
@@ -219,7 +208,7 @@ def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
     left.hlines(heights, [count.change for count in counts], [count.places for count in counts],
                 color=GREY, linewidth=1.0)
     for key, fill, label in (('places', 'none', 'places that hold an offset'),
-                             ('change', 'full', 'of them to change')):
+                             ('change', 'full', 'places to change')):
         numbers = [getattr(count, key) for count in counts]
         left.plot(numbers, heights, color='black', linestyle='none', marker='o', markersize=8.0,
                   fillstyle=fill, label=label)
@@ -231,8 +220,8 @@ def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
     left.set_xscale('log')
     left.set_xticks([1, 10, 100, 1000], ['1', '10', '100', '1000'])
     left.minorticks_off()
-    left.set(xlabel='places', xlim=(0.6, 1500.0), ylim=(2.5, -1.3),
-             title='One camera is remounted')
+    left.set(xlabel='places in the code', xlim=(0.6, 1500.0), ylim=(2.5, -1.3),
+             title='One camera is remounted: what to change')
     left.grid(axis='y', visible=False)
     left.legend(loc='upper right')
     _draw_forgotten(right, [row for row in rows if row.uses_it])
@@ -248,6 +237,6 @@ def _draw_forgotten(axes: Any, rows: list[Forgotten]) -> None:
     axes.set_yticks(
         heights, [f'{row.module.name}\n({row.module.ahead:g} m ahead)' for row in rows])
     axes.invert_yaxis()
-    axes.set(xlabel='off by, at what it looks at [cm]', xlim=(0.0, 65.0),
-             title=f'A forgotten module, turned by {degrees(rows[0].turned):.1f}°')
+    axes.set(xlabel='error at its target [cm]', xlim=(0.0, 65.0),
+             title=f'A camera turned by {degrees(rows[0].turned):.1f}°')
     axes.grid(axis='y', visible=False)

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The report of a lab: tables, the law that they show, and numbers; as text and as JSON."""
 
@@ -19,7 +8,7 @@ from dataclasses import dataclass, field
 import textwrap
 from typing import Any, NamedTuple
 
-from tf_tree_py.core.telling.table import as_lines
+from tf_tree_py.core.reports.text_table import as_lines
 
 _WIDTH = 96
 
@@ -60,7 +49,7 @@ class Table:
     rows: Sequence[Sequence[Any]]
 
     def as_text(self) -> str:
-        """Return it as lines for a terminal: text is aligned left, numbers right."""
+        """Return the table as lines for a terminal: text is aligned left, numbers right."""
         cells = [[column.write(value) for column, value in zip(self.columns, row, strict=True)]
                  for row in self.rows]
         heads = [column.heading for column in self.columns]
@@ -69,13 +58,13 @@ class Table:
         return '\n'.join([self.title, *as_lines([heads, *cells], numbers, rule=True)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON: each row by the columns' keys."""
+        """Return the table for JSON: each row by the columns' keys."""
         keys = [column.key for column in self.columns]
         return {'title': self.title,
                 'rows': [dict(zip(keys, row, strict=True)) for row in self.rows]}
 
     def column(self, key: str) -> list[Any]:
-        """Return all values of a column, as they are in JSON."""
+        """Return all values of a column, as in JSON."""
         number = [column.key for column in self.columns].index(key)
         return [row[number] for row in self.rows]
 
@@ -98,13 +87,13 @@ class Report:
     draw: Callable[[Any], None] | None = None
 
     def as_text(self) -> str:
-        """Return all of it for a terminal."""
+        """Return the report for a terminal."""
         parts = [table.as_text() for table in self.tables]
         parts += [_wrapped(remark) for remark in self.remarks]
         return '\n\n'.join([*parts, _wrapped(f'The law: {self.law}')])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all of it for JSON."""
+        """Return the report for JSON."""
         return {'law': self.law, 'numbers': dict(self.numbers), 'remarks': list(self.remarks),
                 'tables': [table.as_dict() for table in self.tables]}
 

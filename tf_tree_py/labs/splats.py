@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-A scene of 3D Gaussians, and pictures of it: small, in numpy, and complete.
+A scene of 3D Gaussians, and pictures of it: a small, complete renderer in numpy.
 
-Projected by the affine approximation of Zwicker et al., "EWA Splatting", IEEE TVCG 8(3),
-2002, and composited front to back, as Kerbl et al., "3D Gaussian Splatting", ACM TOG 42(4),
-2023, do it; without their harmonics, tiles and training.
+The Gaussians are projected by the affine approximation of Zwicker et al., "EWA Splatting",
+IEEE TVCG 8(3), 2002, and composited front to back as in Kerbl et al., "3D Gaussian Splatting",
+ACM TOG 42(4), 2023, without their harmonics, tiles and training.
 """
 
 from typing import NamedTuple
@@ -30,7 +19,7 @@ from tf_tree_py.core.geometry.so3 import Array
 WIDTH, HEIGHT = 48, 36
 _FOCAL = 36.0
 _NEAREST = 0.3
-# What a pixel blurs by itself, squared pixels; and the background, a grey wall.
+# The blur of a pixel, squared pixels; and the background, a grey wall.
 _PIXEL = 0.3
 _BACKGROUND = 0.4
 _MOST_OPAQUE = 0.99
@@ -53,7 +42,7 @@ class Scene(NamedTuple):
 
 
 def room(count: int = 180, seed: int = 5) -> Scene:
-    """Return a wall of blobs 3 to 5 m before the origin, to be looked at along x."""
+    """Return a wall of blobs 3 to 5 m from the origin, to be viewed along x."""
     rng = np.random.default_rng(seed)
     means = np.stack([rng.uniform(2.5, 5.0, count), rng.uniform(-3.5, 3.5, count),
                       rng.uniform(-2.0, 2.0, count)], axis=1)
@@ -65,7 +54,7 @@ def room(count: int = 180, seed: int = 5) -> Scene:
 
 def picture(scene: Scene, map_T_camera: PoseTuple) -> Array:
     """
-    Return what a camera sees, (HEIGHT, WIDTH, 3).
+    Return the picture of a camera, (HEIGHT, WIDTH, 3).
 
     :param map_T_camera: x to the right, y down, z forward.
     """
@@ -76,7 +65,7 @@ def picture(scene: Scene, map_T_camera: PoseTuple) -> Array:
     centres, spreads = _projected(places[seen], np.array(so3.as_matrix(camera_T_map[3:])),
                                   scene.covariances[seen])
     alpha = np.minimum(scene.opacities[seen, None] * _densities(centres, spreads), _MOST_OPAQUE)
-    # What the nearer ones let through.
+    # The transmittance of the nearer Gaussians.
     left = np.cumprod(1.0 - alpha, axis=0)
     weights = alpha * np.concatenate([np.ones((1, alpha.shape[1])), left[:-1]])
     colours = weights.T @ scene.colours[seen] + _BACKGROUND * left[-1][:, None]

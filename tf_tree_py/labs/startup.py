@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """A listener starts before the static publisher: lookups with a timeout wait, others fail."""
 
@@ -31,9 +20,9 @@ SUMMARY = 'lookups at startup, with and without a timeout: who fails, and how lo
 
 STARTS = 50
 TIMEOUTS_S = (0.0, 0.1, 0.5, 1.0)
-"""The textbook's is 0.1 s; 0 is a lookup without a timeout."""
+"""The textbook uses 0.1 s; 0 is a lookup without a timeout."""
 FRAME_S = 1.0 / 30.0
-"""Whose lookup fails asks again with the next image."""
+"""A program whose lookup fails retries with the next image."""
 
 PARENT, CHILD, POSE = 'base_link', 'camera', Pose(0.2, 0.0, 0.8)
 
@@ -54,9 +43,9 @@ class Start(NamedTuple):
 
 def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
     """
-    Look up with each timeout, all at the same time, until all have succeeded.
+    Look up with each timeout, concurrently, until all have succeeded.
 
-    :param ask: looks up with a timeout in seconds; it raises if that fails.
+    :param ask: looks up with a timeout in seconds; it raises an exception if that fails.
     :param begin: called when all are about to look up.
     """
     began = 0.0
@@ -77,7 +66,7 @@ def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
         try:
             return dict(zip(TIMEOUTS_S, programs.map(program, TIMEOUTS_S), strict=True))
         except BaseException:
-            # Such as Ctrl-C: the transform may never come now, so nobody may wait on.
+            # Such as Ctrl-C: the transform may never arrive now, so all must stop waiting.
             given_up.set()
             together.abort()
             raise
@@ -121,8 +110,8 @@ def run() -> Report:
     arrivals = recorded()
     with ThreadPoolExecutor(10) as pool:
         starts = list(pool.map(start, arrivals))
-    return report(starts, 'When the transform came was recorded once, over DDS; --ros measures '
-                          'it anew.')
+    return report(starts, 'The times of arrival of the transform were recorded once over DDS; '
+                          '--ros measures them again.')
 
 
 def report(starts: Sequence[Mapping[float, Start]], where_from: str) -> Report:
@@ -134,18 +123,18 @@ def report(starts: Sequence[Mapping[float, Start]], where_from: str) -> Report:
     programs = {timeout: [one[timeout] for one in starts] for timeout in TIMEOUTS_S}
     failed = {timeout: sum(one.failed > 0 for one in program)
               for timeout, program in programs.items()}
-    # The lookup with the longest timeout returns as soon as the transform is there.
+    # The lookup with the longest timeout returns as soon as the transform has arrived.
     came = [one.success_s for one in programs[TIMEOUTS_S[-1]]]
     counted = ', '.join(f'{timeout:g} s: {count}' for timeout, count in failed.items() if timeout)
     return Report(
         tables=[_table(programs)],
         law=f'without a timeout the first lookup fails on {failed[0.0]} of {len(starts)} starts; '
-            f'with one it fails only where the transform takes longer to come ({counted} of '
-            f'{len(starts)}), and else answers the moment that it is there: after '
+            f'with one it fails only if the transform takes longer to arrive ({counted} of '
+            f'{len(starts)}), and otherwise answers as soon as it has arrived: after '
             f'{np.median(came) * 1e3:.0f} ms in the median, {max(came) * 1e3:.0f} ms at most.',
         remarks=[where_from,
-                 '0.1 s is a bet, not a guarantee: a timeout at startup has to cover discovery, '
-                 'which takes as long as it takes. Wait once, long, outside the control loop.'],
+                 '0.1 s is not a guarantee: a timeout at startup must cover discovery, whose '
+                 'duration varies. Wait once, with a long timeout, outside the control loop.'],
         numbers={'starts': len(starts), 'came_median_s': float(np.median(came)),
                  'came_worst_s': max(came),
                  'first_failed': {str(timeout): count for timeout, count in failed.items()},
@@ -161,7 +150,7 @@ def _table(programs: Mapping[float, Sequence[Start]]) -> Table:
         rows.append((timeout, len(program), sum(one.failed > 0 for one in program),
                      sum(one.failed for one in program), float(np.median(times)), max(times)))
     return Table(
-        'Looking up a static transform, from the start on; again with the next image',
+        'Lookups of a static transform from the start on, retried with the next image',
         (Column('timeout_s', 'timeout [s]', 'g'), Column('starts', 'starts'),
          Column('first_failed', 'first lookup fails'), Column('failed', 'lookups that fail'),
          Column('median_s', 'first answer: median [ms]', '.1f', 1e3),
@@ -170,16 +159,17 @@ def _table(programs: Mapping[float, Sequence[Start]]) -> Table:
 
 def _draw(programs: Mapping[float, Sequence[Start]], figure: Any) -> None:
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-    for timeout, style, name in ((TIMEOUTS_S[-1], STYLES[0], 'when it comes: a long timeout'),
-                                 (0.0, STYLES[2], 'no timeout, each image anew')):
-        times = np.sort([one.success_s for one in programs[timeout]]) * 1e3
-        left.plot(times, (np.arange(len(times)) + 1.0) / len(times) * 100.0, label=name,
-                  drawstyle='steps-post', **{**style, 'markersize': 3.5})
-    left.axvline(100.0, color=GREY, linewidth=1.0)
-    left.annotate(' 0.1 s', (100.0, 105.0), color=GREY)
-    left.set(xlabel='time from the start to the first answer [ms]', ylim=(0.0, 112.0),
-             ylabel=f'share of {len(times)} starts [%]', title='How long it takes')
-    left.set_xlim(left=0.0)
+    times = np.sort([one.success_s for one in programs[TIMEOUTS_S[-1]]])
+    left.plot(np.concatenate([[0.0], times]), np.arange(len(times) + 1) / len(times) * 100.0,
+              drawstyle='steps-post', **{**STYLES[0], 'marker': ''})
+    for timeout in TIMEOUTS_S[1:]:
+        left.axvline(timeout, color=GREY, linewidth=1.0, linestyle='--',
+                     label='timeouts, as on the right' if timeout == TIMEOUTS_S[-1] else None)
+        left.annotate(f'{timeout:g} s', (timeout, 105.0), (3, 0), color=GREY,
+                      textcoords='offset points')
+    left.set(xlabel='time from the start to the transform [s]', ylim=(0.0, 112.0),
+             ylabel=f'share of {len(times)} starts [%]', title='How many have the transform',
+             xlim=(0.0, 1.15))
     left.legend(loc='lower right')
     shares = [sum(one.failed > 0 for one in program) / len(program) * 100.0
               for program in programs.values()]
@@ -189,6 +179,6 @@ def _draw(programs: Mapping[float, Sequence[Start]], figure: Any) -> None:
                        ha='center')
     right.set_xticks(range(len(shares)), [f'{timeout:g}' if timeout else 'none'
                                           for timeout in programs])
-    right.set(xlabel='timeout [s]', ylabel='first lookup fails [% of the starts]',
-              ylim=(0.0, 112.0), title='Who fails')
+    right.set(xlabel='timeout of the lookup [s]', ylabel='share of starts [%]',
+              ylim=(0.0, 112.0), title='Where the first lookup fails')
     right.grid(axis='x', visible=False)

@@ -1,29 +1,18 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A calibration that is sent at 100 Hz, against once as static: the cost, and when it ends."""
+"""A calibration sent at 100 Hz, or once as static: the cost, and the end of its sender."""
 
 from functools import partial
 import time
 from typing import Any, NamedTuple
 
 from tf_tree_py.core import BufferCore, LATEST, Pose, Sample, TransformException
-from tf_tree_py.core.arrivals.wire import WireReader, write
 from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.ingest.wire import WireReader, write
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
-from .pictures import GREY, STYLES
+from .pictures import STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a calibration sent at 100 Hz, or once: bytes, CPU, and when its sender dies'
@@ -74,7 +63,7 @@ class Death(NamedTuple):
 
     :ivar stamped: with the stamp of an image of that moment: an exception, or an error in
         metres.
-    :ivar latest: with the latest, likewise.
+    :ivar latest: with the latest: an exception, or an error in metres.
     """
 
     after_s: float
@@ -83,7 +72,7 @@ class Death(NamedTuple):
 
 
 def deaths(*, static: bool) -> list[Death]:
-    """Let the calibration's sender die while the robot drives on, and look up at some times."""
+    """Stop the calibration's sender while the robot drives on, and look up at some times."""
     period = from_seconds(1.0 / RATE_HZ)
     buffer = BufferCore(CACHE)
     now, found = 0, []
@@ -105,7 +94,7 @@ def _map_T_base(stamp: int) -> PoseTuple:
 
 
 def _off(buffer: BufferCore, asked: int, now: int) -> str | float:
-    """Return the error of the camera's position, metres, or the name of what was raised."""
+    """Return the error of the camera's position, metres, or the name of the exception."""
     try:
         found = buffer.lookup('map', CHILD, asked)
     except TransformException as error:
@@ -114,21 +103,21 @@ def _off(buffer: BufferCore, asked: int, now: int) -> str | float:
 
 
 def run() -> Report:
-    """Measure the cost of both ways, and let the sender die."""
+    """Measure the cost of both ways, and the effect of the sender's end."""
     spam = cost(f'{RATE_HZ} Hz, as if it moved', RATE_HZ * _SECONDS, static=False)
     once = cost('once, static', 1, static=True)
     moving, fixed = deaths(static=False), deaths(static=True)
     stale = max(death.latest for death in moving if isinstance(death.latest, float))
     return Report(
         tables=[_cost_table([spam, once]), _death_table(moving, fixed)],
-        law=f'what is sent {RATE_HZ} times a second costs that, {spam.messages // once.messages} '
+        law=f'sending {RATE_HZ} times a second takes {spam.messages // once.messages} '
             f'times as many messages in {_SECONDS} s; and when its sender dies, a lookup with a '
-            f"stamp fails at once, the latest freezes with the dead edge's last stamp (up to "
-            f'{stale:.1f} m off here), and when the window of {as_seconds(CACHE):.0f} s has '
-            'passed it fails too. Static is valid for ever.',
+            f"stamp fails at once, the latest stops at the dead edge's last stamp (an error of up "
+            f'to {stale:.1f} m here), and when the window of {as_seconds(CACHE):.0f} s has '
+            'passed it fails too. A static transform is valid for ever.',
         remarks=[
-            'The bytes are those of the message, without what DDS puts round it; the CPU is that '
-            f'of reading and storing, without DDS: {spam.cpu_s / spam.messages * 1e6:.0f} us a '
+            "The bytes are those of the message, without DDS's overhead. The CPU time is that "
+            f'of reading and storing, without DDS: {spam.cpu_s / spam.messages * 1e6:.0f} us per '
             'message. --ros measures processes.'],
         numbers={'bytes_per_message': spam.payload // spam.messages,
                  'messages_ratio': spam.messages // once.messages,
@@ -147,8 +136,8 @@ def _cost_table(costs: list[Cost]) -> Table:
 
 def _death_table(moving: list[Death], fixed: list[Death]) -> Table:
     return Table(
-        f'map <- {CHILD} after the sender of {PARENT} -> {CHILD} died, the robot drives on at '
-        f'{_SPEED} m/s: how far off, metres',
+        f'map <- {CHILD} after the sender of {PARENT} -> {CHILD} died, while the robot drives on '
+        f'at {_SPEED} m/s: the error, metres',
         (Column('after_s', 'after [s]', '.2f'),
          Column('moving_stamped', f"{RATE_HZ} Hz: an image's stamp", '.2f'),
          Column('moving_latest', 'the latest', '.2f'),
@@ -159,32 +148,49 @@ def _death_table(moving: list[Death], fixed: list[Death]) -> Table:
 
 
 def _draw(moving: list[Death], fixed: list[Death], figure: Any) -> None:
-    axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(3.2, 1.0))
+    axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
     answered = [death for death in moving if isinstance(death.latest, float)]
     axes.plot([death.after_s for death in answered], [death.latest for death in answered],
-              **STYLES[2], label=f'{RATE_HZ} Hz, the latest: old, and wrong')
+              **STYLES[2], label=f'{RATE_HZ} Hz on /tf, the latest')
     axes.plot([death.after_s for death in fixed], [death.stamped for death in fixed],
-              **STYLES[0], label='static, the latest or a stamp: right')
-    window = as_seconds(CACHE)
-    for panel in (axes, strip):
-        panel.axvline(window, color=GREY, linewidth=1.0)
-    axes.annotate(f'the window, {window:.0f} s', (window, 5.6), (-4, 0), color=GREY, ha='right',
-                  textcoords='offset points')
+              **STYLES[0], label="once on /tf_static, the latest or an image's stamp")
     axes.set(yticks=range(7), ylabel='camera in map: off by [m]', ylim=(-0.4, 6.4),
-             title=f'The calibration has no sender any more; the robot drives on at {_SPEED} m/s')
+             title=f'The sender of the calibration dies at 0 s; the robot drives at {_SPEED} m/s')
     axes.legend(loc='upper left')
-    _draw_errors(strip, moving, fixed)
+    _draw_outcomes(strip, moving, fixed)
 
 
-def _draw_errors(axes: Any, moving: list[Death], fixed: list[Death]) -> None:
-    """Draw when lookups raise, a line for each kind of lookup."""
-    ways = (('static, either', fixed, 'stamped', STYLES[0]),
-            (f'{RATE_HZ} Hz, the latest', moving, 'latest', STYLES[2]),
-            (f'{RATE_HZ} Hz, a stamp', moving, 'stamped', STYLES[1]))
-    for height, (_, deaths_, asked, style) in enumerate(ways):
-        errors = [death.after_s for death in deaths_ if isinstance(getattr(death, asked), str)]
-        axes.plot(errors, [height] * len(errors), color=style['color'], linestyle='none',
-                  marker='x', markersize=7.0, markeredgewidth=2.0)
+def _draw_outcomes(axes: Any, moving: list[Death], fixed: list[Death]) -> None:
+    """Draw a bar for each kind of lookup: when it is right, wrong, or raises."""
+    ways = (('/tf_static, either', fixed, 'stamped'),
+            (f'{RATE_HZ} Hz, the latest', moving, 'latest'),
+            (f"{RATE_HZ} Hz, image's stamp", moving, 'stamped'))
+    for height, (_, deaths_, asked) in enumerate(ways):
+        for begin, end, outcome in _stretches(deaths_, asked):
+            axes.barh(height, end - begin, 0.7, begin, edgecolor='black', linewidth=0.8,
+                      facecolor=_FILLS[outcome])
+            axes.annotate(outcome, (0.5 * (begin + end), height), ha='center', va='center')
     axes.set_yticks(range(len(ways)), [name for name, *_ in ways])
-    axes.set(xlabel='time since the sender of the calibration died [s];  ×: the lookup raises',
-             ylim=(-0.6, len(ways) - 0.4))
+    axes.set(xlabel=f'time since the sender died [s]; buffers keep {as_seconds(CACHE):.0f} s',
+             ylim=(-0.5, len(ways) - 0.5))
+    axes.grid(axis='y', visible=False)
+
+
+_FILLS = {'right': 'white', 'answers, but with an old pose': '#f6c9a8', 'raises': '#c9c9c9'}
+
+
+def _stretches(found: list[Death], asked: str) -> list[tuple[float, float, str]]:
+    """Return from when to when lookups have which outcome; a change lies between two of them."""
+    begins: list[tuple[float, str]] = []
+    for one, before in zip(found, [found[0], *found], strict=False):
+        outcome = _outcome(getattr(one, asked))
+        if not begins or outcome != begins[-1][1]:
+            begins.append((0.5 * (before.after_s + one.after_s) if begins else 0.0, outcome))
+    ends = [begin for begin, _ in begins[1:]] + [found[-1].after_s]
+    return [(begin, end, outcome) for (begin, outcome), end in zip(begins, ends, strict=True)]
+
+
+def _outcome(found: str | float) -> str:
+    if isinstance(found, str):
+        return 'raises'
+    return 'right' if found < 1e-9 else 'answers, but with an old pose'

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Uncertainty: a degree of mounting error at five metres, and which edge an error comes from."""
 
@@ -33,8 +22,8 @@ ANGLE, SHIFT = radians(1.0), 0.01
 DISTANCES = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 _DRAWS = 20_000
 
-# Deviations of x, y, z in metres and of rotation about x, y, z in degrees: a good indoor
-# localisation, odometry since then, a joint with play, and a camera that was screwed on.
+# Standard deviations of x, y, z in metres and of rotation about x, y, z in degrees: a good indoor
+# localisation, odometry since then, a joint with play, and a camera mounted with screws.
 EDGES: tuple[tuple[str, str, Pose, tuple[float, ...]], ...] = (
     ('map', 'odom', Pose.from_xyz_rpy(x=4.0, yaw=0.3), (0.03, 0.03, 0.0, 0.0, 0.0, 0.5)),
     ('odom', 'base_link', Pose.from_xyz_rpy(x=2.0, yaw=0.5), (0.01, 0.01, 0.0, 0.0, 0.0, 0.3)),
@@ -44,13 +33,13 @@ EDGES: tuple[tuple[str, str, Pose, tuple[float, ...]], ...] = (
 
 
 class Spread(NamedTuple):
-    """How far off a thing is that a camera sees ahead; standard deviations, metres."""
+    """The uncertainty of an object ahead of a camera; standard deviations, metres."""
 
     distance: float
     by_angle: float
     by_shift: float
     drawn: float
-    """That by the angle, as draws of the mounting have it."""
+    """The deviation by the angle, from random draws of the mounting."""
 
 
 def covariance_of(deviations: Sequence[float]) -> Array:
@@ -59,7 +48,7 @@ def covariance_of(deviations: Sequence[float]) -> Array:
 
 
 def seen_at(distance: float, mounting: Array) -> BufferCore:
-    """Return a camera that sees a thing ahead, mounted with an uncertainty."""
+    """Return a tree with a camera of uncertain mounting and an object ahead of it."""
     buffer = BufferCore()
     buffer.insert('base', 'camera', LATEST, Pose(z=0.5), static=True, covariance=mounting)
     buffer.insert('camera', 'thing', LATEST, Pose(x=distance), static=True)
@@ -67,7 +56,7 @@ def seen_at(distance: float, mounting: Array) -> BufferCore:
 
 
 def spread(distance: float) -> Spread:
-    """Return how far off a thing is sideways for a degree, and for a centimetre, of mounting."""
+    """Return the lateral deviation for a degree, and for a centimetre, of mounting error."""
     turned, shifted = (
         seen_at(distance, np.diag(variances)).lookup_uncertain('base', 'thing')[1]
         for variances in ([0.0] * 3 + [ANGLE ** 2] * 3, [SHIFT ** 2] * 3 + [0.0] * 3))
@@ -77,7 +66,7 @@ def spread(distance: float) -> Spread:
 
 
 def robot(distance: float = 5.0) -> BufferCore:
-    """Return a robot whose every edge is a little uncertain, and a thing ahead of it."""
+    """Return a robot whose edges are all slightly uncertain, and an object ahead of it."""
     buffer = BufferCore()
     for parent, child, pose, deviations in EDGES:
         buffer.insert(parent, child, LATEST, pose, static=True,
@@ -87,19 +76,19 @@ def robot(distance: float = 5.0) -> BufferCore:
 
 
 def run() -> Report:
-    """Ask for the uncertainty of a thing ahead of a camera, and for where it comes from."""
+    """Look up the uncertainty of an object ahead of a camera, and the edges that cause it."""
     spreads = [spread(distance) for distance in DISTANCES]
     at_five = spreads[DISTANCES.index(5.0)]
     first = robot().lookup_budget('map', 'thing')[0]
     return Report(
         tables=[_distance_table(spreads), _budget_table(), _frames_table()],
-        law='an error of an angle grows with the distance, sigma = d theta, and one of a place '
+        law='an angular error grows with the distance, sigma = d theta, and an error of position '
             f'does not: 1 deg of mounting is {at_five.by_angle * 100.0:.1f} cm at 5 m, 1 cm '
             f'remains 1 cm, and they are equal at {SHIFT / ANGLE:.2f} m. Independent edges add '
-            'their variances, so the greatest one decides: here '
+            'their variances, so the largest one dominates: here '
             f'{first.parent} -> {first.child}, with {first.position * 100.0:.0f} % of it.',
-        remarks=['Seen from the robot, what the map is unsure of drops out: an edge above the '
-                 'meeting point of two frames is not walked.'],
+        remarks=["In the robot's frame the uncertainty of the localisation vanishes, because "
+                 'edges above the common ancestor of two frames are not on their path.'],
         numbers={'by_angle_m': at_five.by_angle, 'by_shift_m': at_five.by_shift,
                  'equal_at_m': SHIFT / ANGLE, 'largest_share': first.position},
         draw=partial(_draw, spreads))
@@ -107,7 +96,7 @@ def run() -> Report:
 
 def _distance_table(spreads: list[Spread]) -> Table:
     return Table(
-        'How far off sideways (1 sigma) is what a camera sees ahead',
+        'The lateral deviation (1 sigma) of an object ahead of a camera',
         (Column('distance_m', 'distance [m]', '.2f'),
          Column('by_angle_m', '1 deg of mounting [cm]', '.2f', 100.0),
          Column('drawn_m', 'the same, 20,000 draws [cm]', '.2f', 100.0),
@@ -120,7 +109,7 @@ def _budget_table() -> Table:
              share.position, share.rotation)
             for share in robot().lookup_budget('map', 'thing')]
     return Table(
-        'Where the error of a thing in the map comes from, 5 m ahead of the camera',
+        'The sources of the error in the map of an object 5 m ahead of the camera',
         (Column('edge', 'edge'), Column('sigma_m', 'adds [cm]', '.2f', 100.0),
          Column('position', 'of the position [%]', '.1f', 100.0),
          Column('rotation', 'of the rotation [%]', '.1f', 100.0)), rows)
@@ -132,7 +121,7 @@ def _frames_table() -> Table:
     for target in ('map', 'odom', 'base_link', 'head', 'camera'):
         pose, covariance = buffer.lookup_uncertain(target, 'thing')
         rows.append((target, sqrt(np.trace(covariance[:3, :3]))))
-    return Table('The same thing, as unsure as each frame is of it',
+    return Table('The uncertainty of the same object in each frame',
                  (Column('target', 'in'), Column('sigma_m', 'off by [cm]', '.2f', 100.0)), rows)
 
 
@@ -140,13 +129,13 @@ def _draw(spreads: list[Spread], figure: Any) -> None:
     left, right = figure.subplots(1, 2)
     distances = [one.distance for one in spreads]
     left.loglog(distances, [one.by_angle * 100.0 for one in spreads], **STYLES[0],
-                label='1° of mounting')
+                label='mounting 1° off')
     left.loglog(distances, [one.by_shift * 100.0 for one in spreads], **STYLES[1],
-                label='1 cm of mounting')
+                label='mounting 1 cm off')
     left.axvline(SHIFT / ANGLE, color=GREY, linewidth=1.0)
-    left.annotate(f'{SHIFT / ANGLE:.2f} m', (SHIFT / ANGLE, 6.0), (4, 0),
+    left.annotate(f'equal at {SHIFT / ANGLE:.2f} m', (SHIFT / ANGLE, 6.0), (4, 0),
                   textcoords='offset points', color=GREY)
-    left.set(xlabel='distance [m]', ylabel='off by, sideways (1 σ) [cm]',
+    left.set(xlabel='distance [m]', ylabel='sideways error (1 σ) [cm]',
              title='An angle grows with the distance')
     left.set_xticks(distances, [f'{distance:g}' for distance in distances])
     left.minorticks_off()
@@ -155,16 +144,16 @@ def _draw(spreads: list[Spread], figure: Any) -> None:
 
 
 def _draw_budget(axes: Any) -> None:
-    """Draw what each edge adds, and what they come to together."""
+    """Draw the contribution of each edge, and the total."""
     buffer = robot()
     budget = buffer.lookup_budget('map', 'thing')
     names = [f'{share.parent} →\n{share.child}' for share in budget] + ['all together']
     covariances = [share.covariance for share in budget]
     sigmas = [100.0 * sqrt(np.trace(covariance[:3, :3]))
-              for covariance in (*covariances, sum(covariances))]
+              for covariance in (*covariances, np.sum(covariances, axis=0))]
     bars = axes.barh(names[::-1], sigmas[::-1], height=0.6, edgecolor='black', linewidth=0.8,
                      color=[GREY, *[STYLES[1]['color']] * len(budget)])
     axes.bar_label(bars, fmt='%.1f cm', padding=4)
-    axes.set(xlabel='error of a thing 5 m ahead, in the map (1 σ) [cm]', xlim=(0.0, 19.0),
-             title='Which edge it comes from')
+    axes.set(xlabel='error of a point 5 m ahead, in the map (1 σ) [cm]', xlim=(0.0, 19.0),
+             title='Which edge the error comes from')
     axes.grid(visible=False, axis='y')

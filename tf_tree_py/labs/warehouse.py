@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A moving forklift misses its pallet, and the audit finds the line of code to blame."""
+"""A moving forklift misses its pallet, and the audit finds the faulty line of code."""
 
 from collections.abc import Callable
 from functools import partial
@@ -22,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from tf_tree_py.core import BufferCore, LATEST, Pose
 from tf_tree_py.core.geometry.se3 import exp
+from tf_tree_py.core.reports.audit import LookupAudit
 from tf_tree_py.core.stamp import as_seconds, from_seconds
-from tf_tree_py.core.telling.audit import LookupAudit
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table
@@ -33,7 +22,7 @@ SUMMARY = 'a forklift is right when it stands and wrong when it moves; whose lin
 SPEED = 0.5
 TURN_RATE = 0.16
 PALLET_P = (2.5, 0.0, 0.0)
-"""Ahead of base_link, as the forklift sees it at the stamp of each image."""
+"""The pallet in base_link, ahead of the forklift, at the stamp of each image."""
 DELAY = from_seconds(0.080)
 
 _PERIOD = from_seconds(0.020)
@@ -46,8 +35,8 @@ class Forklift:
     """
     A forklift that publishes its pose at 50 Hz, and processes each image after a delay.
 
-    :ivar buffer: all that it has published.
-    :ivar audit: records which line looked up what.
+    :ivar buffer: the published transforms.
+    :ivar audit: records the lookups of each line of code.
     """
 
     def __init__(self, speed: float, turn_rate: float) -> None:
@@ -60,7 +49,7 @@ class Forklift:
         self.lookup = self.buffer.lookup
 
     def map_T_base(self, stamp: int) -> Pose:
-        """Return its true pose: it has driven at constant speeds since the stamp 0."""
+        """Return its true pose, after driving at constant speeds since the stamp 0."""
         vx, vy, vz, wx, wy, wz = (as_seconds(stamp) * part for part in self._twist)
         return Pose._make(exp((vx, vy, vz, wx, wy, wz)))
 
@@ -72,11 +61,11 @@ class Forklift:
             self.buffer.insert('map', 'base_link', self._sent, self.map_T_base(self._sent))
 
 
-# Three ways to process an image. Each has a line of its own, for the audit tells lines apart.
+# Three ways to process an image. Each has its own line, because the audit distinguishes lines.
 
 def _when_it_is_processed(forklift: Forklift, _: int) -> Pose:
     processed = forklift.now
-    # The data comes while the lookup waits, as one with a timeout does.
+    # The data arrives during the lookup, which waits like one with a timeout.
     forklift.drive_until(processed + _PERIOD)
     return forklift.lookup('map', 'base_link', processed)
 
@@ -86,7 +75,7 @@ def _the_latest(forklift: Forklift, _: int) -> Pose:
 
 
 def _when_it_was_taken(forklift: Forklift, image: int) -> Pose:
-    # It waits too, if the image is processed at once.
+    # It also waits, if the image is processed at once.
     forklift.drive_until(max(forklift.now, image + _PERIOD))
     return forklift.lookup('map', 'base_link', image)
 
@@ -106,7 +95,7 @@ class Miss(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Return the distance between the pallet and where it is placed, metres."""
+        """Return the distance between the true and the computed pallet, metres."""
         return dist((self.ahead, self.left), (0.0, 0.0))
 
 
@@ -117,7 +106,7 @@ def miss(scene: str, way: str, delay: int = DELAY) -> tuple[Miss, Forklift]:
     ahead_left_turned = []
     for image in _IMAGES:
         forklift.drive_until(image + delay)
-        # The data is as old as the image: the audit needs that stamp to compute the error.
+        # The data has the stamp of the image, which the audit needs to compute the error.
         with forklift.audit.data_of(image):
             map_T_base = WAYS[way](forklift, image)
         off = forklift.map_T_base(image).inverse() @ map_T_base
@@ -127,7 +116,7 @@ def miss(scene: str, way: str, delay: int = DELAY) -> tuple[Miss, Forklift]:
 
 
 def run() -> Report:
-    """Let the forklift stand, drive and turn, and look up the pallet in three ways."""
+    """Simulate a forklift that stands, drives and turns, and look up its pallet in three ways."""
     misses = [miss(scene, way)[0] for scene in _SCENES for way in WAYS]
     straight, turning, curve = (
         miss(scene, 'now')[0] for scene in list(_SCENES)[1:])
@@ -144,8 +133,8 @@ def run() -> Report:
             f'Added as plain numbers the two make {both * 100.0:.1f} cm. They would if the pallet '
             'stood abreast of the forklift, on the outside of the curve; ahead of it they make '
             f'{curve.size * 100.0:.1f} cm. 8 cm take {0.08 / rate * 1e3:.0f} ms.',
-            'The audit says how far base_link went, in centimetres and degrees: at the pallet '
-            f'{degrees(turning.turned):.2f} degrees are {turning.size * 100.0:.1f} cm more.'],
+            'The audit reports the motion of base_link in centimetres and degrees: at the pallet '
+            f'{degrees(turning.turned):.2f} degrees are another {turning.size * 100.0:.1f} cm.'],
         numbers={'translation_m': straight.size, 'rotation_m': turning.size,
                  'together_m': curve.size, 'sum_m': both, 'stamped_m': stamped,
                  'delay_for_8cm_s': 0.08 / rate, 'turned_rad': curve.turned},
@@ -172,8 +161,8 @@ def _audit_table() -> Table:
                      line.lookups, line.behind_newest_s, line.behind_now_s, line.apart_s,
                      line.moved_m, line.turned_rad, line.meaning))
     return Table(
-        'The lookup audit of the three lines of code, on the curve: base_link in map, told the '
-        'stamp of each image',
+        'The lookup audit of the three lines of code, on the curve: base_link in map, with the '
+        'known stamp of each image',
         (Column('line', 'line in'), Column('asked_for', 'asked for'),
          Column('lookups', 'times'),
          Column('behind_newest_s', 'behind newest [ms]', '.1f', 1e3),
@@ -195,8 +184,9 @@ def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Any) -> None:
                label="the header's stamp; on a curve")
     right.plot([DELAY / 1e6] * 2, [0.0, 8.4], color=GREY, linewidth=1.0)
     right.annotate(f'{DELAY / 1e6:.0f} ms', (DELAY / 1e6, 8.6), ha='center', color=GREY)
-    right.set(xlabel='how late the lookup is [ms]', ylabel='pallet off by [cm]', ylim=(-0.4, 14.5),
-              title='Looked up with ...')
+    right.set(xlabel='how late the lookup is [ms]', ylim=(-0.4, 14.5),
+              ylabel='error of the pallet [cm]',
+              title='Error of the pallet, by the time looked up')
     right.legend(loc='upper left')
 
 

@@ -1,54 +1,23 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Checks of names and numbers that a person typed; no ROS."""
+"""Checks of names that users type, without ROS."""
 
-from argparse import ArgumentTypeError
-import math
+from tf_tree_py.command.endings import Cannot
 
 
-class BadInput(Exception):
-    """One sentence for the user; an executable prints it without a traceback and ends."""
+class BadInput(Cannot):
+    """A name or a value cannot be used; the text names it and the reason in one sentence."""
 
 
 def frame_name(what: str, name: object) -> str:
     """
-    Return a name that can be looked up.
+    Return a frame name, after checking that it can be looked up.
 
-    :param what: what the name is for, for the error.
-    :raises BadInput: it is no string, is empty, or has a leading slash.
+    :param what: the purpose of the name, for the error.
+    :raises BadInput: it is not a string, is empty, or has a leading slash.
     """
     if not isinstance(name, str) or not name or name.startswith('/'):
-        raise BadInput(f'{what} has to be a frame name, not empty and without a leading slash; '
-                       f'{name!r} is none')
+        raise BadInput(f'{what} must be a frame name, not empty and without a leading slash, '
+                       f'not {name!r}')
     return name
-
-
-def number(text: str) -> float:
-    """Return a finite number of the command line."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ArgumentTypeError(f'{text!r} is not a finite number')
-    return value
-
-
-def positive_number(text: str) -> float:
-    """Return a number of the command line that is greater than zero."""
-    value = number(text)
-    if value <= 0.0:
-        raise ArgumentTypeError(f'{text} is not greater than zero')
-    return value

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What nodes share that publish one edge, which goes over to another pose without a jump."""
+"""The shared parameters of nodes that publish an edge which blends without jumps."""
 
 from typing import Any
 
@@ -23,15 +12,15 @@ from .bad_input import BadInput
 from .parameters import Setting
 
 LIMITS = (
-    Setting('max_speed', 0.2, 'how fast the frame may be moved besides its own motion, m/s',
-            (1e-6, 1e6)),
-    Setting('max_turn_rate', 0.1, 'how fast it may be turned besides, rad/s', (1e-6, 1e6)),
-    Setting('over', 0.3, 'how long it takes at least to go over, seconds', (0.0, 3600.0)),
+    Setting('max_speed', 0.2, 'how fast a blend may move the frame, in addition to its own '
+            'motion, m/s', (1e-6, 1e6)),
+    Setting('max_turn_rate', 0.1, 'how fast a blend may turn the frame, rad/s', (1e-6, 1e6)),
+    Setting('over', 0.3, 'the shortest duration of a blend, seconds', (0.0, 3600.0)),
 )
 
 
 def limits_of(values: dict[str, Any]) -> Limits:
-    """Return how the edge may go over, of the parameters in ``LIMITS``."""
+    """Return the limits of the blend, from the parameters in ``LIMITS``."""
     return Limits(from_seconds(values['over']), values['max_speed'], values['max_turn_rate'], 0.0)
 
 
@@ -39,9 +28,9 @@ def frame_of(values: dict[str, Any], key: str) -> str:
     """
     Return the frame that a parameter names, without a leading slash.
 
-    :raises BadInput: it names none.
+    :raises BadInput: it is not the name of a frame.
     """
     name: str = values[key].removeprefix('/')
     if not name:
-        raise BadInput(f'parameter {key} has to be the name of a frame')
+        raise BadInput(f'parameter {key} must be the name of a frame')
     return name

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Messages that tell of one edge, of whatever type, as its samples."""
+"""Converting messages of several types to samples of one edge."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -20,9 +9,9 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.arrivals.incidents import Incident
-from tf_tree_py.core.arrivals.sample import checked, Sample
 from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.ingest.sample import checked, Sample
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
 
@@ -36,22 +25,24 @@ def message_type(name: str) -> Any:
     """
     Return the type of a name such as ``nav_msgs/msg/Odometry``, or ``Odometry``.
 
-    :raises BadInput: it is none of ``TYPES``.
+    :raises BadInput: it is not one of ``TYPES``.
     """
     kind = TYPES.get(name.rpartition('/')[2])
     if kind is None:
-        raise BadInput(f'{name!r} is no type of message that tells of an edge; there are: '
+        raise BadInput(f'{name!r} is not a type of message with the pose of an edge; use one of '
                        f'{", ".join(TYPES)}')
     return kind
 
 
 def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
     """
-    Yield what a message says of an edge.
+    Yield the samples of an edge in a message.
 
-    Other edges of a TFMessage are left out; a message without a child is of this one.
+    Other edges of a TFMessage are skipped; a message without a child is assumed to be of this
+    edge.
 
-    :raises InvalidArgumentException: it is of another edge, has no stamp, or no sound pose.
+    :raises InvalidArgumentException: the message is of another edge, has no stamp, or has an
+        invalid pose.
     """
     if isinstance(message, TFMessage):
         for transform in message.transforms:
@@ -62,7 +53,7 @@ def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
     sample = as_sample(message) if isinstance(message, TransformStamped) else _of_pose(message)
     if (sample.parent, sample.child or child) != (parent, child):
         raise InvalidArgumentException(
-            f'it tells of {sample.parent!r} -> {sample.child or child!r}, not of {parent!r} -> '
+            f'its edge is {sample.parent!r} -> {sample.child or child!r}, not {parent!r} -> '
             f'{child!r}')
     yield _sound(sample._replace(child=child))
 
@@ -77,7 +68,7 @@ def _of_pose(message: Any) -> Sample:
 
 def _sound(sample: Sample) -> Sample:
     if sample.stamp == LATEST:
-        raise InvalidArgumentException('it has no stamp, so nothing tells when that was true')
+        raise InvalidArgumentException('it has no stamp, so its time is unknown')
     found = checked(sample, '')
     if isinstance(found, Incident):
         raise InvalidArgumentException(f'{found.kind.value}: {found.detail}')

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Several sources of one edge, as one that goes from one to another without a jump."""
+"""Publishes one edge that several sources measure, and switches between them without a jump."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -21,10 +10,10 @@ import sys
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.node import Node
 from std_srvs.srv import Trigger
-from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.ingest.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, format_stamp, from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.diagnostics import TransformDiagnostics
@@ -32,51 +21,59 @@ from tf_tree_py.ros.topics.qos import dynamic_qos, sensor_qos, TF_TOPIC
 
 from .bad_input import BadInput
 from .blended_edge import frame_of, LIMITS, limits_of
+from .closing_node import ClosingNode
 from .edge_messages import message_type, samples_of, TYPES
-from .outlets import Outlet
 from .parameters import declare, describe, given, Setting
-from .running import Parser, run, spin
+from .raw_publishers import RawPublisher
+from .running import run, spin
 
 NAME = 'edge_switch'
 
 _DESCRIPTION = """\
-Publishes one edge, such as odom -> base_link, that several sources know: wheels and a camera.
-It is what one of them says. The service ~/switch_to/NAME goes over to another without a
-jump, no faster than max_speed and max_turn_rate; and one that falls silent, or moves
-otherwise than the others, makes way by itself, which the log and /diagnostics tell. The sources'
-own transforms of the edge have to be switched off. Ctrl-C ends."""
+Publishes one edge, such as odom -> base_link, that several sources measure, such as wheels
+and a camera. It follows one source at a time. The service ~/switch_to/NAME blends to another
+source without a jump, no faster than max_speed and max_turn_rate. A source that falls silent,
+or moves differently from the others, is replaced automatically; the log and /diagnostics
+report that. With prefer the edge returns to a better source that is steady again. The sources
+must not publish the edge themselves. Press Ctrl-C to stop."""
 
-SOURCES = Setting('sources', ['wheel', 'vo'], 'their names; the first is preferred at the start')
+SOURCES = Setting(
+    'sources', ['wheel', 'vo'], 'names of the sources; the first is preferred at the start')
 SETTINGS = (
     Setting('parent_frame', 'odom', 'the parent of the edge'),
     Setting('child_frame', 'base_link', 'its child'),
     *LIMITS,
-    Setting('max_age', 0.5, 'a source that is so far behind another makes way, seconds',
+    Setting('max_age', 0.5, 'a source that is this far behind another is replaced, seconds',
             (0.001, 3600.0)),
-    Setting('gate', 0.0, 'a source whose motion over the window differs by more from what most '
-            'say makes way, metres; 0: by any', (0.0, 1e6)),
-    Setting('turn_gate', 0.1, 'likewise, radians; of no meaning without a gate', (0.0, 4.0)),
-    Setting('window', 1.0, 'over which motions are compared, seconds', (0.01, 5.0)),
+    Setting('gate', 0.0, 'a source is replaced if its motion over the window differs by more '
+            'from that of most sources, metres; 0: never', (0.0, 1e6)),
+    Setting('turn_gate', 0.1, 'the same for rotations, radians; ignored without a gate',
+            (0.0, 4.0)),
+    Setting('window', 1.0, 'the duration over which motions are compared, seconds', (0.01, 5.0)),
+    Setting('prefer', [], 'sources, the best first: the edge returns to a better one that is '
+            'steady again; empty: it does not return'),
+    Setting('steady', 2.0, 'how long a better source must have published without a gap of max_age '
+            'before the edge returns to it, seconds', (0.001, 3600.0)),
 )
-# Stamps that are further ahead of the clock are refused, or one would keep all others out.
+# Stamps further ahead of the clock are refused: otherwise one would block all later samples.
 _AHEAD = Duration(seconds=1.0)
-# What may stand in the name of a service and of a parameter.
+# Names that are valid in the names of services and parameters.
 _USABLE = re.compile('[A-Za-z][A-Za-z0-9_]*')
 
 
-class EdgeSwitch(Node):
+class EdgeSwitch(ClosingNode):
     """
-    Publishes the edge as soon as something of it is heard; see ``core.tree.sources``.
+    Publishes the edge as soon as a sample of it has been received; see ``core.tree.sources``.
 
-    Everything is served by whoever spins the node, in one thread.
+    All callbacks run in the thread that spins the node.
     """
 
     def __init__(self, **node_options: Any) -> None:
         """
-        Begin to listen.
+        Start to receive and to publish.
 
-        :param node_options: as rclpy's ``Node`` takes them.
-        :raises BadInput: a parameter is wrong.
+        :param node_options: the keyword arguments of rclpy's ``Node``.
+        :raises BadInput: a parameter is invalid.
         """
         super().__init__(NAME, **node_options)
         self._names = _checked_names(given(self, SOURCES))
@@ -85,16 +82,17 @@ class EdgeSwitch(Node):
         self._parent, self._child = (
             frame_of(values, key) for key in ('parent_frame', 'child_frame'))
         self._limits = limits_of(values)._asdict()
+        self._better = _checked_order(values['prefer'], self._names)
         self._buffer = Buffer(node=self, max_future=_AHEAD)
         self._has_rule = False
         self._begin_anew()
-        self._tf = Outlet(self, TF_TOPIC, dynamic_qos())
+        self._tf = RawPublisher(self, TF_TOPIC, dynamic_qos())
         for name in self._names:
             self._listen(name, values[f'{name}.topic'], values[f'{name}.type'])
-        self._diagnostics = TransformDiagnostics(self._buffer, self)
+        self._closing.callback(TransformDiagnostics(self._buffer, self).close)
 
     def _begin_anew(self) -> None:
-        """Forget what was published, for another time has begun."""
+        """Forget the published samples, because time has restarted."""
         self._last = BEGINNING
         self._awaits_preferred = True
 
@@ -102,24 +100,26 @@ class EdgeSwitch(Node):
         try:
             resolved = self.resolve_topic_name(topic)
         except Exception as error:  # noqa: B902 - rclpy has several for it, some of them private
-            raise BadInput(f'parameter {name}.topic has to be a topic, and {topic!r} is none'
+            raise BadInput(f'parameter {name}.topic must be a topic name, not {topic!r}'
                            ) from error
         if resolved == self.resolve_topic_name(TF_TOPIC):
-            raise BadInput(f'it would hear itself: the source {name!r} is on {resolved}, where '
-                           f'the edge is published. Set {name}.topic to another topic')
+            raise BadInput(f'the node would receive its own output: the source {name!r} is on '
+                           f'{resolved}, where the edge is published. Set {name}.topic to another '
+                           'topic')
         self.create_subscription(
             message_type(kind), topic, partial(self._hear, name), sensor_qos())
         self.create_service(Trigger, f'~/switch_to/{name}', partial(self._serve, name))
 
-    # --- what comes in
+    # --- input
 
     def _hear(self, source: str, message: Any) -> None:
         try:
             for sample in samples_of(message, self._parent, self._child):
                 self._take(source, sample)
         except TransformException as error:
-            self.get_logger().warning(f'A message of the source {source!r} is of no use: {error}',
-                                      throttle_duration_sec=5.0)
+            self.get_logger().warning(
+                f'A message of the source {source!r} cannot be used: {error}',
+                throttle_duration_sec=5.0)
         self._publish()
 
     def _take(self, source: str, sample: Sample) -> None:
@@ -128,7 +128,7 @@ class EdgeSwitch(Node):
         sources = self._buffer.sources_of(self._child)
         if sources and not self._has_rule:
             self._set_rule()
-        # One that made way by the rule is not preferred any more.
+        # A source that the rule replaced is no longer preferred.
         self._awaits_preferred &= not any(each.made_way for each in sources)
         if self._awaits_preferred and source == self._names[0]:
             self._prefer(source)
@@ -138,15 +138,16 @@ class EdgeSwitch(Node):
         gate = (values['gate'], values['turn_gate']) if values['gate'] else None
         self._buffer.switch_by_rule(
             self._child, max_age=from_seconds(values['max_age']), gate=gate,
-            window=from_seconds(values['window']), **self._limits)
+            window=from_seconds(values['window']), prefer=self._better,
+            steady=from_seconds(values['steady']), **self._limits)
         self._has_rule = True
 
     def _prefer(self, source: str) -> None:
-        """Go over to the preferred source, if another was heard before it."""
+        """Switch to the preferred source, if another source was received first."""
         try:
             self._buffer.switch(self._child, to=source, **self._limits)
         except TransformException:
-            # It answers already; or it began too late, and its next sample will do.
+            # It is active already; or it began too late, and its next sample will do.
             self._awaits_preferred = not self._answers(source)
         else:
             self._awaits_preferred = False
@@ -157,25 +158,26 @@ class EdgeSwitch(Node):
 
     def _serve(self, source: str, _: Trigger.Request,
                response: Trigger.Response) -> Trigger.Response:
-        """Go over to a source because somebody asks for it."""
+        """Switch to a source because a client called the service."""
         try:
             change = self._buffer.switch(self._child, to=source, **self._limits)
         except TransformException as error:
-            response.message = str(error) if self._has_rule else 'nothing was heard yet'
+            response.message = str(error) if self._has_rule else 'no source has been received yet'
             return response
         self._awaits_preferred = False
         response.success = True
         response.message = (
-            f'it begins as soon as {source!r} has reached the newest sample' if change is None else
-            f'from {format_stamp(change.begin)} to {format_stamp(change.end)}')
-        self.get_logger().info(f'Asked to go over to {source!r}: {response.message}')
+            f'the switch begins as soon as {source!r} has reached the newest sample'
+            if change is None else
+            f'the switch lasts from {format_stamp(change.begin)} to {format_stamp(change.end)}')
+        self.get_logger().info(f'Asked to switch to {source!r}: {response.message}')
         self._publish()
         return response
 
-    # --- what goes out
+    # --- output
 
     def _publish(self) -> None:
-        """Publish the samples of the edge that are newer than all that were published."""
+        """Publish the samples of the edge that are newer than all published ones."""
         stamps = self._buffer.stamps_of(self._child)
         if len(stamps) and stamps[-1] < self._last:
             self._begin_anew()
@@ -187,29 +189,33 @@ class EdgeSwitch(Node):
         self._tf.send([Sample(self._parent, self._child, stamp, tuple(pose))
                        for stamp, pose in zip(stamps.tolist(), poses.tolist(), strict=True)])
 
-    def destroy_node(self) -> None:
-        """Stop telling how the edge is, and destroy the node."""
-        self._diagnostics.close()
-        super().destroy_node()
-
 
 def _settings_of(names: Sequence[str]) -> list[Setting]:
     """Return the parameters that each source has."""
     return [setting for name in names for setting in (
-        Setting(f'{name}.topic', f'{name}/odom', 'where it is heard'),
+        Setting(f'{name}.topic', f'{name}/odom', 'the topic of this source'),
         Setting(f'{name}.type', 'nav_msgs/msg/Odometry', f'one of {", ".join(TYPES)}'))]
 
 
 def _checked_names(names: list[str]) -> list[str]:
     if len(names) < 2 or len({*names}) < len(names) or not all(map(_USABLE.fullmatch, names)):
-        raise BadInput('parameter sources has to be two or more names of letters, digits and _, '
+        raise BadInput('parameter sources must be two or more names of letters, digits and _, '
                        f'such as [wheel, vo], not {names}')
     return names
 
 
+def _checked_order(prefer: list[str], names: list[str]) -> list[str]:
+    unknown = [name for name in prefer if name not in names]
+    if unknown or len({*prefer}) < len(prefer):
+        raise BadInput(f'parameter prefer must be some of the sources {names}, each once, '
+                       f'not {prefer}')
+    return prefer
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe((SOURCES, *SETTINGS, *_settings_of(['NAME']))))
+    parser = Parser(NAME, _DESCRIPTION,
+                    epilog=describe((SOURCES, *SETTINGS, *_settings_of(['NAME']))))
     parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, lambda ended: spin(EdgeSwitch(), ended))
 

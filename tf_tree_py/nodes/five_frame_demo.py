@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Runs the publisher and the listener of the five frames in one terminal."""
 
@@ -21,16 +10,16 @@ import time
 
 from rclpy.parameter import Parameter
 from rclpy.task import Future
+from tf_tree_py.command.arguments import Parser, positive_number
 from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.reports.pose_text import as_line
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.core.telling.poses import as_line
 
-from .bad_input import positive_number
 from .five_frame_listener import ASKING, FiveFrameListener, say
 from .five_frame_publisher import FiveFramePublisher, SETTINGS as PUBLISHER_SETTINGS
 from .parameters import describe
-from .running import Parser, run, spin, spun_in_background
+from .running import run, spin, spun_in_background
 
 NAME = 'five_frame_demo'
 
@@ -38,22 +27,22 @@ _DESCRIPTION = """\
 Shows a robot of five frames and where its gripper is, in one terminal.
 
 A publisher sends the transforms over DDS, as five_frame_publisher does; a listener
-receives them and asks where the gripper is, as five_frame_listener does. The true
-motion is known here, so every answer is compared with it. Ctrl-C ends."""
+receives them and looks up the gripper, as five_frame_listener does. The true motion
+is known here, so every answer is compared with it. Press Ctrl-C to stop."""
 
 _INTRODUCTION = """\
-Live, over DDS: where the gripper of a moving robot is in the world, at each line's moment.
-(age: how long the answer took to come; off: how far it is from the true motion)"""
+Live over DDS: the pose of a moving robot's gripper in the world, at the time of each line.
+(age: the delay of the answer; off: its distance from the true motion)"""
 
 
 class DemoListener(FiveFrameListener):
-    """A listener that knows the truth, and how far its answers are from it."""
+    """A listener that compares its answers with the true motion."""
 
     def __init__(self, publisher: FiveFramePublisher) -> None:
         """
-        Begin to listen and to ask.
+        Start to receive and to look up.
 
-        :param publisher: whose gripper it is.
+        :param publisher: the publisher of the gripper.
         """
         # The publisher's frames may have other names.
         frames = publisher.frames
@@ -66,7 +55,7 @@ class DemoListener(FiveFrameListener):
         self._worst_distance = self._worst_angle = 0.0
 
     def answer(self, stamp: int, pose: Pose, age: int) -> None:
-        """Tell where the gripper is, and how far from where it truly was."""
+        """Print the pose of the gripper, and its distance from the true pose."""
         distance, angle = se3.distance(self._motion.world_T_gripper(stamp), pose)
         self._all_ages += age
         self._worst_age = max(self._worst_age, age)
@@ -76,12 +65,12 @@ class DemoListener(FiveFrameListener):
             f'off {distance * 1e3:.3f} mm')
 
     def summary(self) -> str:
-        """Return what there is to say at the end."""
+        """Return the summary that is printed at the end."""
         counts = self.buffer.statistics()
         mean_age = self._all_ages / max(1, self.answered)
         return (
             f'{time.monotonic() - self._begin:.1f} s: {self.answered} of {self.asked} lookups '
-            f'answered, {mean_age / 1e6:.0f} ms after the moment asked for on average, '
+            f'answered, {mean_age / 1e6:.0f} ms after the requested stamp on average, '
             f'{self._worst_age / 1e6:.0f} ms at most.\n'
             f'Furthest from the true motion: {self._worst_distance * 1e3:.3f} mm, '
             f'{math.degrees(self._worst_angle):.4f} deg. '
@@ -90,9 +79,9 @@ class DemoListener(FiveFrameListener):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe((*PUBLISHER_SETTINGS, *ASKING)))
+    parser = Parser(NAME, _DESCRIPTION, epilog=describe((*PUBLISHER_SETTINGS, *ASKING)))
     parser.add_argument('--seconds', type=positive_number, metavar='N',
-                        help='end by itself after so long')
+                        help='stop after this many seconds')
     arguments = parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, lambda ended: _demo(ended, arguments.seconds))
 

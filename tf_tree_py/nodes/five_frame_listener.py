@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Asks again and again where the gripper is in the world, and prints the answers."""
+"""Looks up the pose of the gripper in the world periodically, and prints it."""
 
 from collections.abc import Iterable, Sequence
 import sys
@@ -21,38 +10,39 @@ from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.task import Future
+from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core import LATEST, Pose, TransformException
+from tf_tree_py.core.reports.missing_transform import what_is_missing
+from tf_tree_py.core.reports.pose_text import as_line
 from tf_tree_py.core.stamp import format_stamp, from_seconds
-from tf_tree_py.core.telling.missing import what_is_missing
-from tf_tree_py.core.telling.poses import as_line
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import as_pose
 from tf_tree_py.ros.topics.listener import TransformListener
 
 from .bad_input import frame_name
+from .closing_node import ClosingNode
 from .five_frame_motion import Frames
 from .parameters import declare, describe, FRAME_PREFIX, Setting
-from .running import Parser, run, spin
+from .running import run, spin
 
 NAME = 'five_frame_listener'
 
 _DESCRIPTION = """\
-Prints where one frame is in another, the gripper in the world unless told otherwise.
+Prints the pose of one frame in another: by default, the gripper in the world.
 
-Each line answers the question "where is it now?". The lookup has the stamp of that
-moment, so it waits until every edge on the way has data as new as that. The age is
-how long the answer took. You may start this before the publisher or after it.
-Ctrl-C ends."""
+Each line is a lookup of the current time, so it waits until every edge on the path has data
+for that time. The age is the delay of the answer. You may start this before or after the
+publisher.
+Press Ctrl-C to stop."""
 
 ASKING = (
-    Setting('rate_hz', 2.0, 'how often to ask where it is', (0.01, 100.0)),
+    Setting('rate_hz', 2.0, 'how often to look up the pose, Hz', (0.01, 100.0)),
     Setting('timeout_s', 0.5, 'how long to wait for an answer, seconds', (0.0, 60.0)),
 )
 SETTINGS = (
-    Setting('target_frame', Frames().world, 'in whose coordinates'),
-    Setting('source_frame', Frames().gripper, 'the frame whose place is asked for'),
+    Setting('target_frame', Frames().world, 'the frame to express the pose in'),
+    Setting('source_frame', Frames().gripper, 'the frame whose pose is printed'),
     *ASKING,
     FRAME_PREFIX,
 )
@@ -61,28 +51,28 @@ _WALL_GUARD = Duration(seconds=10)
 
 
 def say(line: str) -> None:
-    """Write a line at once, into a pipe too."""
+    """Write a line immediately, also into a pipe."""
     print(line, flush=True)
 
 
-class FiveFrameListener(Node):
+class FiveFrameListener(ClosingNode):
     """
-    Asks on a timer where the source frame is now, and prints the answers.
+    Looks up the current pose of the source frame on a timer, and prints it.
 
-    It says once what is missing, and then nothing until there is an answer.
+    If data is missing, it reports that once, and then prints nothing until there is an answer.
 
-    :ivar buffer: what has arrived.
-    :ivar asked: how often it has asked.
-    :ivar answered: how often there was an answer.
+    :ivar buffer: the received transforms.
+    :ivar asked: the number of lookups.
+    :ivar answered: the number of lookups with an answer.
     """
 
     def __init__(self, others: Iterable[Setting] = (), **node_options: Any) -> None:
         """
-        Begin to listen and to ask.
+        Start to receive and to look up.
 
         :param others: parameters of other nodes in this process.
-        :param node_options: as rclpy's ``Node`` takes them.
-        :raises BadInput: a parameter that cannot be.
+        :param node_options: the keyword arguments of rclpy's ``Node``.
+        :raises BadInput: a parameter is invalid.
         """
         super().__init__(NAME, **node_options)
         values = declare(self, SETTINGS, others)
@@ -91,32 +81,27 @@ class FiveFrameListener(Node):
             frame_name(f'parameter {name}', prefix + values[name])
             for name in ('target_frame', 'source_frame'))
         self._timeout = Duration(nanoseconds=from_seconds(values['timeout_s']))
-        # If simulated time stands still, the wall clock ends the wait.
+        # If simulated time stops, the wall clock ends the wait.
         self.buffer = Buffer(node=self, wall_guard=_WALL_GUARD)
-        self._listener = TransformListener(self.buffer, self)
+        self._closing.callback(TransformListener(self.buffer, self).close)
         self.asked = self.answered = 0
         self._silent = False
-        # This clock always goes, so it can say that simulated time does not.
+        # A steady clock always runs, so the node can report that simulated time does not.
         self._ticks = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / values['rate_hz'], self._ask, clock=self._ticks)
 
-    def destroy_node(self) -> None:
-        """Stop listening, and destroy the node."""
-        self._listener.close()
-        super().destroy_node()
-
     def give_up(self, _: object = None) -> None:
-        """End the wait without a word. Any thread may call this."""
+        """End the wait without a message; thread-safe."""
         self._silent = True
         self.buffer.waiting.fail(TransformException('given up'))
 
     def _ask(self) -> None:
         self.asked += 1
         stamp = self.get_clock().now()
-        # Simulated time does not go on for a node while it is in a callback.
+        # A node's simulated time does not advance during its callbacks.
         begin = time.monotonic_ns()
         if stamp.nanoseconds == LATEST:
-            self._not_answered('simulated time: nothing has come on /clock yet')
+            self._not_answered('simulated time: nothing has been received on /clock yet')
             return
         try:
             transform = self.buffer.lookup_transform(
@@ -130,11 +115,11 @@ class FiveFrameListener(Node):
 
     def answer(self, stamp: int, pose: Pose, age: int) -> None:
         """
-        Tell where the source frame is.
+        Print the pose of the source frame.
 
-        :param stamp: when, nanoseconds.
+        :param stamp: of the pose, nanoseconds.
         :param pose: ``target_T_source``.
-        :param age: how old that is by now, nanoseconds of wall time.
+        :param age: its current age, nanoseconds of wall time.
         """
         say(f'{format_stamp(stamp)[:-6]}  {as_line(pose)}  age {age / 1e6:3.0f} ms')
 
@@ -148,14 +133,14 @@ class FiveFrameListener(Node):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
+    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
     parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, _work)
 
 
 def _work(ended: Future) -> None:
     node = FiveFrameListener()
-    say(f'Where {node.source_frame} is in {node.target_frame}, asked anew for each line:')
+    say(f'The pose of {node.source_frame} in {node.target_frame}, one lookup for each line:')
     ended.add_done_callback(node.give_up)
     spin(node, ended)
 

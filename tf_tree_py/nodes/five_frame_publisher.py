@@ -1,24 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Publishes the robot of five frames on /tf and /tf_static, as its drivers would."""
+"""Publishes the robot of five frames on /tf and /tf_static, like the drivers of a robot."""
 
 from collections.abc import Callable, Iterable, Sequence
 import sys
 from typing import Any
 
 from rclpy.node import Node
+from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core import Pose
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.messages.convert import transform_stamped
@@ -27,7 +17,7 @@ from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, Transf
 from .bad_input import BadInput, frame_name
 from .five_frame_motion import FiveFrameMotion, Frames
 from .parameters import declare, describe, FRAME_PREFIX, Setting
-from .running import Parser, run, spin
+from .running import run, spin
 
 NAME = 'five_frame_publisher'
 
@@ -36,18 +26,18 @@ Publishes a robot of five frames: world -> odom -> base_link -> {camera, gripper
 
 odom -> base_link drives a circle, base_link -> gripper is an arm that reaches out
 and back, and world -> odom drifts slowly, as a localiser's correction does. These
-three go out on /tf, each with the stamp at which it is true. base_link -> camera is
-a calibration: it goes out once, on /tf_static. Ctrl-C ends."""
+three are published on /tf, each with the stamp at which it is true. base_link -> camera
+is a calibration: it is published once, on /tf_static. Press Ctrl-C to stop."""
 
 _RATES = (0.1, 1000.0)
 
 SETTINGS = (
-    Setting('radius', 2.0, 'of the circle that the robot drives, metres', (0.01, 1000.0)),
-    Setting('lap_time_s', 20.0, 'how long it takes once round, seconds', (0.1, 86400.0)),
-    Setting('drive_rate_hz', 50.0, 'how often odom -> base_link is sent', _RATES),
-    Setting('arm_rate_hz', 50.0, 'how often base_link -> gripper is sent', _RATES),
-    Setting('drift_rate_hz', 10.0, 'how often world -> odom is sent', _RATES),
-    *(Setting(f'{role}_frame', name, f'what the frame {role} is called')
+    Setting('radius', 2.0, 'radius of the circle that the robot drives, metres', (0.01, 1000.0)),
+    Setting('lap_time_s', 20.0, 'the time for one lap, seconds', (0.1, 86400.0)),
+    Setting('drive_rate_hz', 50.0, 'how often odom -> base_link is sent, Hz', _RATES),
+    Setting('arm_rate_hz', 50.0, 'how often base_link -> gripper is sent, Hz', _RATES),
+    Setting('drift_rate_hz', 10.0, 'how often world -> odom is sent, Hz', _RATES),
+    *(Setting(f'{role}_frame', name, f'the name of the frame {role}')
       for role, name in Frames()._asdict().items()),
     FRAME_PREFIX,
 )
@@ -55,19 +45,19 @@ SETTINGS = (
 
 class FiveFramePublisher(Node):
     """
-    Publishes where the five frames are.
+    Publishes the transforms of the five frames.
 
-    :ivar frames: what they are called, prefix and all.
-    :ivar motion: the truth that is published.
+    :ivar frames: their names, including the prefix.
+    :ivar motion: the true motion, which is published.
     """
 
     def __init__(self, others: Iterable[Setting] = (), **node_options: Any) -> None:
         """
-        Begin to publish.
+        Start to publish.
 
         :param others: parameters of other nodes in this process.
-        :param node_options: as rclpy's ``Node`` takes them.
-        :raises BadInput: a parameter that cannot be.
+        :param node_options: the keyword arguments of rclpy's ``Node``.
+        :raises BadInput: a parameter is invalid.
         """
         super().__init__(NAME, **node_options)
         values = declare(self, SETTINGS, others)
@@ -78,7 +68,7 @@ class FiveFramePublisher(Node):
         self._static_broadcaster = StaticTransformBroadcaster(self)
         self._static_broadcaster.sendTransform(transform_stamped(
             frames.base_link, frames.camera, self._now(), motion.base_link_T_camera))
-        # Each has a timer of its own: on a robot, three programs would send them.
+        # Each has its own timer: on a robot, three programs would send them.
         self._send_at(values['drift_rate_hz'], frames.world, frames.odom, motion.world_T_odom)
         self._send_at(values['drive_rate_hz'], frames.odom, frames.base_link,
                       motion.odom_T_base_link)
@@ -91,7 +81,7 @@ class FiveFramePublisher(Node):
     def _send_at(self, rate_hz: float, parent: str, child: str,
                  pose_at: Callable[[int], Pose]) -> None:
         def send() -> None:
-            # The timer may be late. The pose is that of the stamp all the same.
+            # The timer may be late. The pose is the pose at the stamp in any case.
             stamp = self._now()
             self._broadcaster.sendTransform(
                 transform_stamped(parent, child, stamp, pose_at(stamp)))
@@ -110,7 +100,7 @@ def _frames(values: dict[str, Any]) -> Frames:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
+    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
     parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, lambda ended: spin(FiveFramePublisher(), ended))
 

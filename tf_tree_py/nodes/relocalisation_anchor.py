@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Late poses in the map as a map -> odom that never jumps."""
+"""Publishes a map -> odom that never jumps, from late poses in the map."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -22,69 +11,75 @@ from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.duration import Duration
-from rclpy.node import Node
-from tf_tree_py.core.anchor import Anchor, GATE, Sighting
-from tf_tree_py.core.arrivals.sample import Sample
+from tf_tree_py.command.arguments import Parser
+from tf_tree_py.core.anchor import Anchor, Sighting
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.covariances import checked_covariance
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.ingest.sample import Sample
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import time_message
-from tf_tree_py.ros.messages.uncertain import uncertain_values
+from tf_tree_py.ros.messages.pose_covariances import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .blended_edge import frame_of, LIMITS, limits_of
+from .closing_node import ClosingNode
 from .edge_messages import samples_of
-from .outlets import Outlet
 from .parameters import declare, describe, Setting
-from .running import Parser, run, spin
+from .raw_publishers import RawPublisher
+from .running import run, spin
 
 NAME = 'relocalisation_anchor'
 
 _DESCRIPTION = """\
-Publishes map -> odom, out of poses in the map that come late: of AMCL, of a tag, of anything
-that publishes PoseWithCovarianceStamped on the topic pose. Each is held against the
-odometry of its own stamp, gated by both covariances, and fused with what is held; what is
-published goes over to it without a jump, no faster than max_speed and max_turn_rate. Nothing
-is published before two poses agree. Ctrl-C ends."""
+Publishes map -> odom from poses in the map that arrive late: from AMCL, from a tag detector,
+or from any publisher of PoseWithCovarianceStamped on the topic pose. Each pose is compared
+with the odometry of its own stamp, gated by both covariances, and fused with the current
+estimate. The published transform blends to the new estimate without a jump, no faster than
+max_speed and max_turn_rate. Nothing is published until two poses agree. Press Ctrl-C to stop."""
 
 SETTINGS = (
     Setting('map_frame', 'map', 'the frame of the poses, and the parent of what is published'),
     Setting('odom_frame', 'odom', 'the child of what is published'),
-    Setting('frame', 'base_link', 'whose poses they are: the camera or the robot'),
-    Setting('rate_hz', 30.0, 'how often to publish', (0.1, 1000.0)),
-    Setting('ahead', 0.05, 'by how much the stamps that are published are ahead, seconds, so '
-            'that whoever looks up in between has the next one', (0.0, 10.0)),
+    Setting('frame', 'base_link', 'the frame whose poses arrive: the camera or the robot'),
+    Setting('rate_hz', 30.0, 'how often to publish, Hz', (0.1, 1000.0)),
+    Setting('ahead', 0.05, 'how far ahead of the clock to stamp transforms, seconds, so that '
+            'lookups between two of them succeed', (0.0, 10.0)),
     *LIMITS,
-    Setting('gate', GATE, 'the squared Mahalanobis distance beyond which a pose is refused',
-            (0.0, 1e9)),
-    Setting('drift', 0.05, 'how the odometry gets lost, metres for the root of a second',
+    Setting('gate', 0.0, 'the squared Mahalanobis distance beyond which a pose is refused; 0: '
+            'the one that refuses one good pose in a thousand', (0.0, 1e9)),
+    Setting('drift', 0.05, 'the drift of the odometry, metres per square root of a second',
             (0.0, 1e6)),
     Setting('turn_drift', 0.02, 'likewise, radians', (0.0, 1e6)),
+    Setting('way_drift', 0.0, 'the same by distance, metres per square root of a metre travelled',
+            (0.0, 1e6)),
+    Setting('way_turn_drift', 0.0, 'the same for rotations, radians per square root of a metre',
+            (0.0, 1e6)),
+    Setting('planar', False, 'fuse x, y and yaw only; z, roll and pitch come from the odometry'),
     Setting('wait', 0.5, 'how long a pose waits for the odometry of its stamp, seconds',
             (0.0, 3600.0)),
 )
 
 
-class RelocalisationAnchor(Node):
+class RelocalisationAnchor(ClosingNode):
     """
     Publishes map -> odom; see ``Anchor``.
 
-    Transforms are heard by a thread of its own; poses and the timer are served by whoever
-    spins the node.
+    An internal thread receives transforms. The callbacks of poses and of the timer run in the
+    thread that spins the node.
     """
 
     def __init__(self, name: str = NAME, **node_options: Any) -> None:
         """
-        Begin to listen.
+        Start to receive and to publish.
 
-        :param name: the node's.
-        :param node_options: as rclpy's ``Node`` takes them.
-        :raises BadInput: a parameter is wrong.
+        :param name: of the node.
+        :param node_options: the keyword arguments of rclpy's ``Node``.
+        :raises BadInput: a parameter is invalid.
         """
         super().__init__(name, **node_options)
         values = self._values = declare(self, SETTINGS)
@@ -92,14 +87,17 @@ class RelocalisationAnchor(Node):
             frame_of(values, key) for key in ('map_frame', 'odom_frame', 'frame'))
         self._ahead = from_seconds(values['ahead'])
         self._anchor = Anchor(
-            limits_of(values), (values['drift'], values['turn_drift']), values['gate'])
-        # Futures end in the thread that hears transforms.
+            limits_of(values), (values['drift'], values['turn_drift']), values['gate'] or None,
+            drift_by_way=(values['way_drift'], values['way_turn_drift']),
+            planar=values['planar'])
+        # Futures complete in the thread that receives transforms.
         self._lock = threading.Lock()
         self._buffer = Buffer(node=self)
-        self._listener = TransformListener(self._buffer, self)
-        self._tf = Outlet(self, TF_TOPIC, dynamic_qos())
-        self._last = 0
         self._awaited: set[Any] = set()
+        self._closing.callback(self._give_up)
+        self._closing.callback(TransformListener(self._buffer, self).close)
+        self._tf = RawPublisher(self, TF_TOPIC, dynamic_qos())
+        self._last = 0
         self.create_subscription(PoseWithCovarianceStamped, 'pose', self._hear, 10)
         self.create_timer(1.0 / values['rate_hz'], self.publish)
 
@@ -109,7 +107,7 @@ class RelocalisationAnchor(Node):
             sample, = samples_of(message, self._map, self._frame)
             covariance = checked_covariance(message.pose.covariance)
         except TransformException as error:
-            self._warn(f'A pose is of no use: {error}')
+            self._warn(f'A pose cannot be used: {error}')
             return
         known = self._buffer.wait_for_transform_async(
             self._odom, self._frame, message.header.stamp, Duration(seconds=self._values['wait']))
@@ -117,7 +115,7 @@ class RelocalisationAnchor(Node):
         known.add_done_callback(partial(self._take, sample.stamp, sample.pose, covariance))
 
     def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Any) -> None:
-        """Take a pose whose odometry is there, or never comes."""
+        """Take a pose whose odometry has arrived, or will not arrive."""
         self._awaited.discard(known)
         if known.cancelled():
             return
@@ -131,13 +129,14 @@ class RelocalisationAnchor(Node):
                 verdict = self._anchor.take(Sighting(
                     stamp, pose, covariance, odom_T_frame, spread))
         except TransformException as error:
-            self._warn(f'A pose is of no use: {error}')
+            self._warn(f'A pose cannot be used: {error}')
             return
         if verdict.accepted:
             return
-        why = ('nothing confirms it yet' if verdict.distance is None else
+        why = ('it was received before' if verdict.repeated else
+               'no other pose confirms it yet' if verdict.distance is None else
                f'its squared Mahalanobis distance is {verdict.distance:.0f}, and the gate '
-               f'{self._values["gate"]:g}')
+               f'{self._anchor.gate:g}')
         self._warn(f'The pose of {format_stamp(stamp)} was refused: {why}')
 
     def publish(self) -> None:
@@ -146,7 +145,7 @@ class RelocalisationAnchor(Node):
         with self._lock:
             if stamp < self._last:  # the clock has jumped back: another run
                 self.get_logger().warning(
-                    f'The clock went back by {format_span(self._last - stamp)}: begin anew')
+                    f'The clock went back by {format_span(self._last - stamp)}: starting again')
                 self._anchor.begin_anew()
             if stamp == self._last:
                 return
@@ -158,17 +157,14 @@ class RelocalisationAnchor(Node):
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=5.0)
 
-    def destroy_node(self) -> None:
-        """Stop listening, and destroy the node."""
-        self._listener.close()
+    def _give_up(self) -> None:
         for known in list(self._awaited):
             known.cancel()
-        super().destroy_node()
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, describe(SETTINGS))
+    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
     parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, lambda ended: spin(RelocalisationAnchor(), ended))
 

@@ -1,63 +1,55 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot's topics of transforms, listened to: what no buffer would take stays out."""
+"""Receives a robot's topics of transforms, and drops those that a buffer would refuse."""
 
 from collections.abc import Callable
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.arrivals.frame_names import Rename
-from tf_tree_py.core.arrivals.incident_log import IncidentLog
-from tf_tree_py.core.arrivals.incidents import Incident
-from tf_tree_py.core.arrivals.sample import bad_name, Batch, checked, Sample
-from tf_tree_py.core.arrivals.wire import WireReader
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.departures.sending import Moving, Static
-from tf_tree_py.ros.threads.companion import companion
+from tf_tree_py.core.ingest.frame_names import Rename
+from tf_tree_py.core.ingest.incident_log import IncidentLog
+from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.ingest.sample import bad_name, Batch, checked, Sample
+from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.core.thinning.senders import MovingSender, StaticSender
+from tf_tree_py.ros.threads.internal_node import internal_node
 from tf_tree_py.ros.threads.receiver import Receiver
-from tf_tree_py.ros.topics.authority import Authority
-from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
+from tf_tree_py.ros.topics.publisher_names import PublisherNames
+from tf_tree_py.ros.topics.qos import dynamic_qos, overriding, static_listener_qos
+
+Take = Callable[[list[Sample]], None]
 
 
 class RobotTopics:
-    """Listens to a robot in a thread of its own, and hands over what arrives."""
+    """Receives a robot's transforms in an internal thread, and passes them on."""
 
     def __init__(self, node: Node, names: Rename) -> None:
         """
-        Begin to listen to nothing.
+        Start without topics.
 
-        :param names: renames edges, or leaves them out.
+        :param names: renames edges, or drops them.
         """
         self._names = names
         self._log = IncidentLog(node.get_logger())
-        self._home = companion(node, f'{node.get_name()}_impl')
+        self._home = internal_node(node, f'{node.get_name()}_impl')
 
-    def listen(self, topic: str, static_topic: str, moving: Moving, static: Static) -> Receiver:
+    def listen(self, topic: str, static_topic: str, moving: MovingSender, static: StaticSender,
+               filtered: Callable[[Take], Take] = lambda take: take) -> Receiver:
         """
-        Hand over what comes on two topics, until the receiver is closed or ROS ends.
+        Pass on the transforms of two topics, until the receiver is closed or ROS shuts down.
 
-        :param moving: gets what comes on the first, and is closed at the end.
+        :param moving: receives those of the first topic, and is closed at the end.
+        :param filtered: wraps a function that takes a message in one that drops some samples.
         """
-        self._subscribe(topic, dynamic_qos(), moving.take)
-        self._subscribe(static_topic, static_listener_qos(), static.take)
+        self._subscribe(topic, dynamic_qos(), False, filtered(moving.take))
+        self._subscribe(static_topic, static_listener_qos(), True, filtered(static.take))
         return Receiver(self._home, moving.close)
 
-    def _subscribe(self, topic: str, qos: QoSProfile,
-                   take: Callable[[list[Sample]], None]) -> None:
-        reader, authority = WireReader(self._names), Authority(self._home, topic)
+    def _subscribe(self, topic: str, qos: QoSProfile, static: bool, take: Take) -> None:
+        reader, authority = WireReader(self._names), PublisherNames(self._home, topic)
 
         def receive(data: bytes) -> None:
             publisher = authority.name()
@@ -67,7 +59,9 @@ class RobotTopics:
             else:
                 take(fit_samples(batch, publisher, self._log.report))
 
-        self._home.create_subscription(TFMessage, topic, receive, qos, raw=True)
+        self._home.create_subscription(
+            TFMessage, topic, receive, qos, raw=True, qos_overriding_options=overriding(
+                self._home, self._home.resolve_topic_name(topic), 'subscription', static))
 
 
 def fit_samples(batch: Batch, publisher: str,

@@ -1,38 +1,26 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Entry points of the executables: without ROS each says so in one line."""
+"""Entry points of the executables; without ROS each prints one sentence about that."""
 
+from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
-import sys
+
+from tf_tree_py.command import endings
 
 
 def _start(name: str) -> int:
-    """Run the executable of a module beside this one; return its exit status."""
-    try:
-        program = import_module(f'.{name}', __package__)
-    except ModuleNotFoundError as error:
-        missing = (error.name or '').partition('.')[0]
-        if missing in ('', 'tf_tree_py'):
-            raise
-        print(f'{name}: needs ROS 2, and {missing} is not installed: source a ROS 2 installation, '
-              'or let scripts/setup of the tf_tree_py repository make one from PyPI',
-              file=sys.stderr)
-        return 1
-    status: int = program.main()
-    return status
+    """Run the executable of a module in this package; return its exit status."""
+    def work(_: Sequence[str]) -> int:
+        try:
+            program = import_module(f'.{name}', __package__)
+        except ModuleNotFoundError as error:
+            raise endings.needs_ros('', error) from error
+        status: int = program.main()
+        return status
+
+    return endings.run(name, work, interrupted=endings.FINE)
 
 
 buffer_server = partial(_start, 'buffer_server')

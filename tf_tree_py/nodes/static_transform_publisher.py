@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Publishes static transforms from a command line, as tf2's program does, or a file."""
+"""Publishes static transforms from a command line, like tf2's program, or from a file."""
 
 from argparse import SUPPRESS
 from collections.abc import Sequence
@@ -25,15 +14,16 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Header
-from tf_tree_py.core.arrivals.estimate import STATIC_COVARIANCE_TOPIC
+from tf_tree_py.command.arguments import number, Parser
+from tf_tree_py.core.ingest.edge_estimate import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.ros.messages.convert import transform_message
-from tf_tree_py.ros.messages.uncertain import pose_with_covariance_stamped
+from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
 from tf_tree_py.ros.topics.qos import static_covariance_qos
 
-from .bad_input import BadInput, number
+from .bad_input import BadInput
 from .parameters import declare
-from .running import Parser, run, spin
+from .running import run, spin
 from .static_transforms import (
     ANGLES,
     FRAMES,
@@ -53,13 +43,13 @@ static_transform_publisher [--x X] [--y Y] [--z Z]
        static_transform_publisher --yaml FILE"""
 
 _DESCRIPTION = """\
-Publishes transforms that never change on /tf_static, also to whoever comes later.
+Publishes transforms that never change on /tf_static, also to late subscribers.
 
 The transform takes coordinates in the child frame to coordinates in the parent: it is
-where the child is, seen from the parent. Values that are not given are 0; qw is 1."""
+the pose of the child in the parent. Omitted values are 0, except that qw is 1."""
 
 _EPILOG = """\
-Such a file has a line for each transform, with the same words:
+A file for --yaml has one line for each transform, with the same keywords:
 
   transforms:
     - {frame_id: base_link, child_frame_id: camera, x: 0.25, z: 0.5, pitch: 0.26}
@@ -69,8 +59,8 @@ Such a file has a line for each transform, with the same words:
 A covariance is six variances, of x, y, z and rotation about x, y, z, in metres^2 and
 radians^2 (or all 36 numbers); a CovarianceListener takes them from /tf_static_covariance.
 
-The old forms of tf2 still work, and warn: X Y Z YAW PITCH ROLL PARENT CHILD (mind the
-order of the angles), and X Y Z QX QY QZ QW PARENT CHILD."""
+The old forms of tf2 still work, with a warning: X Y Z YAW PITCH ROLL PARENT CHILD (note
+the order of the angles), and X Y Z QX QY QZ QW PARENT CHILD."""
 
 _OLD_FORMS = {
     8: (*TRANSLATION, 'yaw', 'pitch', 'roll', *FRAMES),
@@ -80,21 +70,21 @@ _OLD_FORM_WARNING = 'Old-style arguments are deprecated; see --help for new-styl
 
 
 class StaticTransformPublisher(Node):
-    """Publishes transforms once, and stays for subscribers that come later."""
+    """Publishes transforms once, and keeps running for late subscribers."""
 
     def __init__(self, transforms: Sequence[StaticTransform], **node_options: Any) -> None:
         """
         Publish.
 
         :param transforms: at least one, each child once.
-        :param node_options: as rclpy's ``Node`` takes them.
+        :param node_options: the keyword arguments of rclpy's ``Node``.
         """
-        # As in tf2, many of these may run without anybody giving them names.
+        # As in tf2, many of these nodes may run without explicit names.
         super().__init__(f'{NAME}_{secrets.token_hex(8)}', **node_options)
         declare(self, ())
         now = self.get_clock().now().to_msg()
         self._broadcaster = StaticTransformBroadcaster(self)
-        # A quaternion keeps the sign that it was given.
+        # The sign of a quaternion is kept.
         self._broadcaster.sendTransform([
             TransformStamped(header=Header(stamp=now, frame_id=parent), child_frame_id=child,
                              transform=transform_message(pose))
@@ -104,7 +94,7 @@ class StaticTransformPublisher(Node):
                                + '\n'.join(map(str, transforms)))
 
     def _publish_covariances(self, now: Any, transforms: Sequence[StaticTransform]) -> None:
-        """Tell how far transforms may be off, to whoever listens; a TFMessage has no place."""
+        """Publish covariances on a separate topic, because a TFMessage has no field for them."""
         if not transforms:
             return
         self._covariances = self.create_publisher(
@@ -124,7 +114,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = vars(parser.parse_args(flags))
     path = words.pop('yaml', None)
     if path is not None and (words or positional):
-        parser.error('--yaml comes alone')
+        parser.error('--yaml cannot be combined with other arguments')
     if positional:
         if words:
             parser.error('cannot specify both new-style (flags) and old-style (arguments)')
@@ -144,16 +134,16 @@ def _work(ended: Future, transforms: Sequence[StaticTransform], old_form: bool) 
 
 
 def _parser() -> Parser:
-    parser = Parser(NAME, _DESCRIPTION, _EPILOG, usage=_USAGE, argument_default=SUPPRESS)
+    parser = Parser(NAME, _DESCRIPTION, epilog=_EPILOG, usage=_USAGE, argument_default=SUPPRESS)
     for names, meaning in (
-            (TRANSLATION, 'of the translation, metres'),
-            (QUATERNION, 'of the rotation, a quaternion of any length but zero'),
-            (ANGLES, 'of the rotation, radians: roll about x first, then pitch, then yaw')):
+            (TRANSLATION, 'translation, metres'),
+            (QUATERNION, 'rotation, a quaternion of any length but zero'),
+            (ANGLES, 'rotation, radians: roll about x first, then pitch, then yaw')):
         for name in names:
             parser.add_argument(f'--{name}', type=number, metavar=name.upper(), help=meaning)
     parser.add_argument('--frame-id', metavar='PARENT', help='the parent frame')
     parser.add_argument('--child-frame-id', metavar='CHILD', help='the child frame')
-    parser.add_argument('--yaml', metavar='FILE', help='many transforms at once, see below')
+    parser.add_argument('--yaml', metavar='FILE', help='a file of transforms, see below')
     return parser
 
 
@@ -161,7 +151,7 @@ def _split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """
     Return the flags, each joined to its value, and the positional arguments.
 
-    argparse would take a negative number such as -1e-3 for a flag.
+    argparse would parse a negative number such as -1e-3 as a flag.
     """
     flags: list[str] = []
     positional: list[str] = []

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Static transforms as people write them, on a command line or in a YAML file; no ROS.
+Reading static transforms from a command line or from a YAML file, without ROS.
 
-Both places have the same words (``x``, ``yaw``, ``frame_id``), defaults and checks.
+Both have the same keywords (``x``, ``yaw``, ``frame_id``), defaults and checks.
 """
 
 from collections.abc import Iterable, Mapping
@@ -43,7 +32,7 @@ class StaticTransform(NamedTuple):
     """
     ``parent_T_child``, valid at all times.
 
-    :ivar covariance: (6, 6), how far it may be off; None where nobody says.
+    :ivar covariance: (6, 6); None if unknown.
     """
 
     parent: str
@@ -57,17 +46,17 @@ class StaticTransform(NamedTuple):
 
 def from_words(words: Mapping[str, Any]) -> StaticTransform:
     """
-    Return the transform that words describe.
+    Return the transform that keywords describe.
 
-    As in tf2, a number that is not given is 0, and qw is 1. Any quaternion that is not all
+    As in tf2, omitted numbers are 0, and an omitted qw is 1. Any quaternion that is not all
     zero is accepted, and normalised.
 
     :param words: some of ``WORDS``, each with its value.
-    :raises BadInput: they describe none.
+    :raises BadInput: they do not describe a transform.
     """
     for word in words:
         if word not in WORDS:
-            raise BadInput(f'{word!r} is not known: there are {", ".join(WORDS)}')
+            raise BadInput(f'{word!r} is unknown; use {", ".join(WORDS)}')
     parent, child = (_frame(word, words.get(word)) for word in FRAMES)
     if parent == child:
         raise BadInput(f'the frame id and the child frame id are both {parent!r}')
@@ -77,21 +66,22 @@ def from_words(words: Mapping[str, Any]) -> StaticTransform:
     quaternion = [_number(word, words.get(word, float(word == 'qw'))) for word in QUATERNION]
     if not words.keys() & set(ANGLES):
         if not any(quaternion):
-            raise BadInput('the quaternion is all zero; for no rotation give 0 0 0 1')
+            raise BadInput('the quaternion is all zero; for no rotation, use 0 0 0 1')
         return StaticTransform(parent, child, Pose.from_parts(translation, quaternion),
                                covariance)
     if words.keys() & set(QUATERNION):
-        raise BadInput('a rotation is either qx qy qz qw or roll pitch yaw, not both')
+        raise BadInput('give a rotation as qx qy qz qw or as roll pitch yaw, not both')
     return StaticTransform(parent, child, Pose.from_xyz_rpy(*translation, *angles), covariance)
 
 
 def _frame(word: str, value: object) -> str:
     word = word.replace('_', ' ')
     if value is None:
-        raise BadInput(f'the {word} is not given')
+        raise BadInput(f'the {word} is missing')
     if not isinstance(value, str):
-        raise BadInput(f'the {word} is {value!r}, which to YAML is no string: put it in quotes')
-    # Old launch files have a leading slash; a listener strips it too.
+        raise BadInput(f'the {word} is {value!r}, which YAML does not read as a string: enclose '
+                       'it in quotes')
+    # Old launch files have a leading slash, which listeners strip too.
     name = value.removeprefix('/')
     if not name:
         raise BadInput(f'the {word} is empty')
@@ -105,7 +95,7 @@ def _number(word: str, value: object) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
-        raise BadInput(f'{word} is {value!r}, which is no finite number')
+        raise BadInput(f'{word} is {value!r}, which is not a finite number')
     return number
 
 
@@ -113,8 +103,8 @@ def _covariance(value: object) -> Array | None:
     if value is None:
         return None
     if not isinstance(value, list) or len(value) not in (6, 36):
-        raise BadInput(f'the covariance is {value!r:.60}: it is a list of six variances, or of 36 '
-                       'numbers')
+        raise BadInput(f'the covariance is {value!r:.60}; it must be a list of six variances, '
+                       'or of 36 numbers')
     numbers = np.array([_number('a number of the covariance', number) for number in value])
     try:
         return checked_covariance(np.diag(numbers) if len(numbers) == 6 else numbers)
@@ -131,7 +121,7 @@ def from_yaml(path: str) -> list[StaticTransform]:
     content = _load(path)
     items = content.get(_IN_FILE) if isinstance(content, Mapping) else None
     if not isinstance(items, list) or not items or len(content) > 1:
-        raise BadInput(f'{path} has to be a list with the name {_IN_FILE}, and nothing else')
+        raise BadInput(f'{path} must contain a list named {_IN_FILE}, and nothing else')
     return _consistent([_from_item(f'{path}, transform {i}', item)
                         for i, item in enumerate(items, start=1)], path)
 
@@ -153,7 +143,7 @@ def _load(path: str) -> Any:
 
 def _from_item(where: str, item: object) -> StaticTransform:
     if not isinstance(item, Mapping):
-        raise BadInput(f'{where}: {item!r} has to be words and values, such as x: 1.0')
+        raise BadInput(f'{where}: {item!r} must be keys and values, such as x: 1.0')
     try:
         return from_words(item)
     except BadInput as error:
@@ -167,7 +157,7 @@ def _consistent(transforms: Iterable[StaticTransform], path: str) -> list[Static
     for transform in transforms:
         parent, child, pose, _ = transform
         if child in taken:
-            raise BadInput(f'{path}: {child!r} is there twice, under {taken[child].parent!r} and '
+            raise BadInput(f'{path}: {child!r} appears twice, under {taken[child].parent!r} and '
                            f'under {parent!r}; a frame has one parent')
         refused = tree.insert(parent, child, LATEST, pose, authority=path, static=True,
                               strict=False)

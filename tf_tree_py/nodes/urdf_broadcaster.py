@@ -1,22 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot's description and its joint states as transforms."""
+"""Publishes a robot's transforms from its description and its joint states."""
 
-from collections.abc import Sequence
+import argparse
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+import re
 import sys
 import threading
 from typing import Any
@@ -24,85 +15,97 @@ from typing import Any
 import numpy as np
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from tf2_msgs.msg import TFMessage
+from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.ros.messages.convert import as_nanoseconds
-from tf_tree_py.ros.threads.companion import companion
+from tf_tree_py.ros.threads.internal_node import internal_node
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.topics.qos import (
     dynamic_qos,
     sensor_qos,
     static_broadcaster_qos,
+    tf_publisher,
     TF_STATIC_TOPIC,
     TF_TOPIC,
 )
 from tf_tree_py.urdf import DescriptionError, Robot
-from tf_tree_py.urdf.expanding import text_of
+from tf_tree_py.urdf.xacro_files import description_of, DescriptionText
+from tf_tree_py.urdf.xml_elements import quoted
 
 from .bad_input import BadInput
-from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .closing_node import ClosingNode
+from .parameters import declare, describe, FRAME_PREFIX, given, Setting
 from .robot_frames import RobotFrames
-from .running import Parser, run, spin
+from .running import run, spin
 from .watched_file import WatchedFile
 
 NAME = 'urdf_broadcaster'
 
 _DESCRIPTION = """\
-Publishes where the links of a robot are: what is fixed once, on /tf_static, and what moves
-on /tf, with every message on joint_states. What robot_state_publisher is given, this is
-given too. Of a file, urdf_broadcaster --urdf arm.urdf, it notices when it is edited; a file
-that ends in .xacro is expanded. Ctrl-C ends.
+Publishes the poses of a robot's links: fixed joints once, on /tf_static, and moving joints on
+/tf, with every message on joint_states. It takes the same parameters as robot_state_publisher.
+With a file, as in urdf_broadcaster --urdf arm.urdf, it reloads the robot when the file is
+edited. A file that ends in .xacro is expanded, with arguments such as prefix:=left_, and the
+files that it includes are watched too. Press Ctrl-C to stop.
 
-Joints that mimic others follow them. A planar joint's positions are called NAME/x, NAME/y
-and NAME/theta in the joint states, a floating one's NAME/trans_x, ..., NAME/rot_w. What a
-message does not name stays where it was."""
+Joints that mimic others follow them. The positions of a planar joint are called NAME/x,
+NAME/y and NAME/theta in the joint states; those of a floating joint are called NAME/trans_x,
+..., NAME/rot_w. Joints that a message does not name stay where they were."""
 
 _DESCRIBED = 'robot_description'
 SETTINGS = (
-    Setting(_DESCRIBED, '', 'the robot, as URDF: the text, not its file', changeable=True),
-    Setting('publish_frequency', 20.0, 'how often each joint goes out at most, by its stamps',
-            (0.001, 1000.0), changeable=True),
+    Setting(_DESCRIBED, '', 'the robot as URDF: the text, not its file name', changeable=True),
+    Setting('publish_frequency', 20.0, 'the highest rate of each joint, Hz of its stamps; 0: '
+            'with every joint state', (0.0, 1000.0), changeable=True),
     Setting('ignore_timestamp', False, 'send every joint state, whatever its stamp',
             changeable=True),
     replace(FRAME_PREFIX, changeable=True),
 )
 _BY_NAME = {setting.name: setting for setting in SETTINGS}
 _LOOK_AT_FILE_S = 0.2
-_NO_STAMP = ('joint states come without a stamp, and are taken for as new as their arrival: '
-             'whoever publishes them should set header.stamp')
+_NO_STAMP = ('joint states arrive without a stamp, so their time of arrival is used: '
+             'their publisher should set header.stamp')
 
 
-class UrdfBroadcaster(Node):
+class UrdfBroadcaster(ClosingNode):
     """
     Publishes a robot's transforms.
 
-    Joint states are heard by a thread of its own; parameters and the file by whoever spins
-    the node.
+    An internal thread receives joint states. Callbacks of parameters and of the file run in the
+    thread that spins the node.
     """
 
-    def __init__(self, urdf: str | None = None, name: str = NAME, **node_options: Any) -> None:
+    def __init__(self, urdf: str | None = None, name: str = NAME,
+                 arguments: Mapping[str, str] | None = None, fallback: str | None = None,
+                 **node_options: Any) -> None:
         """
-        Begin to publish.
+        Start to publish.
 
         :param urdf: the file to read and to watch; None: the parameter has the description.
-        :param name: the node's.
-        :param node_options: as rclpy's ``Node`` takes them.
-        :raises BadInput: a parameter or the description is wrong.
+        :param name: of the node.
+        :param arguments: of a file that ends in .xacro.
+        :param fallback: the file to read and to watch if neither is given.
+        :param node_options: the keyword arguments of rclpy's ``Node``.
+        :raises BadInput: a parameter or the description is invalid.
         """
         super().__init__(name, **node_options)
-        self._file = None if urdf is None else WatchedFile(urdf)
+        self._arguments = arguments or {}
+        # The positions of the elements of the description that was last read from files.
+        self._read: DescriptionText | None = None
+        if urdf is None and fallback is not None:
+            urdf = self._without_option(fallback)
         self._values = self._declared(urdf)
+        self._file = None if urdf is None else _watched(urdf, self._read)
         self._next = self._values, self._robot_of(self._values)
-        # So that no message of an earlier description comes behind one of a new one.
+        # Prevents a message of an earlier description from following one of a new description.
         self._lock = threading.Lock()
-        self._tf = self.create_publisher(TFMessage, TF_TOPIC, dynamic_qos())
-        # Both are latched, as robot_state_publisher has them.
-        self._tf_static = self.create_publisher(
-            TFMessage, TF_STATIC_TOPIC, static_broadcaster_qos())
+        self._tf = tf_publisher(self, TF_TOPIC, dynamic_qos(), static=False)
+        # Both are latched, as in robot_state_publisher.
+        self._tf_static = tf_publisher(
+            self, TF_STATIC_TOPIC, static_broadcaster_qos(), static=True)
         self._text = self.create_publisher(String, _DESCRIBED, static_broadcaster_qos())
         self._frames: RobotFrames | None = None
         self._apply()
@@ -111,34 +114,52 @@ class UrdfBroadcaster(Node):
         if self._file is not None:
             self.create_timer(_LOOK_AT_FILE_S, self._look_at_file,
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
-        home = companion(self, f'{name}_impl', with_clock=False)
+        home = internal_node(self, f'{name}_impl', with_clock=False)
         home.create_subscription(
             JointState, self.resolve_topic_name('joint_states'), self._hear, sensor_qos())
-        self._receiver = Receiver(home, lambda: None)
+        self._closing.callback(Receiver(home, lambda: None).close)
 
     def _declared(self, urdf: str | None) -> dict[str, Any]:
         """Declare the parameters; the description is that of the file, if there is one."""
         if urdf is None:
             return declare(self, SETTINGS)
-        text = _read(urdf)
+        self._read = _read(urdf, self._arguments)
+        text = self._read.text
         values = declare(self, (replace(_BY_NAME[_DESCRIBED], default=text),
                                 *(each for each in SETTINGS if each.name != _DESCRIBED)))
         if values[_DESCRIBED] != text:
             raise BadInput(f'give either --urdf or the parameter {_DESCRIBED}, not both')
         return values
 
+    def _without_option(self, fallback: str) -> str | None:
+        """Return the file given without --urdf, unless the parameter describes the robot."""
+        if given(self, _BY_NAME[_DESCRIBED]).strip():
+            self.get_logger().warning(f'{fallback!r} is ignored: the parameter {_DESCRIBED} '
+                                      'describes the robot')
+            return None
+        self.get_logger().warning(f'{fallback!r} is used as the file of the robot, as '
+                                  f'robot_state_publisher does; write --urdf {fallback}')
+        return fallback
+
     def _robot_of(self, values: dict[str, Any]) -> Robot:
-        if not values[_DESCRIBED].strip():
-            raise BadInput(f'there is no robot: give --urdf FILE, or the parameter {_DESCRIBED} '
+        text = values[_DESCRIBED]
+        if not text.strip():
+            raise BadInput(f'no robot is given: set --urdf FILE, or the parameter {_DESCRIBED} '
                            'with the text of a URDF')
-        source = f'parameter {_DESCRIBED}' if self._file is None else str(self._file.path)
+        if '<' not in text:
+            raise BadInput(
+                f'parameter {_DESCRIBED} is {quoted(text)}, not the text of a URDF; if it is '
+                'a file, give --urdf FILE, or its text: in a launch file, '
+                "Command(['cat ', FILE]) or Command(['xacro ', FILE])")
+        read = self._read if self._read is not None and self._read.text == text else None
+        source = f'parameter {_DESCRIBED}' if read is None else str(read.files[0])
         try:
-            return Robot.parse(values[_DESCRIBED], source)
+            return Robot.parse(text, source, None if read is None else read.places)
         except DescriptionError as error:
             raise BadInput(str(error)) from error
 
     def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
-        """Say whether parameters can be what somebody wants to set them to."""
+        """Check whether parameters can be set to new values."""
         try:
             values = self._values | {
                 parameter.name: _BY_NAME[parameter.name].check(parameter.value)
@@ -149,11 +170,12 @@ class UrdfBroadcaster(Node):
         return SetParametersResult(successful=True)
 
     def _apply(self, _: Sequence[Parameter] = ()) -> None:
-        """Go on with the parameters that were found to be good, and tell everybody at once."""
+        """Apply checked parameters, and publish all transforms immediately."""
         if self._frames is not None and self._next[0] == self._values:
             return
         self._values, robot = self._next
-        interval = round(NANOSECONDS_PER_SECOND / self._values['publish_frequency'])
+        frequency = self._values['publish_frequency']
+        interval = round(NANOSECONDS_PER_SECOND / frequency) if frequency else 0
         with self._lock:
             self._frames = RobotFrames(
                 robot, self._values[FRAME_PREFIX.name],
@@ -164,6 +186,8 @@ class UrdfBroadcaster(Node):
             known = self._frames.again()
             if known is not None:
                 self._tf.publish(known)
+        for sentence in robot.warnings:
+            self.get_logger().warning(sentence)
         self.get_logger().info(str(robot))
 
     def _look_at_file(self) -> None:
@@ -171,13 +195,14 @@ class UrdfBroadcaster(Node):
         if not self._file.has_changed():
             return
         try:
-            text = _read(self._file.path)
+            self._read = _read(self._file.path, self._arguments)
         except BadInput as error:
-            self.get_logger().error(f'{error}. The robot stays as it was')
+            self.get_logger().error(f'{error}. The robot is unchanged')
             return
-        result, = self.set_parameters([Parameter(_DESCRIBED, value=text)])
+        self._file.watch(self._read.files)
+        result, = self.set_parameters([Parameter(_DESCRIBED, value=self._read.text)])
         if not result.successful:
-            self.get_logger().error(f'{result.reason}. The robot stays as it was')
+            self.get_logger().error(f'{result.reason}. The robot is unchanged')
 
     def _hear(self, message: JointState) -> None:
         stamp = as_nanoseconds(message.header.stamp)
@@ -190,28 +215,53 @@ class UrdfBroadcaster(Node):
             if data is not None:
                 self._tf.publish(data)
 
-    def destroy_node(self) -> None:
-        """Stop listening, and destroy the node."""
-        self._receiver.close()
-        super().destroy_node()
 
-
-def _read(path: str | Path) -> str:
+def _read(path: str | Path, arguments: Mapping[str, str]) -> DescriptionText:
     try:
-        return text_of(path)
+        return description_of(path, arguments)
     except OSError as error:
         raise BadInput(f'{path} cannot be read: {error.strerror}') from error
     except DescriptionError as error:
         raise BadInput(str(error)) from error
 
 
+def _watched(path: str, read: DescriptionText | None) -> WatchedFile:
+    watched = WatchedFile(path)
+    if read is not None:
+        watched.watch(read.files)
+    return watched
+
+
+def _split(argv: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """
+    Return a command line without the arguments of a xacro, and those.
+
+    In early ROS 2, an argument such as ``prefix:=left_`` was a remapping, and rcl still treats it
+    as one, so it must not receive it. Remappings follow ``--ros-args``.
+    """
+    words = list(argv)
+    end = words.index('--ros-args') if '--ros-args' in words else len(words)
+    ours = [word for word in words[1:end] if re.match(r'[A-Za-z]\w*:=', word)]
+    if not ours or not any(word.endswith('.xacro') for word in words[1:end]):
+        return words, {}
+    pairs = [word.partition(':=') for word in ours]
+    return ([words[0], *(word for word in words[1:end] if word not in ours), *words[end:]],
+            {name: value for name, _, value in pairs})
+
+
 def main(argv: Sequence[str] | None = None, name: str = NAME) -> int:
     """Run the executable under a name, also the node's; return its exit status."""
-    parser = Parser(name, _DESCRIPTION, describe(SETTINGS))
+    parser = Parser(name, _DESCRIPTION, epilog=describe(SETTINGS))
     parser.add_argument('--urdf', metavar='FILE',
-                        help='read the robot from a file, and notice when it is edited')
-    arguments = parser.parse_args(parser.own_arguments(argv))
-    return run(name, argv, lambda ended: spin(UrdfBroadcaster(arguments.urdf, name), ended))
+                        help='read the robot from a file, and reload it when the file is edited; '
+                        'after a file that ends in .xacro, NAME:=VALUE is its argument')
+    parser.add_argument('fallback', metavar='FILE', nargs='?', help=argparse.SUPPRESS)
+    words, xacro_arguments = _split(sys.argv if argv is None else argv)
+    arguments = parser.parse_args(parser.own_arguments(words))
+    if arguments.urdf is not None and arguments.fallback is not None:
+        parser.error(f'{arguments.fallback!r} and --urdf {arguments.urdf}: give one file')
+    return run(name, words, lambda ended: spin(
+        UrdfBroadcaster(arguments.urdf, name, xacro_arguments, arguments.fallback), ended))
 
 
 if __name__ == '__main__':

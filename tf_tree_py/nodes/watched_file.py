@@ -1,49 +1,47 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Whether somebody has edited a file; no ROS."""
+"""Detects edits of a file and of the files that it includes, without ROS."""
 
+from collections.abc import Iterable
 import os
 from pathlib import Path
+
+_State = tuple[int, int, int]
 
 
 class WatchedFile:
     """
-    Knows a file by its time, its size and its number.
+    Compares the times, sizes and inode numbers of files.
 
-    Editors write a file anew, put another in its place, or take it away for a moment: all of
-    that is seen when somebody asks, whatever the file system tells of it.
+    Editors rewrite a file, replace it with another, or remove it for a moment. All of this is
+    detected by polling, on any file system.
 
-    :ivar path: where it is.
+    :ivar path: the main file.
     """
 
     def __init__(self, path: str | Path) -> None:
-        """Remember how the file is now."""
+        """Record the current state of the file."""
         self.path = Path(path)
-        self._known = self._look()
+        self._known: dict[Path, _State | None] = {self.path: _look(self.path)}
+
+    def watch(self, files: Iterable[Path]) -> None:
+        """Watch the main file and these others; recorded states are kept."""
+        self._known = {file: self._known[file] if file in self._known else _look(file)
+                       for file in dict.fromkeys((self.path, *files))}
 
     def has_changed(self) -> bool:
-        """Return whether it is another than when this was asked last; no while it is away."""
-        now = self._look()
-        changed = now not in (None, self._known)
-        if changed:
-            self._known = now
-        return changed
+        """Return whether a file has changed since the last call; False while one is absent."""
+        now = {file: _look(file) for file in self._known}
+        changed = {file: state for file, state in now.items()
+                   if state not in (None, self._known[file])}
+        self._known.update(changed)
+        return bool(changed)
 
-    def _look(self) -> tuple[int, int, int] | None:
-        try:
-            status = os.stat(self.path)
-        except OSError:
-            return None
-        return status.st_mtime_ns, status.st_size, status.st_ino
+
+def _look(path: Path) -> _State | None:
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size, status.st_ino

@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 The transform tree on ROS 2: needs rclpy, geometry_msgs and tf2_msgs.
 
-What users need of it has its name in ``tf_tree_py``, and is loaded on first use; so
-nothing is imported here, for each name costs the time of all the messages it knows.
+The names that users need are in ``tf_tree_py``, which loads them on first use. Nothing is imported
+here, because each import costs the time of all message types it uses.
 """

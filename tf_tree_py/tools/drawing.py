@@ -1,26 +1,17 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A graph of frames as a picture: by graphviz where it is installed, else by matplotlib."""
+"""A graph of frames as a picture: by graphviz if it is installed, otherwise by matplotlib."""
 
 from collections.abc import Iterable
+from io import BytesIO
 from pathlib import Path
 import shutil
 import subprocess
 from typing import Any, NamedTuple
 
-from tf_tree_py.core.telling.drawings import (
+from tf_tree_py.command.endings import Cannot, needs
+from tf_tree_py.core.reports.drawings import (
     as_dot,
     label_of,
     label_of_root,
@@ -30,22 +21,21 @@ from tf_tree_py.core.telling.drawings import (
     style_of,
     STYLES,
 )
-from tf_tree_py.core.telling.frame_graph import FrameGraph, GraphEdge
-
-from .endings import Cannot, needs
+from tf_tree_py.core.reports.frame_graph import FrameGraph, GraphEdge
+from tf_tree_py.core.whole_files import write_whole
 
 _PATIENCE_S = 60.0
-# Inches: of a character of a name and of a remark, of a row, of a box, and between two columns.
+# Inches: a character of a name and of a remark, a row, a box, and the gap between two columns.
 _CHARACTER, _SMALL_CHARACTER, _ROW, _BOX, _GAP = 0.08, 0.064, 0.44, 0.34, 0.45
 _FONT_SIZE = 9
 _DOTS_PER_INCH = 110
-# Matplotlib draws nothing larger, in inches.
+# The largest picture of matplotlib, in inches.
 _LARGEST = 400.0
 
 
 def draw(graph: FrameGraph, path: Path) -> None:
     """
-    Write a picture of a graph; the file's suffix says of which kind.
+    Write a picture of a graph; the file's suffix determines its format.
 
     :raises Cannot: graphviz failed, or neither it nor matplotlib is installed.
     """
@@ -60,15 +50,15 @@ def _draw_with_graphviz(graph: FrameGraph, path: Path) -> None:
                           capture_output=True, timeout=_PATIENCE_S, check=False)
     if done.returncode:
         raise Cannot(f'graphviz could not draw it: {done.stderr.decode(errors="replace")[:300]}')
-    path.write_bytes(done.stdout)
+    write_whole(path, [done.stdout])
 
 
-class Box(NamedTuple):
+class DrawnBox(NamedTuple):
     """
-    Where a frame is drawn.
+    The place of a frame in the picture.
 
-    :ivar column: how far it is from its root.
-    :ivar row: 0 is on top; between two rows where its children stand around it.
+    :ivar column: its depth below its root.
+    :ivar row: 0 is on top; a parent in the middle of its children may be between two rows.
     :ivar edge: to its parent; None for a root.
     """
 
@@ -78,12 +68,12 @@ class Box(NamedTuple):
     edge: GraphEdge | None
 
 
-def places(graph: FrameGraph) -> dict[str, Box]:
-    """Return where each frame is drawn: each leaf has a row, a parent is amid its children."""
+def places(graph: FrameGraph) -> dict[str, DrawnBox]:
+    """Return the place of each frame: leaves have a row each, a parent is amid its children."""
     children: dict[str, list[GraphEdge]] = {}
     for one in graph.edges:
         children.setdefault(one.info.parent, []).append(one)
-    boxes: dict[str, Box] = {}
+    boxes: dict[str, DrawnBox] = {}
     rows = 0
     for root in graph.roots:
         for column, frame, edge in _depth_first(root, children):
@@ -91,7 +81,7 @@ def places(graph: FrameGraph) -> dict[str, Box]:
             row = (min(below) + max(below)) / 2.0 if below else float(rows)
             rows += not below
             lines = label_of_root(graph, frame) if edge is None else label_of(edge)
-            boxes[frame] = Box(column, row, lines, edge)
+            boxes[frame] = DrawnBox(column, row, lines, edge)
     return boxes
 
 
@@ -108,13 +98,13 @@ def _depth_first(root: str, children: dict[str, list[GraphEdge]]
 
 
 def _draw_with_matplotlib(graph: FrameGraph, path: Path) -> None:
-    figures = needs('matplotlib.figure', 'matplotlib', 'plot')
+    figures = needs('matplotlib.figure', 'matplotlib')
     boxes = places(graph)
     lefts, widths = _columns(boxes)
     rows = max((box.row for box in boxes.values()), default=0.0) + 1.0
     width, height = lefts[-1] + widths[-1] + _GAP, rows * _ROW + 0.3 + 0.25 * len(graph.remarks)
     if max(width, height) > _LARGEST:
-        raise Cannot(f'{len(boxes)} frames are too many for a picture; .dot and .json hold them')
+        raise Cannot(f'a picture of {len(boxes)} frames would be too large; use .dot or .json')
     figure = figures.Figure(figsize=(width, height), dpi=_DOTS_PER_INCH)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, width), ylim=(height, 0.0))
@@ -130,11 +120,13 @@ def _draw_with_matplotlib(graph: FrameGraph, path: Path) -> None:
     for number, remark in enumerate(reversed(graph.remarks)):
         axes.text(_GAP / 2.0, height - 0.15 - 0.25 * number, remark[:200], fontsize=_FONT_SIZE,
                   color=REFUSED, parse_math=False)
-    figure.savefig(path)
+    drawn_bytes = BytesIO()
+    figure.savefig(drawn_bytes, format=path.suffix[1:])
+    write_whole(path, [drawn_bytes.getvalue()])
 
 
-def _columns(boxes: dict[str, Box]) -> tuple[list[float], list[float]]:
-    """Return where each column begins, and how wide its boxes are."""
+def _columns(boxes: dict[str, DrawnBox]) -> tuple[list[float], list[float]]:
+    """Return the left side of each column, and the width of its boxes."""
     widths: list[float] = []
     for box in sorted(boxes.values(), key=lambda box: box.column):
         name, *remarks = box.lines
@@ -155,9 +147,9 @@ class _Paper:
     def __init__(self, axes: Any, lefts: list[float], widths: list[float]) -> None:
         self._axes = axes
         self._lefts, self._widths = lefts, widths
-        self._patches = needs('matplotlib.patches', 'matplotlib', 'plot')
+        self._patches = needs('matplotlib.patches', 'matplotlib')
 
-    def box(self, box: Box, roots: int) -> None:
+    def box(self, box: DrawnBox, roots: int) -> None:
         """Draw a frame."""
         fill, line = (ROOT if roots <= 1 else ROOT_ALONE, '#222222') if box.edge is None else (
             STYLES[style_of(box.edge)])
@@ -172,7 +164,7 @@ class _Paper:
             self._axes.text(left + 0.08, top + _BOX / 2.0 + 0.08, text, fontsize=_FONT_SIZE - 2,
                             va='center', color=line, parse_math=False)
 
-    def edge(self, parent: Box, child: Box) -> None:
+    def edge(self, parent: DrawnBox, child: DrawnBox) -> None:
         """Draw a line from a parent's right to a child's left."""
         assert child.edge is not None
         begin = self._lefts[parent.column] + self._widths[parent.column]
@@ -183,7 +175,7 @@ class _Paper:
             color=STYLES[style_of(child.edge)].line,
             linestyle='--' if child.edge.info.static else '-')
 
-    def refused(self, parent: Box, child: Box) -> None:
+    def refused(self, parent: DrawnBox, child: DrawnBox) -> None:
         """Draw an edge that would have closed a loop."""
         begin = self._lefts[parent.column], self._middle(parent)
         end = self._lefts[child.column] + self._widths[child.column], self._middle(child)
@@ -191,5 +183,5 @@ class _Paper:
             'arrowstyle': '->', 'color': REFUSED, 'linewidth': 1.8,
             'connectionstyle': 'arc3,rad=0.25'})
 
-    def _middle(self, box: Box) -> float:
+    def _middle(self, box: DrawnBox) -> float:
         return 0.15 + (box.row + 0.5) * _ROW

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Who tells a recorder to write: Enter, a signal, and, where there is ROS, a service."""
+"""Requests to a recorder to write: Enter, a signal, and, if there is ROS, a service."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,23 +13,24 @@ from typing import Any
 
 class DumpRequests:
     """
-    What asked for a recording since the last look; from any thread.
+    The requests for a recording since the last call of ``take``; from any thread.
 
-    :ivar SIGNAL: which a process sends to ask.
+    :ivar SIGNAL: the signal that requests one.
     """
 
     SIGNAL = signal.SIGUSR1
 
     def __init__(self) -> None:
-        """Hear Enter and the signal from now on; in the main thread."""
+        """Listen for Enter and the signal from now on; in the main thread."""
         self._who: list[str] = []
         signal.signal(self.SIGNAL, lambda *_: self._who.append('SIGUSR1'))
-        # In the background a terminal would stop whoever reads it; so the read fails instead.
+        # A terminal would stop a background process that reads it; with this the read fails
+        # instead.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._read, name='Enter', daemon=True).start()
 
     def take(self) -> list[str]:
-        """Return who asked since the last time."""
+        """Return the sources of the requests since the last call."""
         taken, self._who = self._who, []
         return taken
 
@@ -51,7 +41,7 @@ class DumpRequests:
 
     @contextmanager
     def served_as(self, name: str) -> Iterator[None]:
-        """Serve ``~/dump`` of a node meanwhile; rclpy is initialised."""
+        """Serve ``~/dump`` of a node in the meantime; rclpy has to be initialised."""
         from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
         from rclpy.node import Node
         from std_srvs.srv import Trigger
@@ -61,7 +51,7 @@ class DumpRequests:
 
         def dump(_: Any, response: Any) -> Any:
             self._who.append('~/dump')
-            response.success, response.message = True, 'it is written soon'
+            response.success, response.message = True, 'the bag will be written shortly'
             return response
 
         def spin() -> None:

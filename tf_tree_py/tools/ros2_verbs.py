@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 The tools as verbs of the ros2 command: ``ros2 tf echo``, ``ros2 tf doctor``, and so on.
 
-ros2cli finds them by entry points, as it finds those of ros2topic. Only it imports this.
+ros2cli finds them by entry points, like those of ros2topic. Only ros2cli imports this.
 """
 
 from argparse import ArgumentParser, Namespace, REMAINDER
@@ -30,7 +19,7 @@ VERBS = 'tf_tree_py.verb'
 
 
 class TfCommand(CommandExtension):  # type: ignore[misc]
-    """Look at the transform tree."""
+    """Inspect the transform tree."""
 
     def add_arguments(self, parser: ArgumentParser, cli_name: str) -> None:
         """Add a parser for each verb."""
@@ -38,7 +27,7 @@ class TfCommand(CommandExtension):  # type: ignore[misc]
         add_subparsers_on_demand(parser, cli_name, '_verb', VERBS, required=False)
 
     def main(self, *, parser: ArgumentParser, args: Namespace) -> int:
-        """Run the verb that was typed; without one, tell which there are."""
+        """Run the given verb; without one, print the help."""
         verb: Any = getattr(args, '_verb', None)
         if verb is None:
             self._parser.print_help()
@@ -61,7 +50,7 @@ class VerbExtension:
         satisfies_version(PLUGIN_SYSTEM_VERSION, '^0.1')
 
     def add_arguments(self, parser: ArgumentParser, _: str) -> None:
-        """Leave the arguments to the tool, --help too: it reads them as when it runs alone."""
+        """Leave all arguments to the tool, also --help: it reads them as when it runs alone."""
         parser.prefix_chars = '\0'
         parser.add_argument('arguments', nargs=REMAINDER)
 
@@ -77,19 +66,23 @@ class ArchiveVerb(VerbExtension):
 
 
 class AuditVerb(VerbExtension):
-    """Run a program, and tell which of its lines looked up which time."""
+    """Run a program, and report which of its lines looked up which time."""
+
+
+class CalibrateVerb(VerbExtension):
+    """Judge whether a mounting or the stamps are wrong, and estimate the right values."""
 
 
 class DoctorVerb(VerbExtension):
-    """Tell what is wrong with the tree, the worst first."""
+    """Report what is wrong with the tree, the worst first."""
 
 
 class EchoVerb(VerbExtension):
-    """Print where one frame is in another, and why."""
+    """Print the pose of one frame in another, and the path between them."""
 
 
 class ExportVerb(VerbExtension):
-    """Write where one frame was in another, out of a recording."""
+    """Write the poses of one frame in another, from a recording."""
 
 
 class FramesVerb(VerbExtension):
@@ -97,8 +90,8 @@ class FramesVerb(VerbExtension):
 
 
 class MonitorVerb(VerbExtension):
-    """Show every edge in a live table, trouble first."""
+    """Show every edge in a live table, those with trouble first."""
 
 
 class RecordVerb(VerbExtension):
-    """Keep the last seconds, and write them as a bag when it matters."""
+    """Keep the last seconds, and write them as a bag when something happens."""

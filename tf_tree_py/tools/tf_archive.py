@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The command ``tf_archive``: the doctor's report about thousands of bags, or an export."""
 
@@ -23,6 +12,11 @@ import sys
 from typing import Any
 
 from tf_tree_py.bag.progress import progress_bar
+from tf_tree_py.command import signals
+from tf_tree_py.command.arguments import Parser, positive_integer
+from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
+from tf_tree_py.command.output import console, print_json, styled, table
+from tf_tree_py.core.whole_files import write_whole
 
 from .archive.bags import BagPath, bags_in
 from .archive.cluster import client_of
@@ -31,40 +25,37 @@ from .archive.ledger import Ledger
 from .archive.page import index_page
 from .archive.running import results
 from .archive.table import as_csv, as_data, as_json, by_trouble, columns_of, summary
-from .arguments import Parser, positive_integer
 from .doctor_report import add_limits, limits_of
-from .endings import Cannot, entry_point, FINE, FOUND, needs
 from .export.formats import FORMATS
 from .export.plan import add_frames, add_plan, planned
-from .output import console, print_json, styled, table, write_file
 
 NAME = 'tf_archive'
 
 _DESCRIPTION = """\
-Reads many bags at once, in processes of its own or on a dask cluster. `report` asks the
-doctor about each, `export` writes a trajectory out of each; `tf_archive report --help`
-tells more. One bag is one task: a broken one costs its row only. What is finished is on
-disk at once, and the same command again goes on where it was stopped.
+Reads many bags in parallel, in local processes or on a dask cluster. `report` runs the
+doctor on each bag, and `export` writes a trajectory from each. `tf_archive report --help`
+lists the options. Each bag is one task, so a broken bag affects only its own row. Each
+result is written to disk immediately. To resume an interrupted run, repeat the command.
 
 The exit status is 0 if all is well, 1 if a bag is broken or has an error, 2 if nothing
 could be done."""
 
 _EXAMPLES = (
     ("tf_archive report 'runs/**/*.mcap' -o report", 'then open report/index.html'),
-    ("tf_archive export map camera 'runs/*' --at /camera/image_raw", 'a trajectory of each'),
+    ("tf_archive export map camera 'runs/*' --at /camera/image_raw", 'a trajectory from each'),
     ("tf_archive report 's3://runs/*' --scheduler tcp://host:8786", 'on a cluster'),
 )
 
 
 def _report_parser() -> Parser:
-    parser = Parser(f'{NAME} report', 'Asks the doctor about many bags.', _EXAMPLES[::2])
+    parser = Parser(f'{NAME} report', 'Runs the doctor on many bags.', _EXAMPLES[::2])
     _add_common(parser, 'archive_report')
     add_limits(parser)
     return parser
 
 
 def _export_parser() -> Parser:
-    parser = Parser(f'{NAME} export', 'Writes a trajectory out of each of many bags.',
+    parser = Parser(f'{NAME} export', 'Writes a trajectory from each of many bags.',
                     _EXAMPLES[1:2])
     add_frames(parser)
     _add_common(parser, 'archive_export')
@@ -75,16 +66,16 @@ def _export_parser() -> Parser:
 
 def _add_common(parser: Parser, folder: str) -> None:
     parser.add_argument('bags', metavar='GLOB', nargs='+', help='bags: files and folders, '
-                        'patterns in quotes, and whatever fsspec opens')
+                        'quoted patterns, and any URL that fsspec opens')
     parser.add_argument('-o', '--output', metavar='FOLDER', type=Path, default=Path(folder),
-                        help=f'for all that is found out ({folder} unless given)')
+                        help=f'the folder for the results (default {folder})')
     parser.add_argument('--again', action='store_true',
-                        help='read again what was read before')
+                        help='read bags again that were read before')
     parser.add_argument('--workers', metavar='N', type=positive_integer,
                         default=os.cpu_count() or 1, help='processes on this machine '
-                        '(one for each processor unless given)')
+                        '(default: one for each processor)')
     parser.add_argument('--scheduler', metavar='ADDRESS',
-                        help='of a dask cluster that does the work, such as tcp://host:8786')
+                        help='the dask cluster to run on, such as tcp://host:8786')
     parser.add_json()
 
 
@@ -110,6 +101,7 @@ def _job(arguments: Namespace) -> Job:
 def _work(argv: Sequence[str]) -> int:
     arguments = _parsed(argv)
     job = _job(arguments)
+    signals.raise_interrupts()
     bags = bags_in(arguments.bags)
     ledger = Ledger(arguments.output, job)
     known = {} if arguments.again else {
@@ -135,16 +127,16 @@ def _read(arguments: Namespace, job: Job, ledger: Ledger, bags: Sequence[BagPath
                 rows.append(ledger.keep(bag, result))
                 tell(1)
     except KeyboardInterrupt:
-        print(f'{NAME}: {len(rows)} of {len(bags)} bags are done; the same command goes on with '
+        print(f'{NAME}: {len(rows)} of {len(bags)} bags are done; repeat the command to read '
               'the others', file=sys.stderr)
         raise
     return rows
 
 
 def _tell_of(client: Any) -> None:
-    """Say on standard error what there is to know while the bags are read."""
+    """Print the address of the dashboard, and whether workers are missing, on standard error."""
     if sys.stderr.isatty() and find_spec('bokeh'):
-        print(f'{NAME}: dask shows what it does at {client.dashboard_link}', file=sys.stderr)
+        print(f'{NAME}: the dask dashboard is at {client.dashboard_link}', file=sys.stderr)
     if not client.nthreads():
         print(f'{NAME}: {client.scheduler.address} has no workers yet; waiting for one',
               file=sys.stderr)
@@ -157,7 +149,7 @@ def _write(arguments: Namespace, rows: Sequence[Row]) -> None:
     try:
         for name, data in (('table.csv', as_csv(rows)), ('table.json', as_json(rows)),
                            ('index.html', page)):
-            write_file(arguments.output / name, data)
+            write_whole(arguments.output / name, [data])
     except OSError as error:
         raise Cannot(f'{arguments.output} cannot be written: {error.strerror}') from error
 
@@ -172,11 +164,11 @@ def _tell(arguments: Namespace, rows: Sequence[Row], known: int) -> None:
         out.print(table(('bag', 'outcome', 'why'), [
             (row['bag'], row['outcome'], row['reason'] or row.get('codes', ''))
             for row in worst]))
-    text = needs('rich.text', 'rich', 'tools')
+    text = needs('rich.text', 'rich')
     counts: dict[str, Any] = summary(rows)
     out.print(text.Text(f'{len(rows)} bag{"s" * (len(rows) != 1)}: '
                         + ', '.join(f'{count} {name}' for name, count in counts.items())
-                        + (f'; {known} were read before' if known else '')))
+                        + (f'; {known} had been read before' if known else '')))
     out.print(styled(str(arguments.output / 'index.html'), 'fine'))
 
 

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command ``tf_audit``: runs a program, and tells which of its lines looked up which time."""
+"""The command ``tf_audit``: runs a program, and reports the lookups of each of its lines."""
 
 from collections.abc import Sequence
 import json
@@ -24,34 +13,34 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 
-from tf_tree_py.core.arrivals.observers import AUDIT_FOLDER
+from tf_tree_py.command import signals
+from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
+from tf_tree_py.command.output import console, fields, print_json, styled
+from tf_tree_py.core.ingest.observers import AUDIT_FOLDER
+from tf_tree_py.core.reports.audit import Line
+from tf_tree_py.core.reports.audit_file import read
 from tf_tree_py.core.stamp import format_span
-from tf_tree_py.core.telling.audit import Line
-from tf_tree_py.core.telling.audit_file import read
 from tf_tree_py.core.text import times
-
-from .arguments import Parser
-from .endings import Cannot, entry_point, FINE, FOUND
-from .output import console, fields, print_json, styled
 
 NAME = 'tf_audit'
 VERSION = 1
-"""Of the shape of --json; it changes only if a key goes or gets another meaning."""
+"""The version of --json; it changes only if a key is removed or gets another meaning."""
 
 _DESCRIPTION = """\
-Runs a program that uses this package, or tf2's names through its drop-in, with the lookup
-audit switched on, and tells at its end of each line of code that looked up a transform:
-which time it asked for, how old that was, and how far the frame had moved by then.
+Runs a program that uses this package, directly or through its drop-in for tf2, with the
+lookup audit enabled. When the program ends, it reports each line of code that looked up a
+transform: the time requested, its age, and how far the frame had moved since.
 
-The exit status is 0 if all is well, 1 if a lookup failed, or asked for another time than
-that of its data and was off by it, 2 if the program could not run, failed, or asked for
-nothing. The program's output is left alone; with --json the audit is printed behind it."""
+The exit status is 0 if all is well; 1 if a lookup failed, or used another time than that
+of its data and was wrong because of it; 2 if the program could not run, failed, or looked
+up nothing. The program's own output is unchanged; with --json the audit follows it."""
 
 _EXAMPLES = (
     (f'{NAME} -- ros2 run my_robot detector', 'a node, until Ctrl-C'),
-    (f'{NAME} -- python -m tf_tree_py.dropin detector.py', 'one that imports tf2_ros'),
+    (f'{NAME} -- python -m tf_tree_py.dropin detector.py', 'a program that imports tf2_ros'),
 )
-# What a lookup of another time may cost and still be fine: metres, radians.
+# The error that a lookup of another time may cause without a warning: metres, radians.
 _LITTLE_M, _LITTLE_RAD = 0.01, math.radians(1.0)
 
 
@@ -62,10 +51,11 @@ def _work(argv: Sequence[str]) -> int:
     parser.add_json()
     arguments = parser.parse_args(own)
     if not dashes or not command:
-        parser.error('there is no command to run: behind two dashes, as in '
+        parser.error('no command to run: give it after two dashes, as in '
                      f'{NAME} -- ros2 run my_robot detector')
     if not arguments.json:
-        console()  # should be missed before the program runs
+        console()  # a missing package has to be reported before the program runs
+    signals.raise_interrupts()
     with TemporaryDirectory(prefix='tf_audit.') as folder:
         status = _run(command, Path(folder))
         lines = read(Path(folder))
@@ -73,13 +63,13 @@ def _work(argv: Sequence[str]) -> int:
     if status not in (0, -signal.SIGINT, 128 + signal.SIGINT):
         raise Cannot(f'the program ended with status {status}')
     if not lines:
-        raise Cannot('the program made no buffer of tf_tree_py' if lines is None
-                     else 'the program looked nothing up')
+        raise Cannot('the program created no buffer of tf_tree_py' if lines is None
+                     else 'the program looked up nothing')
     return FOUND if any(map(is_doubtful, lines)) else FINE
 
 
 def _split(argv: Sequence[str]) -> tuple[list[str], bool, list[str]]:
-    """Return our arguments, whether two dashes follow, and what stands behind them."""
+    """Return this tool's arguments, whether two dashes follow, and the arguments behind them."""
     if '--' not in argv:
         return list(argv), False, []
     place = list(argv).index('--')
@@ -87,7 +77,7 @@ def _split(argv: Sequence[str]) -> tuple[list[str], bool, list[str]]:
 
 
 def _run(command: Sequence[str], folder: Path) -> int:
-    """Run a program to its end, and return its status; who interrupts us interrupts it."""
+    """Run a program to its end, and return its status; an interrupt is passed on to it."""
     try:
         process = subprocess.Popen(command, env={**os.environ, AUDIT_FOLDER: str(folder)},
                                    start_new_session=True)
@@ -101,9 +91,9 @@ def _run(command: Sequence[str], folder: Path) -> int:
 
 
 def is_doubtful(line: Line) -> bool:
-    """Return whether somebody should look at a line of code."""
+    """Return whether a line of code needs attention."""
     off = line.moved_m > _LITTLE_M or line.turned_rad > _LITTLE_RAD
-    return line.failed > 0 or (off and (line.latest or line.told))
+    return line.failed > 0 or (off and (line.latest or line.stamp_known))
 
 
 def _tell(lines: Sequence[Line], as_json: bool) -> None:

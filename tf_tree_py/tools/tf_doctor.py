@@ -1,46 +1,36 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command ``tf_doctor``: what is wrong with a tree, the worst first."""
+"""The command ``tf_doctor``: reports what is wrong with a tree, the worst first."""
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 import sys
 from typing import Any
 
-from tf_tree_py.core.checks.catalogue import CODES
-from tf_tree_py.core.checks.finding import Finding, Severity
-from tf_tree_py.core.doctor import Doctor
+from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.endings import entry_point, FINE, FOUND
+from tf_tree_py.command.output import console, fields, print_json, shown, styled
+from tf_tree_py.core.health.checks.catalogue import CODES
+from tf_tree_py.core.health.checks.finding import Finding, Severity
+from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.core.text import listed
 
-from .arguments import add_number, Parser
 from .doctor_report import add_limits, judged, limits_of
-from .endings import entry_point, FINE, FOUND
-from .output import console, fields, print_json, shown, styled
-from .source import open_source
+from .tree_arguments import add_source
+from .tree_source import open_source
 
 NAME = 'tf_doctor'
 _DESCRIPTION = """\
-Watches a tree, live or recorded, and says what is wrong with it: the worst first,
+Watches a tree, live or recorded, and reports what is wrong with it, the worst first,
 each with its evidence, the likely cause and what to do.
 
 The exit status is 0 if all is well, 1 with an error (with --strict: or a warning),
-2 if nothing could be watched. Ctrl-C ends the watch, and what was found is told."""
+2 if there were no transforms to watch. Ctrl-C ends the watch and prints the findings."""
 
 _EXAMPLES = (
     ('tf_doctor', 'watch the running robot for ten seconds'),
-    ('tf_doctor --bag run.mcap --strict', 'judge a recording; 1 with a warning too'),
+    ('tf_doctor --bag run.mcap --strict', 'check a recording; exit status 1 also with a warning'),
     ('tf_doctor --seconds 60 --json', 'for a nightly job'),
     ('tf_doctor --list', 'explain every code'),
 )
@@ -52,12 +42,12 @@ def _parser() -> Parser:
     add_number(parser, '--seconds', None, f'how long to watch; {_LIVE_S:g} live, and all of a '
                'recording, unless given')
     parser.add_argument('--strict', action='store_true',
-                        help='exit with 1 for a warning too, and for a damaged bag')
+                        help='exit with 1 also for a warning or a damaged bag')
     parser.add_argument('--notes', action='store_true',
-                        help='tell notes too: worth knowing, and nothing to do')
-    parser.add_argument('--list', action='store_true', help='explain every code, and end')
+                        help='also print notes, which need no action')
+    parser.add_argument('--list', action='store_true', help='explain every code, and exit')
     parser.add_json()
-    parser.add_source()
+    add_source(parser)
     add_limits(parser)
     return parser
 
@@ -69,9 +59,11 @@ def _work(argv: Sequence[str]) -> int:
         return FINE
     doctor = Doctor(limits_of(arguments))
     with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
+        interrupted = True
         with suppress(KeyboardInterrupt):
             source.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
-        report, findings = judged(source, doctor)
+            interrupted = False
+        report, findings = judged(source, doctor, interrupted)
     if arguments.json:
         print_json(report)
     else:
@@ -99,11 +91,13 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
         out.print()
     out.print(f'{shown(report["source"])}: {report["transforms"]} transforms of '
               f'{report["frames"]} frames in {report["watched_s"]:.1f} s', markup=False)
+    if report['interrupted']:
+        out.print(styled('interrupted: the report is incomplete', 'warning'))
     out.print(_verdict(report, with_notes))
 
 
 def _first_of_each(findings: Sequence[Finding]) -> Iterable[Finding]:
-    """Return the first finding of each code: the others are told beside it."""
+    """Return the first finding of each code; the others are listed with it."""
     first: dict[str, Finding] = {}
     for finding in findings:
         first.setdefault(finding.code, finding)
@@ -121,8 +115,8 @@ def _verdict(report: dict[str, Any], with_notes: bool) -> Any:
                      if count)
     worst = 'error' if counts['error'] else (
         'warning' if counts['warning'] or report['damage'] else 'fine')
-    hint = ' (--notes tells them)' if counts['note'] and not with_notes else ''
-    return styled(f'{told or "nothing to complain of"}{hint}', worst)
+    hint = ' (--notes prints them)' if counts['note'] and not with_notes else ''
+    return styled(f'{told or "no findings"}{hint}', worst)
 
 
 def _list(as_json: bool) -> None:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command ``tf_echo``: what a lookup answers, again and again, and why."""
+"""The command ``tf_echo``: the result of a lookup, repeatedly, and the reasons for it."""
 
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
@@ -21,36 +10,37 @@ import sys
 import time
 from typing import Any
 
+from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.endings import entry_point, FINE, FOUND
+from tf_tree_py.command.output import console, fits, print_json_line, shown, table
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_CACHE_TIME
 from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.reports import explanation_text
+from tf_tree_py.core.reports.certainty import Certainty
+from tf_tree_py.core.reports.explanation import explain, ExplainedEdge, Explanation
+from tf_tree_py.core.reports.pose_text import FORMS
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
-from tf_tree_py.core.telling import words
-from tf_tree_py.core.telling.certainty import Certainty
-from tf_tree_py.core.telling.explanation import explain, ExplainedEdge, Explanation
-from tf_tree_py.core.telling.poses import FORMS
 from tf_tree_py.core.text import listed
 
-from .arguments import add_number, frame, Parser, stamp
-from .endings import entry_point, FINE, FOUND
-from .output import console, fits, print_json_line, shown, table
-from .source import nothing_arrived, open_source, TreeSource
+from .tree_arguments import add_source, frame, stamp
+from .tree_source import nothing_arrived, open_source, TreeSource
 
 NAME = 'tf_echo'
 VERSION = 1
-"""Of the shape of --json; it changes only if a key goes or gets another meaning."""
+"""The version of --json; it changes only if a key is removed or gets another meaning."""
 
 _DESCRIPTION = """\
-Prints what lookup_transform(TARGET, SOURCE) answers: where SOURCE is in TARGET, with
-the stamp of the answer and its age. Before there is an answer it says what is missing.
+Prints the result of lookup_transform(TARGET, SOURCE): the pose of SOURCE in TARGET, with
+its stamp and age. Until a lookup succeeds, it reports what is missing.
 
-The exit status is 0 if there was an answer, 1 if there was none, 2 if nothing could be
-heard. Ctrl-C ends."""
+The exit status is 0 if a lookup succeeded, 1 if none did, 2 if no transforms could be
+received. Press Ctrl-C to stop."""
 
 _EXAMPLES = (
     ('tf_echo map base_link', 'once a second, until Ctrl-C'),
-    ('tf_echo map base_link --once --explain', 'the path, and how old each edge is'),
-    ('tf_echo map base_link --bag run.mcap', 'each second of a recording'),
+    ('tf_echo map base_link --once --explain', 'the path, and the age of each edge'),
+    ('tf_echo map base_link --bag run.mcap', 'every second of a recording'),
     ('tf_echo map camera --bag run.mcap --at 1700000000.25 --as all', 'at a stamp'),
 )
 _PATIENCE_S = 10.0
@@ -58,41 +48,43 @@ _PATIENCE_S = 10.0
 
 def _parser() -> Parser:
     parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
-    parser.add_argument('target', metavar='TARGET', type=frame, help='in whose coordinates')
-    parser.add_argument('source', metavar='SOURCE', type=frame, help='whose place is asked for')
-    add_number(parser, '--rate', 1.0, 'how often to ask, Hz; of a recording, by its own time')
+    parser.add_argument('target', metavar='TARGET', type=frame,
+                        help='the frame to express the pose in')
+    parser.add_argument('source', metavar='SOURCE', type=frame,
+                        help='the frame whose pose is printed')
+    add_number(parser, '--rate', 1.0, 'lookups per second, in a recording of its own time')
     parser.add_argument('--once', action='store_true',
-                        help='end with the first answer; of a recording, the last')
+                        help='stop after the first answer; in a recording, print only the last')
     parser.add_argument('--at', metavar='STAMP', type=stamp, default=LATEST,
-                        help='ask once, for this stamp, seconds; else for the latest')
+                        help='look up once, at this stamp in seconds (default: the latest)')
     parser.add_argument('--as', dest='form', choices=FORMS, default='rpy',
-                        help='how to write the pose (rpy unless given)')
+                        help='how to write the pose (default rpy)')
     parser.add_argument('--explain', action='store_true',
-                        help='tell the path and each edge of it, too')
-    add_number(parser, '--seconds', None, 'when to give up and end; '
-               f'{_PATIENCE_S:g} with --once or --at, and never without, unless given')
+                        help='also print the path and each of its edges')
+    add_number(parser, '--seconds', None, 'when to give up, in seconds '
+               f'(default: {_PATIENCE_S:g} with --once or --at, otherwise never)')
     parser.add_json()
-    parser.add_source()
+    add_source(parser)
     return parser
 
 
 def _work(argv: Sequence[str]) -> int:
     arguments = _parser().parse(argv)
     if arguments.explain and not arguments.json:
-        console()  # what it needs should be missed before, and not in the middle
+        console()  # a missing package has to be reported first, and not in the middle
     window = UNLIMITED if arguments.at != LATEST else DEFAULT_CACHE_TIME
-    teller = _Teller(arguments)
+    printer = _Printer(arguments)
     with open_source(arguments, NAME, cache_time=window) as source:
         with suppress(KeyboardInterrupt):
             for explanation in _asked(source, arguments):
-                teller.tell(explanation)
-        if not teller.answered and not source.buffer.frames():
+                printer.show(explanation)
+        if not printer.answered and not source.buffer.frames():
             raise nothing_arrived(source)
-    return FINE if teller.answered else FOUND
+    return FINE if printer.answered else FOUND
 
 
 def _asked(source: TreeSource, arguments: Namespace) -> Iterator[Explanation]:
-    """Yield what each lookup answers."""
+    """Yield the result of each lookup."""
     def ask() -> Explanation:
         return explain(source.buffer, arguments.target, arguments.source, arguments.at,
                        source.now())
@@ -110,13 +102,13 @@ def _asked(source: TreeSource, arguments: Namespace) -> Iterator[Explanation]:
 
 
 def _one(source: TreeSource, arguments: Namespace, ask: Any) -> Iterator[Explanation]:
-    """Yield one answer, after what is missing as long as there is none."""
+    """Yield one result; before it, the missing data as long as there is none."""
     if arguments.bag:
         source.watch(arguments.seconds)
         yield ask()
         return
     patience = arguments.seconds or _PATIENCE_S
-    # Nodes need a moment to find each other: what is missing until then is no news.
+    # Nodes need a moment to discover each other: data that is missing until then is not reported.
     for seconds in (min(1.0, patience), max(0.0, patience - 1.0)):
         with suppress(TransformException):
             source.buffer.wait_for(
@@ -130,11 +122,11 @@ def _one(source: TreeSource, arguments: Namespace, ask: Any) -> Iterator[Explana
             return
 
 
-class _Teller:
+class _Printer:
     """
-    Prints answers, and what is missing when that changes.
+    A printer of results, and of the missing data when that changes.
 
-    :ivar answered: whether there was an answer.
+    :ivar answered: whether a lookup succeeded.
     """
 
     def __init__(self, arguments: Namespace) -> None:
@@ -143,26 +135,26 @@ class _Teller:
         self._missing = ''
         self._last = LATEST
 
-    def tell(self, explanation: Explanation) -> None:
-        """Print one."""
+    def show(self, explanation: Explanation) -> None:
+        """Print one result."""
         self.answered = self.answered or explanation.pose is not None
         if self._arguments.json:
             print_json_line({'version': VERSION, **explanation.as_dict()})
         elif explanation.pose is None:
-            self._tell_missing(explanation)
+            self._print_missing(explanation)
         else:
             self._missing = ''
-            self._tell_answer(explanation)
+            self._print_answer(explanation)
             self._last = explanation.stamp
 
-    def _tell_missing(self, explanation: Explanation) -> None:
+    def _print_missing(self, explanation: Explanation) -> None:
         text = '\n'.join(_missing(explanation))
         if text != self._missing:
             self._missing = text
             print(text, flush=True)
-            self._tell_edges(explanation)
+            self._print_edges(explanation)
 
-    def _tell_answer(self, explanation: Explanation) -> None:
+    def _print_answer(self, explanation: Explanation) -> None:
         assert explanation.pose is not None
         pose = FORMS[self._arguments.form](explanation.pose)
         stamped, remark = _stamp_and_age(explanation), self._remark(explanation)
@@ -171,7 +163,7 @@ class _Teller:
             print(f'{line}{remark}', flush=True)
         else:
             print(f'{stamped}{remark}\n{pose}\n', flush=True)
-        self._tell_edges(explanation)
+        self._print_edges(explanation)
 
     def _remark(self, explanation: Explanation) -> str:
         slowest = explanation.slowest
@@ -179,7 +171,7 @@ class _Teller:
             return ''
         return f'  no new data of {_edge(slowest)}'
 
-    def _tell_edges(self, explanation: Explanation) -> None:
+    def _print_edges(self, explanation: Explanation) -> None:
         if not self._arguments.explain or not explanation.edges:
             return
         out = console()
@@ -191,15 +183,15 @@ class _Teller:
 
 
 def _missing(explanation: Explanation) -> Iterator[str]:
-    """Yield lines: what is missing, which frames there are, and which may be meant."""
+    """Yield lines with the missing data, the known frames, and similar names."""
     what = f'{explanation.target} <- {explanation.source}'
     if not explanation.unknown:
         yield shown(f'no answer for {what}: {explanation.problem}', 1000)
         return
     for name, meant in explanation.unknown:
         hint = f': did you mean {meant!r}?' if meant else ''
-        yield shown(f'no answer for {what}: nobody has published {name!r}{hint}', 1000)
-    yield f'  there is: {shown(listed(explanation.known, 40), 2000) or "no frame yet"}'
+        yield shown(f'no answer for {what}: unknown frame {name!r}{hint}', 1000)
+    yield f'  known frames: {shown(listed(explanation.known, 40), 2000) or "none yet"}'
 
 
 def _stamp_and_age(explanation: Explanation) -> str:
@@ -214,8 +206,8 @@ def _edge(edge: ExplainedEdge) -> str:
 
 
 def _sigma(certainty: Certainty) -> str:
-    parts = '; '.join(f'{edge} {part}' for edge, part in words.shares(certainty))
-    return f'sigma {words.sigma(certainty)}: {parts}'
+    parts = '; '.join(f'{edge} {part}' for edge, part in explanation_text.shares(certainty))
+    return f'sigma {explanation_text.sigma(certainty)}: {parts}'
 
 
 _HEADINGS = ('parent -> child', 'kind', 'age', 'around', 'apart', 'from')
@@ -226,8 +218,8 @@ def _cells(edge: ExplainedEdge, stamp: int) -> tuple[str, ...]:
     sender = edge.info.authority or '-'
     if edge.info.static:
         return (_edge(edge), 'static', '', '', '', sender)
-    return (_edge(edge), words.kind_of(edge), _age(edge), words.around(edge, stamp),
-            words.apart(edge), sender)
+    return (_edge(edge), explanation_text.kind_of(edge), _age(edge),
+            explanation_text.around(edge, stamp), explanation_text.apart(edge), sender)
 
 
 def _age(edge: ExplainedEdge) -> str:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command ``tf_export``: where a frame was, out of a bag into a file."""
+"""The command ``tf_export``: the poses of a frame, from a bag into a file."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -20,43 +9,45 @@ from pathlib import Path
 import sys
 
 from tf_tree_py.bag import BagError, Recording
-from tf_tree_py.bag.assembling.oddities import as_text
+from tf_tree_py.bag.assembly.anomalies import as_text
+from tf_tree_py.command import signals
+from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
+from tf_tree_py.command.output import print_json, shown
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.trajectory import Trajectory
+from tf_tree_py.core.whole_files import write_whole
 
-from .arguments import Parser
-from .endings import Cannot, entry_point, FINE, FOUND
 from .export.formats import BINARY, format_of, FORMATS
 from .export.plan import add_frames, add_plan, planned
-from .output import print_json, shown, write_file
 
 NAME = 'tf_export'
 VERSION = 1
-"""Of the shape of --json; it changes only if a key goes or gets another meaning."""
+"""The version of --json; it changes only if a key is removed or gets another meaning."""
 
 _DESCRIPTION = """\
-Writes where the frame SOURCE was in the frame TARGET, out of a bag of ROS 2 or ROS 1,
-without ROS: a line for each stamp, with position and quaternion (TARGET_T_SOURCE).
+Writes the poses of the frame SOURCE in the frame TARGET from a bag of ROS 2 or ROS 1,
+without ROS: one line per stamp, with position and quaternion (TARGET_T_SOURCE).
 
-The exit status is 0 if all went well, 1 if something is odd in the bag (standard error
-tells what), 2 if there is nothing to write."""
+The exit status is 0 if all went well, 1 if something in the bag is odd (reported on
+standard error), 2 if there is nothing to write."""
 
 _EXAMPLES = (
     ('tf_export run.mcap map camera -o camera.tum', 'a trajectory for evo'),
     ('tf_export run.mcap map camera --at /camera/image_raw --format csv', 'a line per image'),
-    ('tf_export run.mcap odom base --rate 50 --twist -o base.npz', 'velocities, too'),
+    ('tf_export run.mcap odom base --rate 50 --twist -o base.npz', 'with velocities'),
 )
 
 
 def _parser() -> Parser:
     parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
-    parser.add_argument('bag', metavar='BAG', type=Path, help='a file, or a folder, with a bag')
+    parser.add_argument('bag', metavar='BAG', type=Path, help='a bag: a file or a folder')
     add_frames(parser)
     add_plan(parser)
-    parser.add_argument('--format', choices=[*FORMATS], help='that of the suffix of FILE, and '
-                        'tum for others, unless given')
+    parser.add_argument('--format', choices=[*FORMATS], help='the file format (default: by '
+                        'the suffix of FILE, otherwise tum)')
     parser.add_argument('-o', '--output', metavar='FILE', type=Path,
-                        help='standard output unless given')
+                        help='the file to write (default: standard output)')
     parser.add_json()
     return parser
 
@@ -66,10 +57,12 @@ def _work(argv: Sequence[str]) -> int:
     arguments = parser.parse(argv)
     form = arguments.format or format_of(arguments.output.suffix if arguments.output else '')
     if arguments.output is None and (form in BINARY or arguments.json):
-        parser.error(f'-o FILE is missing: {"--json" if arguments.json else form} '
-                     'does not go together with the poses on standard output')
+        parser.error(f'-o FILE is missing: with {"--json" if arguments.json else form}, '
+                     'the poses cannot go to standard output')
     try:
-        taken, recording = planned(arguments).of(arguments.bag)
+        plan = planned(arguments)
+        signals.raise_interrupts()
+        taken, recording = plan.of(arguments.bag)
     except (BagError, TransformException) as error:
         raise Cannot(str(error)) from error
     _write(FORMATS[form](taken), arguments.output)
@@ -84,13 +77,13 @@ def _write(data: bytes, path: Path | None) -> None:
         sys.stdout.buffer.write(data)
         return
     try:
-        write_file(path, data)
+        write_whole(path, [data])
     except OSError as error:
         raise Cannot(f'{path} cannot be written: {error.strerror}') from error
 
 
 def _remark(taken: Trajectory, recording: Recording, arguments: Namespace) -> None:
-    """Tell on standard error what is not as one may think."""
+    """Report the oddities, and stamps without a transform, on standard error."""
     lines = (as_text(recording.path, recording.oddities).splitlines()
              if recording.oddities else [])
     if taken.outside:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The command ``tf_monitor``: a live table of every edge, trouble first."""
+"""The command ``tf_monitor``: a live table of every edge, those with trouble first."""
 
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
@@ -22,33 +11,34 @@ import sys
 import time
 from typing import Any, NamedTuple
 
-from tf_tree_py.core.checks.finding import Finding, Severity
-from tf_tree_py.core.doctor import Doctor
-from tf_tree_py.core.monitor import Monitor, Watched
-from tf_tree_py.core.telling.explanation import explain, Explanation
+from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
+from tf_tree_py.command.output import console, print_json_line, shown, styled, table
+from tf_tree_py.core.health.checks.finding import Finding, Severity
+from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.core.health.monitor import Monitor, Watched
+from tf_tree_py.core.reports.explanation import explain, Explanation
 from tf_tree_py.core.text import listed
 
-from .arguments import add_number, frame, Parser
-from .endings import Cannot, entry_point, FINE, FOUND, needs
-from .output import console, print_json_line, shown, styled, table
-from .source import nothing_arrived, open_source, TreeSource
+from .tree_arguments import add_source, frame
+from .tree_source import nothing_arrived, open_source, TreeSource
 
 NAME = 'tf_monitor'
 VERSION = 1
-"""Of the shape of --json; it changes only if a key goes or gets another meaning."""
+"""The version of --json; it changes only if a key is removed or gets another meaning."""
 
 _DESCRIPTION = """\
-Shows every edge of a tree, or those between two frames: how often it comes, how late, its
-longest gap, who sends it and what was refused; those with trouble first. On a terminal the
-table refreshes in place; in a pipe it is printed once in each period.
+Shows every edge of a tree, or those between two frames: its rate, delay, longest gap,
+refused transforms and publisher; those with trouble first. On a terminal the table refreshes
+in place; in a pipe it is printed once in each period.
 
-Delays and gaps are those since it began to watch; rates are those of the last seconds. The
-exit status is 0 if all is well, 1 if there is an error at the end, 2 if nothing could be
-watched. Ctrl-C ends."""
+Delays and gaps are measured since the start; rates over the last seconds. The exit status is
+0 if all is well, 1 if there is an error at the end, 2 if there were no transforms to watch.
+Ctrl-C ends it."""
 
 _EXAMPLES = (
     ('tf_monitor', 'every edge of the running robot'),
-    ('tf_monitor map base_link', 'those between two frames'),
+    ('tf_monitor map base_link', 'the edges between two frames'),
     ('tf_monitor --period 10 --json >> night.jsonl', 'one line every ten seconds'),
     ('tf_monitor --bag run.mcap', 'one table of a whole recording'),
 )
@@ -56,16 +46,16 @@ _MARKS = {Severity.ERROR: '!!', Severity.WARNING: '!'}
 _REFUSED = 'refused'
 _HEADINGS = ('', 'parent -> child', 'rate', 'p50 ms', 'p95 ms', 'gap ms', _REFUSED, 'from')
 _NUMBERS = _HEADINGS[2:-1]
-# Lines of a terminal that are not rows of the table; and so many findings below it at most.
+# The lines of a terminal that are not rows, and the maximum number of findings below the table.
 _FRAME_LINES, _MOST_FINDINGS = 6, 8
 
 
-class Look(NamedTuple):
+class TableContent(NamedTuple):
     """
-    What there is to show at a moment.
+    The content of the table at a moment.
 
     :ivar findings: errors and warnings, the worst first.
-    :ivar chain: the lookup between the two frames that were asked for, if they were.
+    :ivar chain: the lookup between the two requested frames, if any.
     """
 
     source: str
@@ -81,30 +71,30 @@ def _parser() -> Parser:
     parser.add_argument('target', metavar='TARGET', type=frame, nargs='?',
                         help='show the edges from here')
     parser.add_argument('source', metavar='SOURCE', type=frame, nargs='?', help='to there')
-    add_number(parser, '--period', 1.0, 'seconds from one look to the next')
-    add_number(parser, '--seconds', None, 'end after so long')
+    add_number(parser, '--period', 1.0, 'seconds between two updates')
+    add_number(parser, '--seconds', None, 'stop after this many seconds')
     parser.add_json()
-    parser.add_source()
+    add_source(parser)
     return parser
 
 
 def _work(argv: Sequence[str]) -> int:
     arguments = _parser().parse(argv)
     if arguments.target and not arguments.source:
-        raise Cannot('a chain has two ends: TARGET and SOURCE')
+        raise Cannot('give both frames of a chain: TARGET and SOURCE')
     doctor = Doctor()
     shown_on, look = (_Pipe() if arguments.json else _Screen()), None
     with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
         with shown_on, suppress(KeyboardInterrupt):
             for look in _looks(source, doctor, arguments):
-                shown_on.tell(look)
+                shown_on.show(look)
         if look is None or not look.transforms:
             raise nothing_arrived(source)
     return FOUND if any(one.severity is Severity.ERROR for one in look.findings) else FINE
 
 
-def _looks(source: TreeSource, doctor: Doctor, arguments: Namespace) -> Iterator[Look]:
-    """Yield what there is to show, once in each period; of a recording once."""
+def _looks(source: TreeSource, doctor: Doctor, arguments: Namespace) -> Iterator[TableContent]:
+    """Yield the content, once in each period; of a recording once."""
     monitor, begin = Monitor(doctor), time.monotonic()
     live = arguments.bag is None
     while True:
@@ -117,19 +107,20 @@ def _looks(source: TreeSource, doctor: Doctor, arguments: Namespace) -> Iterator
 
 
 def _look(source: TreeSource, doctor: Doctor, monitor: Monitor, arguments: Namespace,
-          now: float) -> Look:
-    findings = [one for one in doctor.findings() if one.severity is not Severity.NOTE]
-    rows, chain = _named(monitor.look(now, findings), source), None
+          now: float) -> TableContent:
+    findings = [one for one in doctor.findings(source.now()) if one.severity is not Severity.NOTE]
+    rows, chain = _named(monitor.look(now, findings, source.now()), source), None
     if arguments.target:
         chain = explain(source.buffer, arguments.target, arguments.source, now=source.now())
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]
-    return Look(source.name, doctor.transforms, doctor.watched / 1e9, rows, findings, chain)
+    return TableContent(source.name, doctor.transforms, doctor.watched / 1e9, rows, findings,
+                        chain)
 
 
 def _named(rows: Sequence[Watched], source: TreeSource) -> list[Watched]:
-    """Name who sent what came before its sender was known; by now the buffer knows it."""
+    """Add the publishers of edges that arrived before their names were known to the buffer."""
     known = {(edge.parent, edge.child): edge.authority for edge in source.buffer.edges()}
 
     def named(row: Watched) -> Watched:
@@ -142,9 +133,9 @@ def _named(rows: Sequence[Watched], source: TreeSource) -> list[Watched]:
 
 
 class _Pipe(nullcontext[None]):
-    """Prints one look after the other for programs."""
+    """Prints one content after the other for programs."""
 
-    def tell(self, look: Look) -> None:
+    def show(self, look: TableContent) -> None:
         """Print one."""
         print_json_line({
             'version': VERSION, 'source': look.source, 'transforms': look.transforms,
@@ -156,12 +147,12 @@ class _Pipe(nullcontext[None]):
 # --- for people
 
 class _Screen(AbstractContextManager[None]):
-    """Shows one look after the other: in place on a terminal, below each other in a pipe."""
+    """Shows the contents: in place on a terminal, one below the other in a pipe."""
 
     def __init__(self) -> None:
         self._out = console()
-        self._group = needs('rich.console', 'rich', 'tools').Group
-        self._live = needs('rich.live', 'rich', 'tools').Live(
+        self._group = needs('rich.console', 'rich').Group
+        self._live = needs('rich.live', 'rich').Live(
             console=self._out, auto_refresh=False) if self._out.is_terminal else None
 
     def __enter__(self) -> None:
@@ -172,7 +163,7 @@ class _Screen(AbstractContextManager[None]):
         if self._live is not None:
             self._live.stop()
 
-    def tell(self, look: Look) -> None:
+    def show(self, look: TableContent) -> None:
         """Show one."""
         if self._live is not None:
             rows = self._out.height - _FRAME_LINES
@@ -182,9 +173,9 @@ class _Screen(AbstractContextManager[None]):
             sys.stdout.flush()
 
 
-def _drawn(look: Look, most: int | None) -> Iterator[Any]:
-    """Yield what rich draws of a look, in so many lines at most."""
-    text = needs('rich.text', 'rich', 'tools').Text
+def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:
+    """Yield rich's drawing of a content, in at most so many lines."""
+    text = needs('rich.text', 'rich').Text
     yield text(f'{shown(look.source)}: {look.transforms} transforms, {len(look.rows)} edges, '
                f'{look.watched_s:.0f} s')
     if look.chain is not None and look.chain.problem:
@@ -205,7 +196,7 @@ def _drawn(look: Look, most: int | None) -> Iterator[Any]:
 
 def _without_empty(headings: Sequence[str], rows: list[list[Any]]
                    ) -> tuple[list[str], list[list[Any]]]:
-    """Return a table without the columns that say nothing: most trees are well."""
+    """Return a table without the optional columns that are empty."""
     kept = [place for place, heading in enumerate(headings)
             if heading not in ('', _REFUSED) or any(row[place] for row in rows)]
     return [headings[place] for place in kept], [[row[place] for place in kept] for row in rows]

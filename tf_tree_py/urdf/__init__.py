@@ -1,28 +1,17 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Robot descriptions without ROS: a URDF, and where its links are at given positions.
+Robot descriptions without ROS: reads a URDF and computes the poses of its links.
 
-Nothing is published here, nothing is drawn, and no mesh is looked for.
+This package does not publish or draw, and it does not read meshes.
 """
 
-from .elements import DescriptionError
 from .joints import Joint, Mimic
+from .recorded_states import joint_tracks, JointState
 from .robot import Robot
-from .tracks import joint_tracks, JointState
 from .visuals import Box, Cylinder, Mesh, Sphere, Visual
+from .xml_elements import DescriptionError
 
 __all__ = [
     'Box',

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Where many joints are, at many positions at once: forward kinematics of every edge, in numpy."""
+"""The poses of many joints at many positions at once: forward kinematics of edges, in numpy."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,7 +17,7 @@ Indices = npt.NDArray[np.intp]
 
 
 class _Slides(NamedTuple):
-    """Joints that slide: their rows, their columns, and where to, (K, 3) in the parent."""
+    """Joints that slide: their rows, their columns, and directions (K, 3) in the parent."""
 
     rows: Indices
     columns: Indices
@@ -39,23 +28,25 @@ class Motion:
     """
     The edges of some joints as functions of their variables.
 
-    All joints of a kind are computed at once. Of a joint with the origin (t, p), the
-    rotation by a about its axis n is p (n sin(a/2), cos(a/2)): both of its parts are
-    products that never change. So turning costs two products a joint, and nothing else.
+    All joints of one kind are computed at once. If p is the rotation of a joint's origin and n
+    its axis, then its rotation by an angle a is p (n sin(a/2), cos(a/2)), a quaternion product.
+    p (n, 0) and p (0, 1) do not depend on a. Each joint therefore costs a sine, a cosine and two
+    multiplications of a quaternion by a number.
 
-    :ivar variables: of all joints, in their order: the columns of what ``poses`` takes.
+    :ivar variables: the names of all joints' variables: the columns of the argument of
+        ``poses``.
     """
 
     def __init__(self, joints: Sequence[Joint]) -> None:
         """
-        Prepare what does not change.
+        Compute the constant parts.
 
-        :param joints: the rows of what ``poses`` gives.
+        :param joints: the rows of the result of ``poses``.
         """
         self.variables = tuple(name for joint in joints for name in joint.variables)
         self._columns = {name: column for column, name in enumerate(self.variables)}
         self._origins = np.array([joint.origin for joint in joints], float).reshape(-1, 7)
-        # A planar joint slides twice, and numpy adds to a row once a time.
+        # A planar joint slides twice, and numpy's += adds to each indexed row only once.
         self._slides = [slides for slides in (
             self._sliding(joints, PRISMATIC, PLANAR, part=0), self._sliding(joints, PLANAR, part=1)
         ) if len(slides.rows)]
@@ -67,7 +58,7 @@ class Motion:
         self._floats = first[:, None] + np.arange(7)
 
     def _places(self, joints: Sequence[Joint], *kinds: str, part: int) -> tuple[Indices, Indices]:
-        """Return the rows of the joints of some kinds, and the columns of one of their parts."""
+        """Return the rows of the joints of some kinds, and the columns of one variable of each."""
         places = [(row, self._columns[joint.variables[part]])
                   for row, joint in enumerate(joints) if joint.kind in kinds]
         rows, columns = np.array(places, np.intp).reshape(-1, 2).T
@@ -79,13 +70,13 @@ class Motion:
         return _Slides(rows, columns, so3.rotate_many(self._origins[rows, 3:], directions))
 
     def has_turns(self, values: Array) -> bool:
-        """Return whether no quaternion of a floating joint is all zero; values as in ``poses``."""
+        """Return whether no floating joint has a zero quaternion; values as in ``poses``."""
         return not len(self._floats) or bool(
             values[..., self._floats[:, 3:]].any(axis=-1).all())
 
     def poses(self, values: Array) -> Array:
         """
-        Return ``parent_T_child`` of every joint.
+        Return ``parent_T_child`` of each joint.
 
         :param values: (..., variables) metres and radians.
         :return: (..., joints, 7).
@@ -107,14 +98,15 @@ class Motion:
 
 def _direction(joint: Joint, part: int) -> Vector3:
     """
-    Return where a joint slides to, in the child's frame.
+    Return the direction in which a joint slides, in the child's frame.
 
-    A planar joint slides along what becomes of x and y when the shortest turn takes z to
-    its normal: along x and y themselves if the normal is z.
+    A planar joint slides along x and y after the shortest rotation that takes z to its normal,
+    and along x and y themselves if the normal is z.
     """
     if joint.kind == PRISMATIC:
         return joint.axis
     x, y, z = joint.axis
-    # (z cross normal, 1 + z . normal), normalised, is that turn; of the opposite, one about x.
+    # That rotation is (z cross normal, 1 + z . normal), normalised. If the normal is -z, take
+    # half a turn about x.
     turn = so3.normalize((-y, x, 0.0, 1.0 + z)) if z > -1.0 else (1.0, 0.0, 0.0, 0.0)
     return so3.rotate(turn, (1.0, 0.0, 0.0) if part == 0 else (0.0, 1.0, 0.0))

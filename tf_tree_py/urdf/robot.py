@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A robot: its links, its joints, and where every link is in its parent."""
+"""A robot: its links, its joints, and the pose of each link in its parent."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,35 +11,41 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.suggest import known_names
+from tf_tree_py.core.suggestions import known_names
 
-from .elements import Element, read
-from .expanding import text_of
-from .following import check_mimics, followers
-from .hanging import root_of
 from .joints import FIXED, Joint, joint_of
+from .mimic import check_mimics, followers
 from .motion import Motion
+from .tree_check import root_of
 from .visuals import materials_of, Visual, visuals_of
+from .xacro_files import description_of
+from .xml_elements import Element, Place, read, without_space_before
 
 Edge = tuple[str, str]
 
 
 class Robot:
     """
-    What a URDF says: which link hangs on which, and how it moves there. Never changes.
+    The content of a URDF: the links of a robot and the joints between them. Immutable.
 
-    :ivar name: the robot's.
-    :ivar root: the link on which all others hang.
-    :ivar links: what each link looks like; empty of one that looks like nothing.
-    :ivar joints: each of them, as they are written.
-    :ivar moving: those that move.
-    :ivar variables: what positions there are to give, metres and radians: of every joint
-        that moves and mimics nobody; see ``Joint.variables``.
+    :ivar name: of the robot.
+    :ivar root: the link without a parent.
+    :ivar links: the shapes of each link, by name; empty if it has none.
+    :ivar joints: all joints, in the order of the description.
+    :ivar moving: the joints that are not fixed.
+    :ivar motion: computes the poses of the moving joints.
+    :ivar variables: the names of the positions that can be given, metres and radians: those of
+        the moving joints that mimic no other joint; see ``Joint.variables``.
+    :ivar columns: the index of each variable of the moving joints, by name.
+    :ivar rest: (columns,) the values of these variables at rest.
+    :ivar warnings: errors in the description that do not affect transforms, such as a box
+        without a size, one sentence each.
     """
 
     def __init__(self, name: str, root: str, links: Mapping[str, tuple[Visual, ...]],
-                 joints: tuple[Joint, ...]) -> None:
-        """Take what was read and checked; ``load`` and ``parse`` do that."""
+                 joints: tuple[Joint, ...], warnings: tuple[str, ...] = ()) -> None:
+        """Make a robot from checked parts; use ``load`` or ``parse`` instead."""
+        self.warnings = warnings
         self.name, self.root, self.links, self.joints = name, root, links, joints
         self.moving = tuple(joint for joint in joints if joint.kind != FIXED)
         self.motion = Motion(self.moving)
@@ -60,37 +55,45 @@ class Robot:
         self.rest = np.array([value for joint in self.moving for value in joint.rest], float)
 
     @classmethod
-    def load(cls, path: str | Path) -> 'Robot':
+    def load(cls, path: str | Path, arguments: Mapping[str, str] | None = None) -> 'Robot':
         """
         Return the robot that a file describes.
 
-        :param path: URDF, or a file that ends in .xacro, which the package xacro expands.
-        :raises OSError: it cannot be read.
-        :raises DescriptionError: it describes none; the error names the line and the mend.
+        :param path: of a URDF, or of a file that ends in .xacro, which the package xacro
+            expands.
+        :param arguments: of the xacro, such as ``{'prefix': 'left_'}``.
+        :raises OSError: the file cannot be read.
+        :raises DescriptionError: the description is invalid; the error names the line and what
+            to do.
         """
-        return cls.parse(text_of(path), str(path))
+        description = description_of(path, arguments)
+        return cls.parse(description.text, str(path), description.places)
 
     @classmethod
-    def parse(cls, text: str | bytes, source: str = 'the robot description') -> 'Robot':
+    def parse(cls, text: str | bytes, source: str = 'the robot description',
+              places: Sequence[Place] | None = None) -> 'Robot':
         """
         Return the robot that a text describes.
 
-        :param text: a string, or bytes of UTF-8.
-        :param source: what errors call the text.
-        :raises DescriptionError: it describes none; the error names the line and the mend.
+        :param text: a string, or bytes in UTF-8.
+        :param source: the name of the text in errors.
+        :param places: the file and line of each element, if the text was made from other files.
+        :raises DescriptionError: the description is invalid; the error names the line and what
+            to do.
         """
-        element = read(text, source)
+        warnings: list[str] = []
+        element = read(without_space_before(text, source, warnings), source, places)
         if element.tag != 'robot':
             raise element.error(f'the outermost element is <{element.tag}>',
                                 'a robot description is <robot name="..."> ... </robot>')
-        name = element.attribute('name', 'give the robot one')
+        name = element.attribute('name', 'give the robot a name')
         links = _by_name(element, 'link')
         joints = [(joint_of(each), each) for each in _by_name(element, 'joint').values()]
         root = root_of(element, links, joints)
         check_mimics(joints)
-        materials = materials_of(element)
-        return cls(name, root, {name: visuals_of(link, materials) for name, link in links.items()},
-                   tuple(joint for joint, _ in joints))
+        materials = materials_of(element, warnings)
+        visuals = {name: visuals_of(link, materials, warnings) for name, link in links.items()}
+        return cls(name, root, visuals, tuple(joint for joint, _ in joints), tuple(warnings))
 
     def __repr__(self) -> str:
         return (f'<Robot {self.name!r}: {len(self.links)} links on {self.root!r}, '
@@ -99,14 +102,15 @@ class Robot:
     def edges(self, joint_positions: Mapping[str, npt.ArrayLike] | npt.ArrayLike | None = None
               ) -> dict[Edge, Array]:
         """
-        Return where every link is in its parent, by (parent, child).
+        Return the pose of each link in its parent, by (parent, child).
 
-        :param joint_positions: by variable, a number or (N,) numbers each: what is not given
-            is at rest or follows whom it mimics; or an array (N, variables) or (variables,)
-            with the columns of ``variables``; None: at rest. Metres and radians.
+        :param joint_positions: a number or (N,) numbers for each variable, by name. Variables
+            that are not given are at rest, or follow the joint that they mimic. Or an array
+            (N, variables) or (variables,) with the columns of ``variables``. None: all joints
+            are at rest. Metres and radians.
         :return: ``parent_T_child`` of each joint: (N, 7), or (7,) for one position.
-        :raises InvalidArgumentException: a name that is no variable, numbers that are not
-            finite, or another shape.
+        :raises InvalidArgumentException: a name is not a variable, a number is not finite, or
+            an array has another shape.
         """
         values = self._values(joint_positions)
         many = values.shape[:-1]
@@ -117,18 +121,19 @@ class Robot:
                 for joint in self.joints}
 
     def _values(self, given: Any) -> Array:
-        """Return all variables (..., columns), those of joints that mimic too."""
+        """Return all variables (..., columns), including those of joints that mimic others."""
         named = given if isinstance(given, Mapping) else self._named(given)
         for name in named:
             if name not in self.columns:
                 raise InvalidArgumentException(
-                    f'{name!r} is no variable of this robot. '
+                    f'{name!r} is not a variable of this robot. '
                     + known_names(name, tuple(self.columns)))
         try:
             arrays = np.broadcast_arrays(*(np.asarray(each, float) for each in named.values()))
         except (TypeError, ValueError) as error:
             raise InvalidArgumentException(
-                'positions are numbers, or as many for each variable: ' + ', '.join(
+                'positions are numbers, or arrays of the same length for all variables: '
+                + ', '.join(
                     f'{name} {np.shape(each)}' for name, each in named.items())) from error
         values = np.empty((*(arrays[0].shape if arrays else ()), len(self.columns)))
         values[...] = self.rest
@@ -137,10 +142,12 @@ class Robot:
             if not np.isfinite(array).all():
                 raise InvalidArgumentException(f'a position of {name!r} is not finite')
             values[..., self.columns[name]] = array
-        followers(self.moving, named, self.columns).follow(values)
+        if not followers(self.moving, named, self.columns).follow(values):
+            raise InvalidArgumentException(
+                'a position is too large: the position of a joint that mimics it is not finite')
         if not self.motion.has_turns(values):
             raise InvalidArgumentException(
-                'the quaternion of a floating joint is all zero; for no rotation give 0 0 0 1')
+                'the quaternion of a floating joint is zero; for no rotation give 0 0 0 1')
         return values
 
     def _named(self, given: npt.ArrayLike | None) -> dict[str, Array]:
@@ -152,22 +159,22 @@ class Robot:
             array = np.empty(())
         if array.shape[-1:] != (len(self.variables),):
             raise InvalidArgumentException(
-                f'positions are (N, {len(self.variables)}), a column for each of '
+                f'positions are an array (N, {len(self.variables)}) with a column for each of '
                 f'robot.variables, or a dictionary by their names; not {np.shape(array)}')
         return dict(zip(self.variables, np.moveaxis(array, -1, 0), strict=True))
 
 
 def _by_name(robot: Element, kind: str) -> dict[str, Element]:
     """
-    Return the links or joints of a description by their names.
+    Return the links or joints of a description by name.
 
-    :raises DescriptionError: one has no name, or two have the same.
+    :raises DescriptionError: one has no name, or two have the same name.
     """
     found: dict[str, Element] = {}
     for element in robot.children_of(kind):
-        name = element.attribute('name', f'give every {kind} a name of its own')
+        name = element.attribute('name', f'give every {kind} a unique name')
         if name in found:
-            raise element.error(f'there is another {kind} of this name, in line '
+            raise element.error(f'there is another {kind} with this name in line '
                                 f'{found[name].line}', 'rename one of the two')
         found[name] = element
     return found

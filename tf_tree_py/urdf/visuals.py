@@ -1,45 +1,34 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a link looks like, kept as data: nothing is drawn here, and no mesh is looked for."""
+"""The shapes of links as data. This module does not draw, and it does not read meshes."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
 from tf_tree_py.core.geometry.pose import Pose
 
-from .elements import Element
-from .values import numbers, origin_of, positive
+from .xml_elements import DescriptionError, Element
+from .xml_values import numbers, origin_of, positive
 
 Color: TypeAlias = tuple[float, float, float, float]
 
 
 class Box(NamedTuple):
-    """A box about its origin: its lengths along x, y and z, metres."""
+    """A box with its centre at the origin: its lengths along x, y and z, metres."""
 
     size: tuple[float, float, float]
 
 
 class Cylinder(NamedTuple):
-    """A cylinder about its origin, along z: metres."""
+    """A cylinder along z with its centre at the origin, metres."""
 
     radius: float
     length: float
 
 
 class Sphere(NamedTuple):
-    """A sphere about its origin: metres."""
+    """A sphere with its centre at the origin, metres."""
 
     radius: float
 
@@ -48,8 +37,8 @@ class Mesh(NamedTuple):
     """
     A mesh in a file.
 
-    :ivar filename: as it is written: a path, ``file://`` or ``package://``.
-    :ivar scale: along x, y and z.
+    :ivar filename: as in the description: a path, ``file://`` or ``package://``.
+    :ivar scale: factors along x, y and z.
     """
 
     filename: str
@@ -64,7 +53,7 @@ class Visual(NamedTuple):
     One shape of a link.
 
     :ivar origin: ``link_T_shape``.
-    :ivar color: red, green, blue and opacity, 0 to 1; None: none was said.
+    :ivar color: red, green, blue and opacity, 0 to 1; None: the description has no colour.
     """
 
     shape: Shape
@@ -72,32 +61,49 @@ class Visual(NamedTuple):
     color: Color | None
 
 
-def materials_of(robot: Element) -> dict[str, Color]:
-    """Return the colours that a description names for all links."""
-    colors = {material.attributes.get('name', ''): _color_in(material)
-              for material in robot.children_of('material')}
-    return {name: color for name, color in colors.items() if color is not None}
-
-
-def visuals_of(link: Element, materials: Mapping[str, Color]) -> tuple[Visual, ...]:
+def materials_of(robot: Element, warnings: list[str]) -> dict[str, Color]:
     """
-    Return the shapes of a link; those of a kind that is not known are left out.
+    Return the named colours that all links of a description can use.
 
-    :raises DescriptionError: a shape has no size, or a number is none.
+    :param warnings: a sentence is added for each colour that cannot be read.
+    """
+    colors = {}
+    for material in robot.children_of('material'):
+        try:
+            color = _color_in(material)
+        except DescriptionError as error:
+            warnings.append(str(error))
+            continue
+        if color is not None:
+            colors[material.attributes.get('name', '')] = color
+    return colors
+
+
+def visuals_of(link: Element, materials: Mapping[str, Color],
+               warnings: list[str]) -> tuple[Visual, ...]:
+    """
+    Return the shapes of a link, without those of an unknown kind.
+
+    :param materials: the named colours of the description.
+    :param warnings: a sentence is added for each shape that cannot be read. Transforms do not
+        need shapes.
     """
     visuals = []
     for element in link.children_of('visual'):
-        shape = _shape_of(element)
-        if shape is not None:
-            visuals.append(Visual(shape, origin_of(element), _color_of(element, materials)))
+        try:
+            shape = _shape_of(element)
+            if shape is not None:
+                visuals.append(Visual(shape, origin_of(element), _color_of(element, materials)))
+        except DescriptionError as error:
+            warnings.append(f'{error} (the shape is not shown; transforms do not need it)')
     return tuple(visuals)
 
 
 def _shape_of(visual: Element) -> Shape | None:
     geometry = visual.first('geometry')
     if geometry is None or not geometry.children:
-        raise visual.error('<visual> has no geometry', 'give it one, such as '
-                           '<geometry><box size="1 1 1"/></geometry>, or take it out')
+        raise visual.error('<visual> has no geometry', 'add one, such as '
+                           '<geometry><box size="1 1 1"/></geometry>, or remove the <visual>')
     shape = geometry.children[0]
     if shape.tag == 'box':
         x, y, z = positive(shape, 'size', 3)
@@ -107,9 +113,9 @@ def _shape_of(visual: Element) -> Shape | None:
     if shape.tag == 'sphere':
         return Sphere(*positive(shape, 'radius'))
     if shape.tag == 'mesh':
-        # A scale may be negative: it turns a left-handed mesh round.
+        # A scale may be negative, which reflects the mesh.
         x, y, z = numbers(shape, 'scale', (1.0, 1.0, 1.0))
-        return Mesh(shape.attribute('filename', 'name the file of the mesh'), (x, y, z))
+        return Mesh(shape.attribute('filename', 'write the file name of the mesh'), (x, y, z))
     return None
 
 

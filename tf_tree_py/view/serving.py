@@ -1,79 +1,134 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Serves the pages, and draws them anew while there are any."""
+"""The server of the pages, with the thread that draws them."""
 
+from collections.abc import Awaitable, Callable, Iterator
 import contextlib
+from http import HTTPStatus
+import inspect
 import io
 import threading
 import time
 import traceback
 from typing import Any, Final
+from unittest import mock
 import warnings
 
 import viser
+from websockets.asyncio import server as websockets_server
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
 
+from .access import Access
 from .page.page import Page
 from .subject import Subject
+from .wake_ups import wake_only_in_loop
 
 RATE_HZ: Final = 30.0
+# A page that cannot be drawn so many times in a row has a defect, and is not drawn again.
+_FAILURES: Final = 30
 
 
 class _Server(viser.ViserServer):
-    """viser's server, which opens nothing to the world: a page may ask for that."""
+    """viser's server without its tunnel to a public address, which any page could request."""
 
     def request_share_url(self, verbose: bool = True) -> None:
-        """Refuse to tunnel the page to a public address."""
+        """Do not open a tunnel."""
+
+
+_Answer = Callable[[Any, Request], Response | None | Awaitable[Response | None]]
+
+
+@contextlib.contextmanager
+def _guarded_by(access: Access) -> Iterator[None]:
+    """
+    Make a server that viser starts inside this context check each request.
+
+    viser has no hook for such a check, but the library websockets, which it uses, has one.
+
+    :raises RuntimeError: this version of viser does not start its server with websockets.
+    """
+    serve, guarded = websockets_server.serve, []
+
+    def serve_guarded(handler: Any, *arguments: Any, process_request: _Answer, **options: Any
+                      ) -> Any:
+        guarded.append(handler)
+        return serve(handler, *arguments, process_request=_checked(access, process_request),
+                     **options)
+
+    with mock.patch.object(websockets_server, 'serve', serve_guarded):
+        yield
+    if not guarded:
+        raise RuntimeError(f'viser {viser.__version__} cannot check who opens the page')
+
+
+def _checked(access: Access, answer: _Answer
+             ) -> Callable[[Any, Request], Awaitable[Response | None]]:
+    """Return a handler that refuses requests without access, and else answers as viser does."""
+    async def checked(connection: Any, request: Request) -> Response | None:
+        headers, path = request.headers.get_all, request.path
+        refusal = access.refusal(headers, path)
+        if refusal:
+            return Response(HTTPStatus.FORBIDDEN, 'Forbidden', Headers(
+                {'Content-Type': 'text/plain; charset=utf-8', 'Connection': 'close'}),
+                f'{refusal}\n'.encode())
+        given = answer(connection, request)
+        response = await given if inspect.isawaitable(given) else given
+        cookie = access.cookie(headers, path)
+        if response is not None and cookie:
+            response.headers['Set-Cookie'] = cookie
+        return response
+
+    return checked
 
 
 class Serving:
     """
-    A server of pages, with a thread that draws them.
+    A server of pages and a thread that draws them. A context manager.
 
-    While no page is open, that thread sleeps. A context manager.
+    The thread sleeps while no page is open.
     """
 
-    def __init__(self, subject: Subject, host: str, port: int, title: str) -> None:
+    def __init__(self, subject: Subject, host: str, port: int, title: str,
+                 token: str = '') -> None:
         """
-        Begin to serve.
+        Start the server.
 
-        :param port: the first to try; those after it are tried next.
-        :raises OSError: the host is no address of this machine, or no port is free.
+        :param subject: what the pages show.
+        :param host: the address to listen on.
+        :param port: the first port to try. If it is taken, the next ones are tried.
+        :param title: of the pages.
+        :param token: a secret that the address must contain, as ``url`` does; '': none.
+        :raises OSError: the host is not an address of this machine, or no port is free.
         """
         self._subject = subject
-        # Each with when it was drawn last, by the monotonic clock.
+        # Each page, and the time of its last picture on the monotonic clock.
         self._pages: dict[int, tuple[Page, float]] = {}
+        self._failures: dict[int, int] = {}
         self._changed = threading.Condition()
         self._ended = False
-        # What is drawn until a closed page is known to be closed goes nowhere, as it should.
+        # viser warns of pictures for a page that was closed a moment ago. They are harmless.
         warnings.filterwarnings('ignore', 'Queued a .* on a closed connection', UserWarning)
-        with contextlib.redirect_stdout(io.StringIO()):  # viser greets with a frame of its own
+        self._token = token
+        # viser prints a banner.
+        with contextlib.redirect_stdout(io.StringIO()), _guarded_by(Access(host, token)):
             self._server = _Server(host=host, port=port, label=title, verbose=False)
         self._server.on_client_connect(self._open)
         self._server.on_client_disconnect(self._close)
-        # A second Ctrl-C may interrupt the end of this: then the process must end all the same.
+        # A daemon, so that the process also ends if a second Ctrl-C interrupts __exit__.
         self._thread = threading.Thread(target=self._draw, name='pages', daemon=True)
         self._thread.start()
 
     @property
     def url(self) -> str:
-        """Return the address of the page."""
+        """Return the address of the pages."""
         host = self._server.get_host()
-        return f'http://{"localhost" if host == "0.0.0.0" else host}:{self._server.get_port()}'
+        address = f'http://{"localhost" if host == "0.0.0.0" else host}:{self._server.get_port()}'
+        return f'{address}/?token={self._token}' if self._token else address
 
     def wait_until_nobody_looks(self) -> None:
-        """Return when no page is open."""
+        """Wait until no page is open."""
         with self._changed:
             self._changed.wait_for(lambda: not self._pages)
 
@@ -89,17 +144,20 @@ class Serving:
             self._server.stop()
 
     def _open(self, client: Any) -> None:
+        wake_only_in_loop(client)
         page = Page(client, self._subject)
         with self._changed:
-            # It may be closed again already.
+            # The page may have been closed in the meantime.
             if client.client_id in self._server.get_clients():
                 self._pages[client.client_id] = page, time.monotonic()
                 self._changed.notify_all()
 
     def _close(self, client: Any) -> None:
         with self._changed:
-            self._pages.pop(client.client_id, None)
+            page, _ = self._pages.pop(client.client_id, (None, 0.0))
             self._changed.notify_all()
+        if page is not None:
+            page.close()
 
     def _draw(self) -> None:
         while True:
@@ -119,11 +177,16 @@ class Serving:
                 self._changed.wait_for(lambda: self._ended, max(rest, 0.0))
 
     def _draw_one(self, number: int, page: Page, seconds: float) -> None:
-        """Draw a page; one that cannot be drawn must not stop the others."""
+        """Draw a page. An error of one page does not stop the others."""
         try:
             page.tick(seconds)
-        except Exception:  # noqa: B902 - a fault, unless somebody has closed the page meanwhile
-            with self._changed:
-                self._pages.pop(number, None)
-            if number in self._server.get_clients():
+            self._failures.pop(number, None)
+        except Exception:  # noqa: B902 - a defect, unless the page was closed in the meantime
+            failures = self._failures[number] = self._failures.get(number, 0) + 1
+            is_open = number in self._server.get_clients()
+            if is_open and failures == 1:
                 traceback.print_exc()
+            if not is_open or failures >= _FAILURES:
+                self._failures.pop(number)
+                with self._changed:
+                    self._pages.pop(number, None)

@@ -1,58 +1,75 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What all pages look at: a tree, its clock, what is wrong with it, and how its robot looks."""
+"""What all pages show: a tree, its clock, its findings, its robot and its sensors."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import threading
 import time
 
-from tf_tree_py.core.checks.finding import Finding
+from tf_tree_py.core.health.checks.finding import Finding
 from tf_tree_py.core.tree.queries import Queries
 
-from .shown.shapes import LinkShape
+from .model.incident_log import IncidentLog
+from .model.liveness import LeftBehind
+from .robot.resting_robot import RestingRobot
+from .robot.shapes import LinkShape
+from .sensors.sensor_source import SensorSource
 
-# To find out what is wrong takes longer than a picture; all pages share what was found.
+# A check takes longer than a picture. All pages share its findings.
 _EVERY_S = 2.0
 
 
 @dataclass
 class Subject:
     """
-    What there is to see.
+    What the pages show.
 
-    :ivar tree: a buffer that fills, or a recording.
-    :ivar live: whether it goes on.
-    :ivar now: the clock that its stamps go by, nanoseconds.
-    :ivar diagnose: tells what is wrong with it.
-    :ivar shapes: of the links of its robot.
-    :ivar fixed_frame: what pages begin with; None: the root with the most frames below it.
+    :ivar source: the buffer of a running system, or a recording.
+    :ivar live: whether new transforms arrive in the source.
+    :ivar now: the clock of the stamps, nanoseconds.
+    :ivar diagnose: returns the findings of a check.
+    :ivar shapes: the shapes of the robot's links. When they change, this is a new object.
+    :ivar fixed_frame: the frame in which new pages draw; None: the root with the most frames
+        below it.
+    :ivar name: of the source, for the title of the pages.
+    :ivar missing: the shapes that cannot be shown, one sentence each.
+    :ivar incidents: the samples that were refused or odd; None: they are not recorded.
+    :ivar resting: the robot that pages show until transforms arrive; None: there is no
+        description.
+    :ivar sensors: the source of sensor messages; None: there is none.
+    :ivar left_behind: returns the edges of a live tree that have stopped; None: by the stamps.
     """
 
-    tree: Queries
+    source: Queries
     live: bool
     now: Callable[[], int]
     diagnose: Callable[[], Sequence[Finding]] = tuple
     shapes: Sequence[LinkShape] = ()
     fixed_frame: str | None = None
+    name: str = ''
+    missing: Sequence[str] = ()
+    incidents: IncidentLog | None = None
+    resting: RestingRobot | None = None
+    sensors: SensorSource | None = None
+    left_behind: LeftBehind | None = None
     _findings: Sequence[Finding] = ()
     _asked: float = -_EVERY_S
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
+    @property
+    def rests(self) -> bool:
+        """Return whether the robot is shown at rest because no transforms have arrived."""
+        return self.resting is not None and not self.source.frames()
+
+    @property
+    def tree(self) -> Queries:
+        """Return the tree that the pages show now."""
+        return self.resting.buffer if self.resting is not None and self.rests else self.source
+
     def findings(self) -> Sequence[Finding]:
-        """Return what was wrong a moment ago."""
+        """Return the findings of the last check, which is at most two seconds old."""
         with self._lock:
             if time.monotonic() - self._asked >= _EVERY_S:
                 self._findings = self.diagnose()

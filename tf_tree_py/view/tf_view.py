@@ -1,69 +1,78 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The command ``tf_view``: a tree in the browser."""
 
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
-from contextlib import suppress
-import os
+from contextlib import closing, suppress
 from pathlib import Path
-import signal
+import re
+import secrets
 import socket
 import sys
 
-from tf_tree_py.core.checks.finding import Finding
-from tf_tree_py.core.doctor import Doctor
+from tf_tree_py.command import signals
+from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs
+from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.core.stamp import UNLIMITED
-from tf_tree_py.tools.arguments import Parser
-from tf_tree_py.tools.endings import Cannot, entry_point, FINE, needs
-from tf_tree_py.tools.source import open_source, TreeSource
+from tf_tree_py.tools.tree_arguments import add_source
+from tf_tree_py.tools.tree_source import open_source, TreeSource
 from tf_tree_py.urdf import DescriptionError, Robot
 
-from .shown.shapes import LinkShape, shapes_of
+from .model.incident_log import IncidentLog
+from .model.liveness import Remembered
+from .robot.resting_robot import RestingRobot
+from .robot.shapes import shapes_of
+from .sensors.recorded_sensors import RecordedSensors
+from .sensors.sensor_source import NoSensors, SensorSource
 from .subject import Subject
 
 NAME = 'tf_view'
 
 _DESCRIPTION = """\
-Shows a tree, live or recorded, on a page that any browser opens: every frame as
-axes with its name and a line to its parent, at one moment, which a slider chooses.
+Shows a tree, live or recorded, on a page in the browser: every frame as axes with its
+name and a line to its parent, at one moment that you choose with a slider.
 
-It answers on this machine only, unless --host says more. From another one:
-ssh -L 8080:localhost:8080 robot, and open http://localhost:8080 here. Ctrl-C ends."""
+The page is available on this machine only, unless --host allows others. To view it from
+another machine, run ssh -L 8080:localhost:8080 robot there, and open
+http://localhost:8080. Press Ctrl-C to stop."""
 
 _EXAMPLES = (
-    ('tf_view', 'look at the running robot'),
-    ('tf_view --bag run.mcap', 'look at a recording, without ROS'),
+    ('tf_view', 'view the running robot'),
+    ('tf_view --bag run.mcap', 'view a recording, without ROS'),
     ('tf_view --urdf robot.urdf', 'with the shapes of its links'),
 )
 _PORT = 8080
+_TOKEN = re.compile(r'[A-Za-z0-9_-]{8,200}')
 
 
 def _parser() -> Parser:
     parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
     parser.add_argument('--urdf', metavar='FILE', type=Path,
-                        help='a robot description, whose links are drawn on their frames')
-    parser.add_argument('--fixed-frame', metavar='F', help='what everything is seen from; the '
-                        'root with the most frames below it unless given')
-    parser.add_argument('--port', metavar='N', type=int, help=f'to answer on; {_PORT}, or the '
-                        'next one that is free, unless given')
+                        help='a robot description; its links are drawn on their frames')
+    parser.add_argument('--fixed-frame', metavar='F', help='the frame to draw everything in '
+                        '(default: the root with the most frames below it)')
+    parser.add_argument('--port', metavar='N', type=int, help=f'the port of the page '
+                        f'(default: {_PORT}, or the next one that is free)')
     parser.add_argument('--host', metavar='ADDRESS', default='127.0.0.1',
-                        help='to answer on; whoever reaches it sees the page, so it is '
-                        '127.0.0.1 unless given; 0.0.0.0 is all that this machine has')
-    parser.add_source()
+                        help='the address of the page (default 127.0.0.1); everyone who '
+                        'can reach it sees the page; 0.0.0.0 is all addresses of this machine')
+    parser.add_argument('--token', metavar='WORD', nargs='?', const='', type=_token,
+                        help='require a secret in the address of the page: WORD, or a new '
+                        'random one; recommended with --host')
+    add_source(parser)
     return parser
+
+
+def _token(word: str) -> str:
+    """Return a word of the command line that is valid in an address and in a cookie."""
+    if not _TOKEN.fullmatch(word):
+        raise ArgumentTypeError(
+            f'{word!r} is not a token: use at least 8 letters, digits, - or _')
+    return word
 
 
 def _work(argv: Sequence[str]) -> int:
@@ -71,58 +80,83 @@ def _work(argv: Sequence[str]) -> int:
     arguments = parser.parse(argv)
     if arguments.port is not None and not 0 < arguments.port < 65536:
         parser.error(f'argument --port: {arguments.port} is not a number from 1 to 65535')
-    needs('viser', 'viser', 'view')
+    needs('viser', 'viser')
+    from . import serving  # noqa: F401 - slow, so import it while Ctrl-C still ends the program
     _check_address(arguments.host, arguments.port)
-    shapes = _shapes(arguments.urdf)
-    doctor = Doctor()
-    with open_source(arguments, NAME, [doctor], cache_time=UNLIMITED) as source, \
-            suppress(KeyboardInterrupt):
+    robot = None if arguments.urdf is None else _robot(arguments.urdf)
+    doctor, incidents = Doctor(), IncidentLog()
+    with suppress(KeyboardInterrupt), open_source(
+            arguments, NAME, [doctor, incidents], cache_time=UNLIMITED) as source:
         if arguments.bag is not None:
             source.watch(None)
             _check_recording(source)
-        _serve(arguments, source, doctor, shapes)
+        subject = _subject(arguments, source, doctor)
+        subject.incidents = incidents
+        if robot is not None:
+            _show_robot(subject, robot, arguments.urdf)
+            if arguments.bag is None:
+                subject.resting = RestingRobot(robot)
+                subject.name = f'{arguments.urdf.name}, {subject.name}'
+        with closing(_sensors(arguments, source, subject)) as subject.sensors:
+            _serve(arguments, source, subject)
     return FINE
 
 
-def _serve(arguments: Namespace, source: TreeSource, doctor: Doctor,
-           shapes: Sequence[LinkShape]) -> None:
-    """Serve pages until Ctrl-C."""
-    from .serving import Serving
+def _sensors(arguments: Namespace, source: TreeSource, subject: Subject) -> SensorSource:
+    """Return the source of sensor messages; it also provides the robot's description."""
+    def show(text: str) -> None:
+        try:
+            robot = Robot.parse(text)
+        except DescriptionError as error:
+            subject.missing = [f'/robot_description: {error}']
+            return
+        _show_robot(subject, robot, Path('robot_description'))
 
+    described = show if arguments.urdf is None else None
+    if arguments.bag is not None:
+        return RecordedSensors(arguments.bag, described)
+    node = getattr(source, 'node', None)
+    if node is None:
+        return NoSensors()  # a fleet sends only transforms
+    from .sensors.live_sensors import LiveSensors
+    return LiveSensors(node, described)
+
+
+def _subject(arguments: Namespace, source: TreeSource, doctor: Doctor) -> Subject:
     def diagnose() -> Sequence[Finding]:
         doctor.endpoints = source.endpoints()
-        return doctor.findings()
+        return doctor.findings(source.now())
 
-    subject = Subject(source.buffer, arguments.bag is None, source.now, diagnose, shapes,
-                      arguments.fixed_frame)
-    signalled = _signals()
-    with Serving(subject, arguments.host, arguments.port or _PORT, source.name) as serving:
-        print(f'{NAME}: {source.name} is to be seen at {serving.url} (Ctrl-C ends)', flush=True)
-        os.read(signalled, 1)
+    name = source.name if arguments.bag is None else Path(source.name).name or source.name
+    return Subject(source.buffer, arguments.bag is None, source.now, diagnose,
+                   fixed_frame=arguments.fixed_frame, name=name,
+                   left_behind=Remembered(doctor.left_behind))
 
 
-def _signals() -> int:
-    """
-    Return a file that can be read as soon as a signal has come.
-
-    Of several signals that come at once, the system may give all to other threads, which
-    does not wake this one from any other wait.
-    """
-    read_end, write_end = os.pipe()
-    os.set_blocking(write_end, False)
-    signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
-    return read_end
+def _serve(arguments: Namespace, source: TreeSource, subject: Subject) -> None:
+    """Serve pages until Ctrl-C."""
+    from .serving import Serving
+    token = secrets.token_urlsafe() if arguments.token == '' else arguments.token
+    with Serving(subject, arguments.host, arguments.port or _PORT, subject.name,
+                 token or '') as serving:
+        print(f'{NAME}: {source.name} is shown at {serving.url} (Ctrl-C to stop)', flush=True)
+        signals.wait()
 
 
 def _check_recording(source: TreeSource) -> None:
     for sentence in source.damage():
         print(f'{NAME}: {sentence}', file=sys.stderr)
     if not source.buffer.frames():
-        raise Cannot(f'{source.name} holds no transform')
+        raise Cannot(f'{source.name} contains no transforms')
 
 
 def _check_address(host: str, port: int | None) -> None:
-    """Say in one sentence where the address cannot be had; a port that is given is meant."""
+    """
+    Check that the server can listen on an address.
+
+    :param port: None: any free port will do.
+    :raises Cannot: it cannot; the error is one sentence.
+    """
     family = socket.AF_INET6 if ':' in host else socket.AF_INET
     try:
         with socket.socket(family) as probe:
@@ -130,20 +164,21 @@ def _check_address(host: str, port: int | None) -> None:
             probe.bind((host, port or 0))
     except OSError as error:
         where = host if port is None else f'{host}:{port}'
-        raise Cannot(f'cannot answer on {where}: {error.strerror or error}') from error
+        raise Cannot(f'cannot listen on {where}: {error.strerror or error}') from error
 
 
-def _shapes(path: Path | None) -> list[LinkShape]:
-    if path is None:
-        return []
+def _robot(path: Path) -> Robot:
     try:
-        robot = Robot.load(path)
+        return Robot.load(path)
     except (DescriptionError, OSError) as error:
         raise Cannot(str(error)) from error
-    shapes, missing = shapes_of(robot, path)
-    for sentence in missing:
+
+
+def _show_robot(subject: Subject, robot: Robot, path: Path) -> None:
+    """Let pages show the links of a robot, and print which of them cannot be shown."""
+    subject.shapes, subject.missing = shapes_of(robot, path)
+    for sentence in subject.missing:
         print(f'{NAME}: {sentence}', file=sys.stderr)
-    return shapes
 
 
 main = entry_point(NAME, _work)

@@ -1,23 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The arm in ROS; ``scripts/arm --ros`` runs this.
+Run the arm in ROS: ``scripts/arm --ros``.
 
-Its own part is the arm's node. It starts the arm's own process (by the Python that
-$TF_TREE_PY_ARM_PYTHON names), the broadcaster that makes the tree of the arm's URDF, and
-perception.
+This process runs the arm's node. It starts the process of the simulated arm (with the Python
+that $TF_TREE_PY_ARM_PYTHON names), the broadcaster of the arm's URDF, and perception.
 """
 
 import argparse
@@ -51,13 +39,13 @@ _GLANCE_S = 0.1
 def main() -> int:
     """Run the command; return its exit status."""
     arguments = parser().parse_args()
-    # Somebody who closes the terminal wants the other processes to end, too.
+    # When the terminal is closed, the other processes must also end.
     signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     return run(NAME, [NAME], lambda ended: play(arguments, ended))
 
 
 def play(arguments: argparse.Namespace, ended: Future) -> None:
-    """Start everything, tell what comes of each run, and end everything."""
+    """Start everything, report each run, and end everything."""
     with TemporaryDirectory() as folder, Children() as children:
         pipe = start_arm(children, arguments)
         messages = received(pipe, children, ended)
@@ -73,7 +61,7 @@ def play(arguments: argparse.Namespace, ended: Future) -> None:
 
 
 def start_arm(children: Children, arguments: argparse.Namespace) -> Connection:
-    """Start the arm's own process, in another environment than ours; return our end of a pipe."""
+    """Start the arm's process in another environment; return this end of the pipe."""
     ours, theirs = Pipe()
     children.start(
         'the arm',
@@ -93,7 +81,7 @@ def _python_of_arm() -> str:
 
 
 def start_others(children: Children, urdf: str, file: Path) -> None:
-    """Start what is there for any arm: the tree of its URDF, and perception."""
+    """Start the processes that any arm needs: the URDF broadcaster, and perception."""
     file.write_text(urdf)
     children.start('urdf_broadcaster', [
         sys.executable, '-m', 'tf_tree_py.nodes.urdf_broadcaster', '--urdf', str(file),
@@ -104,21 +92,21 @@ def start_others(children: Children, urdf: str, file: Path) -> None:
 
 def wait_for_everybody(node: ArmNode, children: Children, ended: Future) -> None:
     """
-    Return when all have found each other.
+    Return when all processes are connected.
 
-    :raises BadInput: somebody ended, or is still not there after a minute.
+    :raises BadInput: a process has ended, or is not connected after a minute.
     """
     deadline = time.monotonic() + _PATIENCE_S
     while not (node.everybody_is_there() or ended.done()):
         children.check()
         if time.monotonic() > deadline:
-            raise BadInput(f'after {_PATIENCE_S:g} s not everybody has found everybody')
+            raise BadInput(f'the processes did not find each other within {_PATIENCE_S:g} s')
         time.sleep(_GLANCE_S)
 
 
 def received(pipe: Connection, children: Children, ended: Future) -> Iterator[Any]:
     """
-    Yield what the arm sends, until Ctrl-C.
+    Yield the messages from the arm, until Ctrl-C.
 
     :raises BadInput: a process has ended.
     """
@@ -133,7 +121,7 @@ def received(pipe: Connection, children: Children, ended: Future) -> Iterator[An
 
 
 def trials(node: ArmNode, messages: Iterator[Any], count: int) -> Iterator[Trial]:
-    """Publish what the arm sends; yield what came of each run."""
+    """Publish the messages from the arm; yield the result of each run."""
     for message in messages:
         if not isinstance(message, Trial):
             node.publish(message)
@@ -145,7 +133,7 @@ def trials(node: ArmNode, messages: Iterator[Any], count: int) -> Iterator[Trial
 
 
 def tell(arguments: argparse.Namespace, outcome: Iterator[Trial]) -> None:
-    """Print what came of each run, as soon as it is over, and of all; or JSON."""
+    """Print the result of each run as soon as it ends, and a summary; or JSON."""
     done = []
     for trial in outcome:
         done.append(trial)

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The arm's node: its joint states, its camera's images and its clock over DDS; grasps to it."""
+"""The arm's node: sends joint states, images and clock over DDS, and grasps to the arm."""
 
 from array import array
 from contextlib import suppress
@@ -32,9 +21,9 @@ from .wire import Grasp, Hello, Picture, State
 
 class ArmNode(Node):
     """
-    Publishes what comes out of the pipe, and puts grasps into it.
+    Publishes the messages from the pipe, and writes grasps to it.
 
-    Everything is stamped with the time at which it was so in the simulation.
+    All stamps are times of the simulation.
     """
 
     def __init__(self, hello: Hello, pipe: Connection) -> None:
@@ -49,14 +38,14 @@ class ArmNode(Node):
         self.create_subscription(TransformStamped, 'grasp', self._grasp, 10)
 
     def everybody_is_there(self) -> bool:
-        """Return whether there is a broadcaster, and perception that will answer."""
+        """Return whether the broadcaster and perception are connected."""
         return bool(self._joints.get_subscription_count()
                     and all(topic.get_subscription_count()
                             for topic in (self._color, self._depth, self._info))
                     and self.count_publishers('grasp') and self.count_publishers('tf'))
 
     def publish(self, message: State | Picture) -> None:
-        """Publish what the arm told."""
+        """Publish a message from the arm."""
         stamp = time_message(message.stamp)
         if isinstance(message, State):
             self._clock_topic.publish(Clock(clock=stamp))

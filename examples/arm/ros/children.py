@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The processes that this one starts, and ends."""
+"""The child processes of this process."""
 
 from collections.abc import Sequence
 import subprocess
@@ -22,7 +11,7 @@ from tf_tree_py.nodes.bad_input import BadInput
 
 
 class Children:
-    """Processes that end with the ``with`` block, however that ends."""
+    """Processes that end with the ``with`` block, even after an exception."""
 
     def __init__(self) -> None:
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
@@ -38,18 +27,18 @@ class Children:
 
     def start(self, name: str, command: Sequence[str], **options: Any) -> None:
         """
-        Start one; options as ``Popen`` takes them.
+        Start a process with the options of ``Popen``.
 
-        In a session of its own, so that Ctrl-C reaches us alone, and we end it.
+        It has its own session, so that only this process receives Ctrl-C, and then ends it.
         """
         self._processes[name] = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, start_new_session=True, **options)
 
     def check(self) -> None:
         """
-        See that all of them are there.
+        Check that all processes are running.
 
-        :raises BadInput: one has ended; it will have said why.
+        :raises BadInput: one has ended; its output contains the reason.
         """
         for name, process in self._processes.items():
             if process.poll() is not None:

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The arm's own process: the simulation in real time, without ROS.
+The arm's process: the simulation in real time, without ROS.
 
-It tells where its joints are, what its camera sees, and what came of each run; it is told
-where the block is. Which end of the pipe is its own, its first argument says.
+It sends the positions of its joints, images of its camera, and the results of runs; it receives
+poses of the block. Its first argument is its end of the pipe.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,10 +29,10 @@ _IMAGE_PERIOD = from_seconds(0.1)
 
 
 def description() -> str:
-    """Return the URDF of the arm on its table, with the camera that is screwed to its hand."""
+    """Return the URDF of the arm on its table, with the camera on its hand."""
     robot = ET.parse(f'{pybullet_data.getDataPath()}/franka_panda/panda.urdf').getroot()
     _add_link(robot, 'camera', HAND, HAND_T_CAMERA)
-    # The base hangs on the world, so that one comes last.
+    # The world frame is the parent of the base, so it is added last.
     ET.SubElement(robot, 'link', name='world')
     _add_joint(robot, 'world', BASE, Pose())
     return ET.tostring(robot, encoding='unicode')
@@ -67,16 +56,16 @@ def _numbers(values: Sequence[float]) -> str:
 
 
 def look(cell: Cell, pipe: Connection) -> Pose:
-    """Turn, and send images, until somebody says where the block is; return world_T_block."""
+    """Turn, and send images, until the pose of the block arrives; return world_T_block."""
     begin = cell.stamp
     for _ in cell.moving_to(LOOKED, LOOKING_SPEED):
         if cell.stamp % _IMAGE_PERIOD == 0:
             pipe.send(Picture.of(cell.take_image()))
         while pipe.poll():
             grasp: Grasp = pipe.recv()
-            if grasp.stamp > begin:  # not what was seen in the last run
+            if grasp.stamp > begin:  # not the detection of the last run
                 return grasp.world_T_block
-    raise NothingFound('nobody saw the block')
+    raise NothingFound('no image shows the block')
 
 
 def play(number: int, seed: int, begin: int, pipe: Connection) -> int:
@@ -92,7 +81,7 @@ def play(number: int, seed: int, begin: int, pipe: Connection) -> int:
 
 
 def in_real_time(cell: Cell) -> Callable[[], None]:
-    """Return what waits until a second of the simulation has taken a second."""
+    """Return a function that delays the simulation to real time."""
     begin, started = cell.stamp, time.monotonic()
 
     def wait() -> None:
@@ -103,7 +92,7 @@ def in_real_time(cell: Cell) -> Callable[[], None]:
 
 
 def main(pipe: Connection, runs: int, seed: int) -> None:
-    """Do all runs, as soon as whoever is on the other end says that all are there."""
+    """Do all runs, after the other end has reported that all processes are connected."""
     pipe.send(Hello(description(), INTRINSICS))
     pipe.recv()
     stamp = BEGIN
@@ -112,7 +101,7 @@ def main(pipe: Connection, runs: int, seed: int) -> None:
 
 
 if __name__ == '__main__':
-    # Who is on the other end may leave.
+    # The process at the other end may end.
     with suppress(BrokenPipeError, EOFError, ConnectionResetError):
         fd, runs, seed = map(int, sys.argv[1:])
         main(Connection(fd), runs, seed)

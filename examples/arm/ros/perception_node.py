@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Perception as a node: sees the block in the camera's frame, commands a grasp in the world's.
+Perception as a node: detects the block in the camera's frame, and sends its pose in the world.
 
-An image waits in a ``MessageFilter`` until the tree reaches its stamp. The callback gets
-both, and is right however late it is.
+An image waits in a ``MessageFilter`` until the tree reaches its stamp. The callback receives
+both, and its result is correct at any delay.
 """
 
 import sys
@@ -38,7 +27,7 @@ _KEPT = 10
 
 
 class PerceptionNode(Node):
-    """Answers images in which the block is seen with its pose in the world."""
+    """Publishes the pose of the block in the world for each image that shows the block."""
 
     def __init__(self) -> None:
         super().__init__('perception', parameter_overrides=[Parameter('use_sim_time', value=True)])
@@ -55,7 +44,7 @@ class PerceptionNode(Node):
                 lambda message, part=part: self.collect(part, message), 10)
 
     def collect(self, part: str, message: Any) -> None:
-        """Put together what belongs to one shot, by its stamp."""
+        """Collect the messages of one shot by their stamp."""
         stamp = as_nanoseconds(message.header.stamp)
         shot = self._shots.setdefault(stamp, {})
         shot[part] = message
@@ -65,7 +54,7 @@ class PerceptionNode(Node):
             del self._shots[min(self._shots)]
 
     def seen(self, shot: dict[str, Any], transform: TransformStamped) -> None:
-        """Look for the block in an image, and tell where it is: with the camera as it was."""
+        """Detect the block in an image; publish its pose, with the camera's pose at that stamp."""
         camera_T_block = find_block(image_of(shot))
         if camera_T_block is None:
             return

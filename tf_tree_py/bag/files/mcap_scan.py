@@ -1,45 +1,34 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-MCAP files without an end, record by record.
+Reads MCAP files without an end, record by record.
 
-The format: https://mcap.dev/spec. A record is its kind (one byte), its length (uint64)
-and its content; chunks hold records, mostly compressed.
+The format: https://mcap.dev/spec. A record is its kind (one byte), its length (uint64) and its
+content; chunks hold records, mostly compressed.
 """
 
 from collections.abc import Iterator
 from pathlib import Path
 import zlib
 
-from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, Qos
-from rosbags.rosbag2.metadata import parse_qos
 
+from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import (
     decompressor,
     is_reliable,
     is_transient_local,
     is_volatile,
+    profiles_of,
     UNREADABLE,
 )
-from .salvage import Bytes, Cut, definition, lost_bytes, mapped
-from .source import Arrival, Source
+from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share, unpacked_lz4
+from .size_limit import too_large, unpacked_limit
 
 _MAGIC = b'\x89MCAP0\r\n'
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 2, 3, 4, 5, 6, 15
-# The last record, and the magic word behind it.
+# The last record, and the magic bytes after it.
 _FOOTER_BYTES = 9 + 20 + len(_MAGIC)
 
 
@@ -48,28 +37,50 @@ class McapScan:
 
     def __init__(self, path: Path) -> None:
         """
-        Begin with nothing read.
+        Open the file, and read nothing yet.
 
-        :raises ValueError: it is no MCAP file.
+        :raises ValueError: it is not an MCAP file.
         """
         self._data = mapped(path, _MAGIC, 'MCAP')
-        self.definitions: dict[Source, MessageDefinition] = {}
+        self.definitions: dict[MessageSource, MessageDefinition] = {}
         self.lost = ''
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
-        self._channels: dict[int, Source] = {}
-        self._lost_bytes = 0
+        self._channels: dict[int, MessageSource] = {}
+        self._lost_bytes = self._more_bytes = 0
         self._ended = False
 
-    def __iter__(self) -> Iterator[Arrival]:
-        """Yield every message, in the order in which they stand in the file."""
+    def __iter__(self) -> Iterator[RecordedMessage]:
+        """Yield every message, in the order of the file."""
         self._read_summary()
         file = Bytes(self._data)
         file.take(len(_MAGIC))
         yield from self._records(file)
-        self.lost = lost_bytes(self._lost_bytes, len(self._data), self._ended)
+        self._lost_bytes += file.left if not self._ended else 0
+        self.lost = lost_bytes(self._lost_bytes, len(self._data), self._ended, self._more_bytes)
+
+    def check_sizes(self) -> None:
+        """
+        Check the sizes that the headers of the chunks declare.
+
+        :raises TooLarge: one of them exceeds the limit.
+        """
+        file = Bytes(self._data)
+        file.take(len(_MAGIC))
+        try:
+            while file:
+                kind, length = file.number('B'), file.number('Q')
+                content = Bytes(file.take(length))
+                if kind == _DATA_END:
+                    return
+                if kind == _CHUNK:
+                    content.take(8 + 8)
+                    if content.number('Q') > unpacked_limit(length):
+                        raise too_large('a chunk', length)
+        except Cut:
+            return
 
     def _read_summary(self) -> None:
-        """Read what the end of a whole file tells of its topics: their chunk may be damaged."""
+        """Read the topics at the end of an intact file: their chunk may be damaged."""
         footer = Bytes(self._data[-_FOOTER_BYTES:])
         if self._data[-len(_MAGIC):] != _MAGIC or footer.number('B') != _FOOTER:
             return
@@ -80,14 +91,17 @@ class McapScan:
             while summary:
                 kind = summary.number('B')
                 self._describe(kind, Bytes(summary.take(summary.number('Q'))))
-        except Cut:  # the magic word, which is no record
+        except Cut:  # the magic bytes, which are not a record
             return
 
-    def _records(self, data: Bytes) -> Iterator[Arrival]:
+    def _records(self, data: Bytes) -> Iterator[RecordedMessage]:
+        """Yield the messages of records; if they end too soon, ``data`` stays at that position."""
         while data:
             begin = data.position
             try:
                 kind, length = data.number('B'), data.number('Q')
+                if not kind:
+                    raise Cut  # not a record; gigabytes of zeros are not searched
                 if kind == _DATA_END:
                     self._ended = True
                     return
@@ -95,17 +109,20 @@ class McapScan:
                 if kind == _CHUNK:
                     yield from self._chunk(content)
                 if length > len(content.data):
+                    self._more_bytes += length - len(content.data)
+                    if kind == _CHUNK:
+                        return
                     raise Cut
                 if kind == _MESSAGE:
                     yield from self._message(content)
                 else:
                     self._describe(kind, content)
             except Cut:
-                self._lost_bytes += len(data.data) - begin
+                data.position = begin
                 return
 
-    def _chunk(self, chunk: Bytes) -> Iterator[Arrival]:
-        """Yield the messages of a chunk, or of the first part of it that is there."""
+    def _chunk(self, chunk: Bytes) -> Iterator[RecordedMessage]:
+        """Yield the messages of a chunk, or of the part of it that exists."""
         begin = chunk.position
         chunk.take(8 + 8 + 8)  # times of the first and last message, size
         checksum, compression, length = chunk.number('I'), chunk.text(), chunk.number('Q')
@@ -117,7 +134,9 @@ class McapScan:
         except UNREADABLE:
             self._lost_bytes += chunk.position - begin
             return
-        yield from self._records(Bytes(memoryview(unpacked)))
+        inner = Bytes(memoryview(unpacked))
+        yield from self._records(inner)
+        self._lost_bytes += share(len(packed), inner.left, len(unpacked))
 
     def _describe(self, kind: int, content: Bytes) -> None:
         if kind == _SCHEMA:
@@ -128,18 +147,19 @@ class McapScan:
             topic, encoding = content.text(), content.text()
             name, fields = self._schemas.get(schema, ('', definition('', '')))
             profiles = _profiles(Bytes(content.sized()))
-            source = Source(topic, name, is_transient_local(profiles), '', encoding == 'ros1',
-                            is_reliable(profiles), is_volatile(profiles))
+            source = MessageSource(topic, name, is_transient_local(profiles), '',
+                                   encoding == 'ros1',
+                                   is_reliable(profiles), is_volatile(profiles))
             self._channels[number] = source
             self.definitions[source] = fields
 
-    def _message(self, content: Bytes) -> Iterator[Arrival]:
+    def _message(self, content: Bytes) -> Iterator[RecordedMessage]:
         source = self._channels.get(content.number('H'))
         content.take(4)  # a sequence number
         received = content.number('Q')
-        content.take(8)  # when it was published
+        content.take(8)  # the time of publishing
         if source is not None:
-            yield Arrival(received, source, bytes(content.take(content.left)))
+            yield RecordedMessage(received, source, bytes(content.take(content.left)))
 
 
 def _profiles(metadata: Bytes) -> list[Qos]:
@@ -147,16 +167,20 @@ def _profiles(metadata: Bytes) -> list[Qos]:
     while metadata:
         name, value = metadata.text(), metadata.text()
         if name == 'offered_qos_profiles':
-            return parse_qos(value)
+            return profiles_of(value)
     return []
 
 
 def _unpack(compression: str, packed: memoryview) -> bytes | memoryview:
     """Return as much of a chunk as can be decompressed."""
     if compression == 'zstd':
-        return decompressor().decompress(packed)
+        reader = decompressor()
+        unpacked = reader.decompress(packed, max_length=unpacked_limit(len(packed)))
+        if not reader.eof and not reader.needs_input:
+            raise too_large('a chunk', len(packed))
+        return unpacked
     if compression == 'lz4':
-        return bytes(LZ4FrameDecompressor().decompress(packed))
+        return unpacked_lz4(packed)
     if compression:
         raise ValueError(f'a chunk is compressed with {compression}')
     return packed

@@ -1,24 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Bag files as rosbags reads them; what it refuses, and what goes wrong in the middle."""
+"""Bag files that rosbags reads; a scan reads the rest of a file that is damaged in the middle."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-import shutil
 import sqlite3
 import struct
 import sys
@@ -38,6 +26,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag1 import Reader as Reader1, ReaderError as Reader1Error
 from rosbags.rosbag2 import Reader as Reader2, ReaderError as Reader2Error
+from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import (
     get_types_from_idl,
     get_types_from_msg,
@@ -45,9 +34,12 @@ from rosbags.typesys import (
     Stores,
     TypesysError,
 )
+from tf_tree_py.core.stamp import format_stamp
 
-from .finding import PACKED
-from .source import Arrival, Scan, Source
+from .discovery import PACKED
+from .message_source import MessageSource, RecordedMessage, Scan
+from .size_limit import too_large, unpacked_limit
+from .unpacking import limit_chunks
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -55,19 +47,21 @@ else:
     from backports import zstd
 
 _ZSTD = b'\x28\xb5\x2f\xfd'
-"""How what zstd has compressed begins; no message of ROS does."""
+"""The first bytes of zstd data; no message of ROS begins with them."""
+
+_PIECE = 2**20
 
 decompressor = zstd.ZstdDecompressor
-"""Decompresses what zstd compressed, or the first part of it."""
+"""Decompresses zstd data, or the first part of it."""
 
 UNREADABLE = (Reader1Error, Reader2Error, apsw.Error, zstd.ZstdError, struct.error, sqlite3.Error,
               OSError, EOFError, RuntimeError, ValueError, TypeError, LookupError, AssertionError,
-              OverflowError)
-"""What rosbags, and what it is built on, raise where a file is not as it should be."""
+              OverflowError, MemoryError)
+"""The errors that rosbags and its dependencies raise for an invalid file."""
 
 
 class RosbagsFile:
-    """One file, whole and with an index."""
+    """One intact file with an index."""
 
     def __init__(self, path: Path, scan: Callable[[Path], Scan]) -> None:
         """
@@ -85,23 +79,25 @@ class RosbagsFile:
         self._file = path
         self._reader: Any = Reader1(path) if path.suffix == '.bag' else Reader2(path)
         self._reader.open()
-        # A ROS 1 node that was started again has a second connection, of the same source.
+        if isinstance(self._reader, Reader1):
+            limit_chunks(self._reader)
+        # A ROS 1 node that was restarted has a second connection, of the same source.
         self._source_of = {each.id: _source(each) for each in self._reader.connections}
-        self.counts: Counter[Source] = Counter()
+        self.counts: Counter[MessageSource] = Counter()
         for each in self._reader.connections:
             self.counts[self._source_of[each.id]] += each.msgcount
         self.span = int(self._reader.start_time), int(self._reader.end_time)
 
-    def arrivals(self, sources: Collection[Source], start: int | None,
-                 stop: int | None) -> Iterator[Arrival]:
-        """Yield the messages of some of its sources, as they were received."""
+    def arrivals(self, sources: Collection[MessageSource], start: int | None,
+                 stop: int | None) -> Iterator[RecordedMessage]:
+        """Yield the messages of some of its sources, in order of arrival."""
         connections = [each for each in self._reader.connections
                        if self._source_of[each.id] in sources]
         if not connections:
             return
         source_of, given, received = self._source_of, 0, None
-        # What the class itself does to make one, without its checks: there are millions.
-        make = partial(tuple.__new__, Arrival)
+        # The constructor of the class, without its checks: there are millions of messages.
+        make = partial(tuple.__new__, RecordedMessage)
         try:
             for connection, received, data in self._reader.messages(connections, start, stop):
                 if data.startswith(_ZSTD):
@@ -112,14 +108,17 @@ class RosbagsFile:
             expected = sum(each.msgcount for each in connections)
             rest = salvaged(self._scan(self._file), sources,
                             start if received is None else received + 1, stop)
+            behind: int | None = None
             for arrival in rest:
+                behind = arrival.received if behind is None else behind
                 yield arrival
                 given += 1
-            self.damage.append(f'{self.path.name} is damaged ({error}): {given} of {expected} '
-                               'messages could be read')
+            self.damage.append(
+                f'{self.path.name} is damaged ({_named(error)}): {given} of {expected} messages '
+                f'could be read{_hole(received, behind)}')
 
-    def first_field(self, source: Source) -> str:
-        """Return the type of the first field of a source's messages; '' if it is not known."""
+    def first_field(self, source: MessageSource) -> str:
+        """Return the type of the first field of a source's messages; '' if it is unknown."""
         return next((first_field_of(source, connection.msgdef)
                      for connection in self._reader.connections
                      if self._source_of[connection.id] == source), '')
@@ -131,19 +130,36 @@ class RosbagsFile:
             self._unpacked.cleanup()
 
 
-def salvaged(scan: Iterable[Arrival], sources: Collection[Source], start: int | None,
-             stop: int | None) -> Iterator[Arrival]:
-    """Yield what a scan finds of some sources, in a stretch of time; see ``Storage``."""
+def salvaged(scan: Iterable[RecordedMessage], sources: Collection[MessageSource],
+             start: int | None, stop: int | None) -> Iterator[RecordedMessage]:
+    """Yield the messages of some sources in a scan, in a time range; see ``Storage``."""
     for arrival in scan:
         if (arrival.source in sources and (start is None or arrival.received >= start)
                 and (stop is None or arrival.received < stop)):
             yield arrival._replace(data=_decompressed(arrival.data))
 
 
+def _named(error: Exception) -> str:
+    """Return the text of an error; a MemoryError has none."""
+    return str(error).rstrip('.') or type(error).__name__
+
+
+def _hole(before: int | None, behind: int | None) -> str:
+    """Return in words which time range is missing; None: from the start, or to the end."""
+    since = '' if before is None else f' after {format_stamp(before)} s'
+    until = '' if behind is None else f' before {format_stamp(behind)} s'
+    both = since + (' and' if since and until else '') + until
+    return f'; what is missing was received{both}' if both else ''
+
+
 def _decompressed(data: bytes) -> bytes:
-    """Return a message that the recorder may have compressed, and a damaged one as it is."""
+    """Return a message that the recorder may have compressed; a damaged one is unchanged."""
     try:
-        return zstd.decompress(data) if data.startswith(_ZSTD) else data
+        if not data.startswith(_ZSTD):
+            return data
+        reader = decompressor()
+        unpacked = reader.decompress(data, max_length=unpacked_limit(len(data)))
+        return unpacked if reader.eof else data
     except zstd.ZstdError:
         return data
 
@@ -151,13 +167,19 @@ def _decompressed(data: bytes) -> bytes:
 def _unpacked(path: Path, folder: Path) -> Path:
     """Decompress a file into a folder, and return it."""
     target = folder / path.stem
+    size = path.stat().st_size
+    left = unpacked_limit(size)
     with zstd.open(path) as packed, target.open('wb') as unpacked:
-        shutil.copyfileobj(packed, unpacked)
+        while piece := packed.read(_PIECE):
+            left -= len(piece)
+            if left < 0:
+                raise too_large('the file', size)
+            unpacked.write(piece)
     return target
 
 
-def first_field_of(source: Source, definition: MessageDefinition) -> str:
-    """Return the type of a message's first field; old bags have no definitions of messages."""
+def first_field_of(source: MessageSource, definition: MessageDefinition) -> str:
+    """Return the type of a message's first field; old bags have no message definitions."""
     try:
         if definition.format is MessageDefinitionFormat.MSG:
             types = get_types_from_msg(definition.data, source.type_name)
@@ -174,28 +196,36 @@ def first_field_of(source: Source, definition: MessageDefinition) -> str:
     return str(of if kind is Nodetype.NAME else of[0] if kind is Nodetype.BASE else 'a sequence')
 
 
-def _source(connection: Connection) -> Source:
+def _source(connection: Connection) -> MessageSource:
     extension = connection.ext
     if isinstance(extension, ConnectionExtRosbag1):
-        return Source(connection.topic, connection.msgtype, bool(extension.latching),
-                      extension.callerid or '', True)
+        return MessageSource(connection.topic, connection.msgtype, bool(extension.latching),
+                             extension.callerid or '', True)
     profiles = extension.offered_qos_profiles
-    return Source(connection.topic, connection.msgtype, is_transient_local(profiles), '',
-                  extension.serialization_format == 'ros1', is_reliable(profiles),
-                  is_volatile(profiles))
+    return MessageSource(connection.topic, connection.msgtype, is_transient_local(profiles), '',
+                         extension.serialization_format == 'ros1', is_reliable(profiles),
+                         is_volatile(profiles))
+
+
+def profiles_of(text: str) -> list[Qos]:
+    """Return the quality of service that publishers offered; none if it cannot be read."""
+    try:
+        return list(parse_qos(text))
+    except UNREADABLE:
+        return []
 
 
 def is_transient_local(profiles: Sequence[Qos]) -> bool:
-    """Return whether all publishers of a topic keep what they sent for those who come late."""
+    """Return whether all publishers of a topic keep their messages for late joiners."""
     return bool(profiles) and all(
         profile.durability is QosDurability.TRANSIENT_LOCAL for profile in profiles)
 
 
 def is_reliable(profiles: Sequence[Qos]) -> bool:
-    """Return whether all publishers of a topic send reliably, as far as that was recorded."""
+    """Return whether all publishers of a topic are reliable, as far as that was recorded."""
     return all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles)
 
 
 def is_volatile(profiles: Sequence[Qos]) -> bool:
-    """Return whether a publisher of a topic said that it keeps nothing for late listeners."""
+    """Return whether a publisher of a topic keeps nothing for late joiners."""
     return any(profile.durability is QosDurability.VOLATILE for profile in profiles)

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Files that rosbags refuses: cut off, never finished, without an index.
+Reads files that rosbags refuses: truncated, never finished, or without an index.
 
-They are read from the beginning, record by record, as far as that goes. Each kind has a
-scan; what all of them need stands here.
+They are read from the beginning, record by record, as far as possible. Each kind has its own scan;
+this file has the common parts.
 """
 
 from collections import Counter
@@ -25,90 +14,115 @@ import mmap
 from pathlib import Path
 import struct
 
+from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
-from tf_tree_py.core.stamp import FOREVER
+from tf_tree_py.core.stamp import FOREVER, format_stamp
 
+from .message_source import MessageSource, RecordedMessage, Scan
 from .rosbags_file import first_field_of, salvaged
-from .source import Arrival, Scan, Source
+from .size_limit import too_large, unpacked_limit
 
 
 class SalvagedFile:
-    """What can be read of one file."""
+    """The readable part of one file."""
 
     def __init__(self, path: Path, scan: Callable[[Path], Scan], why: object) -> None:
         """
-        Read it once, to see what there is.
+        Read it once, to count its messages.
 
-        :param why: it cannot be read as it should be.
+        :param why: the error of the regular reader.
         :raises ValueError: nothing can be read.
         """
         self._path = path
         self._scan = scan
         first = scan(path)
-        self.counts: Counter[Source] = Counter()
+        self.counts: Counter[MessageSource] = Counter()
         begin, end = FOREVER, 0
         for arrival in first:
             self.counts[arrival.source] += 1
             begin, end = min(begin, arrival.received), max(end, arrival.received + 1)
         self.span = begin, end
         self._definitions = first.definitions
-        self.damage = [f'{path.name} is not whole ({str(why).rstrip(".")}): '
-                       f'{self.counts.total()} messages could be read, {first.lost}']
+        received = '' if begin > end else (
+            f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
+        self.damage = [f'{path.name} is not whole ({str(why).rstrip(".") or type(why).__name__}): '
+                       f'{self.counts.total()} messages could be read{received}, {first.lost}']
 
-    def arrivals(self, sources: Collection[Source], start: int | None,
-                 stop: int | None) -> Iterator[Arrival]:
-        """Yield the messages of some of its sources, as they stand in the file."""
+    def arrivals(self, sources: Collection[MessageSource], start: int | None,
+                 stop: int | None) -> Iterator[RecordedMessage]:
+        """Yield the messages of some of its sources, in the order of the file."""
         return salvaged(self._scan(self._path), sources, start, stop)
 
-    def first_field(self, source: Source) -> str:
-        """Return the type of the first field of a source's messages; '' if it is not known."""
+    def first_field(self, source: MessageSource) -> str:
+        """Return the type of the first field of a source's messages; '' if it is unknown."""
         if source not in self._definitions:
             return ''
         return first_field_of(source, self._definitions[source])
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing, because no file stays open."""
 
 
 def mapped(path: Path, magic: bytes, kind: str) -> memoryview:
     """
     Return the bytes of a file.
 
-    :param magic: what it begins with.
+    :param magic: its expected first bytes.
     :param kind: of the file, for the error.
-    :raises ValueError: it begins with something else, or it is empty.
+    :raises ValueError: it begins with other bytes, or it is empty.
     """
     with path.open('rb') as file:
         data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
     if data[:len(magic)] != magic:
-        raise ValueError(f'it does not begin as {kind} does')
+        raise ValueError(f'it does not begin like {kind}')
     return data
 
 
 def definition(text: str, encoding: str = 'ros2msg') -> MessageDefinition:
-    """Return a definition of messages, from the text and the encoding that a file has."""
+    """Return a message definition, from its text and encoding in a file."""
     kind = {'ros2msg': MessageDefinitionFormat.MSG, 'ros1msg': MessageDefinitionFormat.MSG,
             'ros2idl': MessageDefinitionFormat.IDL}.get(encoding, MessageDefinitionFormat.NONE)
     return MessageDefinition(kind, text)
 
 
-def lost_bytes(lost: int, size: int, ended: bool = False) -> str:
+def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
     """
-    Say how much of a file could not be read.
+    Return in words how much of a file could not be read.
 
-    :param ended: there was an end, and not only nothing more.
+    :param lost: the unreadable bytes in the file.
+    :param ended: whether the file has an end record.
+    :param more: the missing bytes of its last record.
     """
-    if not lost:
-        return 'and nothing is missing' + ('' if ended else ' but its end with the index')
-    return f'and {lost:,} of its {size:,} bytes could not'
+    behind = f'; behind it at least {more:,} more bytes are missing' if more else ''
+    if not lost and not more:
+        return 'and nothing is missing' + ('' if ended else ' except the index at its end')
+    return f'and {lost:,} of its {size:,} bytes could not{behind}'
+
+
+def share(packed: int, unread: int, unpacked: int) -> int:
+    """Return the number of bytes of a compressed chunk that correspond to the unread ones."""
+    return round(packed * unread / unpacked) if unpacked else packed
+
+
+def unpacked_lz4(packed: memoryview) -> bytes:
+    """
+    Return as much as can be decompressed.
+
+    :raises TooLarge: it exceeds the limit.
+    """
+    reader = LZ4FrameDecompressor()
+    unpacked = bytes(reader.decompress(packed, max_length=unpacked_limit(len(packed))))
+    if not reader.eof and not reader.needs_input:
+        raise too_large('a chunk', len(packed))
+    return unpacked
 
 
 class Cut(Exception):
-    """The bytes end in the middle of something."""
+    """The bytes end within a record or a field."""
 
 
 class Bytes:
-    """A position in bytes, and methods that read on from there; numbers are little-endian."""
+    """A position in bytes, with methods that read from there; numbers are little-endian."""
 
     def __init__(self, data: memoryview) -> None:
         self.data = data
@@ -119,14 +133,14 @@ class Bytes:
 
     @property
     def left(self) -> int:
-        """Return how many bytes there are behind the position."""
+        """Return the number of bytes after the position."""
         return len(self.data) - self.position
 
     def take(self, size: int) -> memoryview:
         """
         Return the next bytes.
 
-        :raises Cut: there are not as many.
+        :raises Cut: there are fewer bytes.
         """
         if size > self.left:
             raise Cut
@@ -134,14 +148,14 @@ class Bytes:
         return self.data[self.position - size:self.position]
 
     def number(self, letter: str) -> int:
-        """Return the next number, of struct's letter."""
+        """Return the next number, in struct's format."""
         (value,) = struct.unpack('<' + letter, self.take(struct.calcsize(letter)))
         return int(value)
 
     def sized(self) -> memoryview:
-        """Return bytes that stand behind their number."""
+        """Return the bytes that follow their length."""
         return self.take(self.number('I'))
 
     def text(self) -> str:
-        """Return a string that stands behind its number of bytes."""
+        """Return the string that follows its length in bytes."""
         return bytes(self.sized()).decode(errors='replace')

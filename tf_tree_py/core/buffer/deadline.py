@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""How long a blocking wait may last: by the wall clock here, by a ROS clock in ``ros``."""
+"""Deadlines of blocking waits, by the wall clock; ``ros.waiting`` has those by a ROS clock."""
 
 import threading
 import time
@@ -20,7 +9,7 @@ from typing import Protocol
 
 
 class Deadline(Protocol):
-    """Sleeps for a blocking lookup until something happens or time is up."""
+    """Blocks a thread until an event is set or the time is up."""
 
     def wait(self, event: threading.Event) -> bool:
         """Sleep until the event is set (True) or time is up (False)."""
@@ -30,7 +19,7 @@ class Deadline(Protocol):
 
 
 class WallDeadline:
-    """A timeout by the monotonic clock, which begins now."""
+    """A timeout by the monotonic clock that begins when the object is made."""
 
     def __init__(self, timeout_s: float) -> None:
         self._begin = time.monotonic()

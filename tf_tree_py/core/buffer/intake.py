@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The way into a buffer: tell observers, compare with the clock, insert, and wake who waits.
+Insertion into a buffer: notify observers, compare stamps with the clock, insert, wake waiters.
 
-One way for all: a sample by hand, a message off the wire, a track of many stamps. What
-callers give was checked before, in ``buffer_core`` and ``arrivals``.
+Single samples, received messages and tracks of many stamps are all inserted here. Arguments
+of callers have already been checked in ``buffer_core``.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -24,16 +13,18 @@ from dataclasses import replace
 from typing import Any
 
 from .waiting import Waiting
-from ..arrivals.estimate import Estimate
-from ..arrivals.future_guard import FutureGuard
-from ..arrivals.incidents import Incident, Kind, Statistics
-from ..arrivals.jump_back import CURE, JumpBack, WHY_OLD
-from ..arrivals.observers import Observers
-from ..arrivals.sample import Batch, checked, Sample, sound_poses
-from ..arrivals.track import Judged, Track
-from ..edges.spline import Spline
+from ..edges.curve import EdgeCurve
+from ..edges.packed import pack_pose
 from ..errors import ClockJumpException
 from ..geometry.so3 import Array
+from ..ingest.edge_estimate import EdgeEstimate
+from ..ingest.future_guard import FutureGuard
+from ..ingest.incidents import Incident, Kind, Statistics
+from ..ingest.jump_back import CURE, JumpBack, WHY_OLD
+from ..ingest.observers import Observers
+from ..ingest.received_message import ReceivedMessage
+from ..ingest.sample import Batch, checked, Sample, sound_poses
+from ..ingest.sample_track import JudgedTrack, SampleTrack
 from ..stamp import LATEST
 from ..times import Stamps
 from ..tree.tree import Tree
@@ -41,20 +32,20 @@ from ..tree.tree import Tree
 
 class Intake:
     """
-    Takes what arrives, and forgets it when another time begins.
+    Inserts what arrives, and clears it when time restarts.
 
-    All methods may be called from any thread, without the buffer's lock; what they
-    return is what was refused or is worth telling.
+    All methods are thread-safe, are called without the buffer's lock, and return the
+    incidents.
     """
 
     def __init__(self, tree: Tree, waiting: Waiting, observers: Observers, guard: FutureGuard,
                  jump_back: JumpBack | None) -> None:
         """
-        Begin with nothing.
+        Start with counts of zero.
 
-        :param tree: what to fill, with the lock of those who wait for it.
-        :param guard: what is too far ahead of the clock.
-        :param jump_back: recognises that another run has begun; None: nobody looks for that.
+        :param tree: the tree to insert into.
+        :param guard: recognises stamps too far ahead of the clock.
+        :param jump_back: recognises a new run; None: this is not checked.
         """
         self._tree = tree
         self._waiting = waiting
@@ -69,22 +60,39 @@ class Intake:
     def take(self, samples: list[Sample], authority: str, static: bool,
              insert: Callable[..., list[Incident]] | None = None) -> list[Incident]:
         """
-        Take samples under one lock.
+        Insert samples while holding the lock once.
 
-        :param insert: what to do with those whose stamps are good; ``insert_each`` unless given.
+        :param insert: inserts the samples with good stamps; ``insert_each`` by default.
         """
+        self.announce(samples, authority, static)
+        return self.take_announced(samples, authority, static, insert or self.insert_each)
+
+    def take_announced(self, samples: list[Sample], authority: str, static: bool,
+                       insert: Callable[..., list[Incident]]) -> list[Incident]:
+        """Insert samples that were announced to observers, or will be; parameters as above."""
         remarks: list[Incident] = []
         if samples and not static:
             stamps = [sample.stamp for sample in samples]
-            if (self._jump_back or self._observers.of_arrivals
-                    or max(stamps) > self._guard.limit):
+            if self._jump_back or max(stamps) > self._guard.limit:
                 samples, remarks = self._screen(samples, stamps, authority)
         return self._insert(remarks, lambda: [sample.child for sample in samples],
-                            insert or self.insert_each, samples, authority, static)
+                            insert, samples, authority, static)
+
+    def announce(self, samples: Iterable[Sample], authority: str, static: bool = False) -> None:
+        """Notify observers of samples that a program inserts by hand, one by one."""
+        if self._observers.of_messages:
+            for parent, child, stamp, pose in samples:
+                self._announce_batch(
+                    Batch([(parent, child)], [stamp], [pack_pose(*pose)]), authority, static)
+
+    def _announce_batch(self, batch: Batch, authority: str, static: bool) -> None:
+        if self._observers.of_messages:
+            self._observers.notify_received(ReceivedMessage(
+                batch, self._guard.now(), '', static, authority))
 
     def take_uncertain(self, sample: Sample, covariance: Array, authority: str,
                        static: bool) -> list[Incident]:
-        """Take a sample and its covariance (6, 6) under one lock; neither if one is refused."""
+        """Insert a sample and its covariance (6, 6), or neither if one of them is refused."""
         def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
             incidents = self.insert_each(samples, authority, static)
             if samples and not any(incident.refused for incident in incidents):
@@ -97,67 +105,76 @@ class Intake:
 
     def take_covariance(self, parent: str, child: str, stamp: int, covariance: Array,
                         authority: str) -> list[Incident]:
-        """Take the covariance (6, 6) of an edge whose poses come another way."""
+        """Insert the covariance (6, 6) of an edge whose poses are inserted separately."""
         with self._lock:
             refused = self._tree.set_covariance(parent, child, stamp, covariance, authority)
             self.count(0, refused)
         return refused
 
-    def take_estimate(self, estimate: Estimate, with_pose: bool,
+    def take_estimate(self, estimate: EdgeEstimate, with_pose: bool,
                       authority: str) -> list[Incident]:
-        """Take the covariance that a topic tells of an edge; its pose only if that is wanted."""
+        """Insert an edge's covariance from a topic, and on request its pose too."""
         parent, child, stamp, pose, covariance = estimate
         if with_pose:
             return self.take_uncertain(
                 Sample(parent, child, stamp, pose), covariance, authority, False)
         return self.take_covariance(parent, child, stamp, covariance, authority)
 
-    def take_rates(self, child: str, stamps: Stamps, rates: Array) -> int:
-        """Take angular velocities (N, 3) at stamps (N,), sorted; see ``BufferCore.aid``."""
+    def take_rates(self, child: str, stamps: Stamps, rates: Array, max_gap: int | None,
+                   saturation: float) -> int:
+        """Insert angular velocities (N, 3) at sorted stamps (N,); see ``BufferCore.aid``."""
         with self._lock:
-            return self._tree.aid(child, stamps, rates)
+            return self._tree.aid(child, stamps, rates, max_gap, saturation)
 
-    def take_batch(self, batch: Batch, authority: str, static: bool) -> list[Incident]:
-        """Take a whole message under one lock."""
+    def take_batch(self, batch: Batch, authority: str, static: bool,
+                   announced: bool = False) -> list[Incident]:
+        """Insert a whole message; ``announced``: observers were already notified of it."""
+        if not announced:
+            self._announce_batch(batch, authority, static)
         poses = None
         if not static and not self._guard.is_too_far(max(batch.stamps, default=LATEST)):
             poses = sound_poses(batch.poses)
         if poses is None:
-            return self.take(batch.samples(), authority, static)
+            return self.take_announced(batch.samples(), authority, static, self.insert_each)
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
         remarks: list[Incident] = []
-        if self._jump_back or self._observers.of_arrivals:
-            remarks = self._arrived(batch.edges, batch.stamps, authority)
+        if self._jump_back:
+            remarks = self._judge_stamps(batch.edges, batch.stamps, authority)
         return self._insert(remarks, lambda: [child for _, child in batch.edges],
                             self._append, batch, authority)
 
-    def take_track(self, track: Track, authority: str) -> list[Incident]:
-        """Take many samples of one moving edge."""
+    def take_track(self, track: SampleTrack, authority: str) -> list[Incident]:
+        """Insert many samples of one moving edge."""
         if self._jump_back or (len(track.stamps)
                                and self._guard.is_too_far(int(track.stamps.max()))):
             return [incident for sample in track.samples()
                     for incident in self.take([sample], authority, False)]
-        if self._observers.of_arrivals:
-            self._arrived([(track.parent, track.child)] * len(track.stamps),
-                          track.stamps.tolist(), authority)
+        if self._observers.of_messages:
+            self.announce(track.samples(), authority)
         return self._insert([], lambda: [track.child],
                             self._track, track, track.judged(authority), authority)
 
-    def take_spline(self, parent: str, child: str, spline: Spline,
-                    authority: str) -> list[Incident]:
-        """Let an edge move on a spline; its newest pose is told, and compared with the clock."""
-        newest = Sample(parent, child, spline.latest, spline.sample(spline.latest))
+    def take_curve(self, parent: str, child: str, curve: EdgeCurve,
+                   authority: str) -> list[Incident]:
+        """
+        Replace an edge's samples with a curve, and notify observers of its newest pose.
+
+        The stamp of that pose is compared with the clock. For a curve that reaches into the
+        future, it is the stamp of its oldest pose.
+        """
+        stamp = curve.oldest if self._guard.is_too_far(curve.latest) else curve.latest
+        newest = Sample(parent, child, stamp, curve.sample(stamp))
+        self.announce([newest], authority)
         remarks: list[Incident] = []
-        if (self._jump_back or self._observers.of_arrivals
-                or newest.stamp > self._guard.limit):
+        if self._jump_back or newest.stamp > self._guard.limit:
             taken, remarks = self._screen([newest], [newest.stamp], authority)
             if not taken:
                 return remarks
-        return self._insert(remarks, lambda: [child], self._spline, newest, spline, authority)
+        return self._insert(remarks, lambda: [child], self._curve, newest, curve, authority)
 
     def refuse(self, incident: Incident) -> None:
-        """Count something that went wrong before there was a sample to insert."""
+        """Count an incident that occurred before there was a sample to insert."""
         with self._lock:
             self.count(0, [incident])
 
@@ -169,31 +186,22 @@ class Intake:
 
     # --- before anything is inserted
 
-    def _arrived(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
-                 authority: str) -> list[Incident]:
-        """Tell who watches, and forget what was before if another run has begun."""
-        if not edges:
-            return []
-        self._observers.tell_arrived(edges, stamps)
-        return self._judge_stamps(edges, stamps, authority)
-
     def _screen(self, samples: list[Sample], stamps: list[int],
                 authority: str) -> tuple[list[Sample], list[Incident]]:
-        """Return the samples that are not refused for their stamps, and what to tell."""
+        """Return the samples that are not refused for their stamps, and the incidents."""
         guard = self._guard
-        edges = [(sample.parent, sample.child) for sample in samples]
-        if not guard.is_too_far(max(stamps)):
-            return samples, self._arrived(edges, stamps, authority)
-        self._observers.tell_arrived(edges, stamps)
-        with self._lock:
-            samples, remarks = guard.part(samples, authority, self._tree.histories)
-            self.count(0, remarks)
+        remarks: list[Incident] = []
+        if guard.is_too_far(max(stamps)):
+            with self._lock:
+                samples, remarks = guard.part(samples, authority, self._tree.histories)
+                self.count(0, remarks)
         return samples, remarks + self._judge_stamps(
             [(sample.parent, sample.child) for sample in samples],
             [sample.stamp for sample in samples], authority)
 
     def _judge_stamps(self, edges: Sequence[tuple[str, str]], stamps: Sequence[int],
                       authority: str) -> list[Incident]:
+        """Forget what was before if another run has begun."""
         if not self._jump_back or not edges:
             return []
         with self._lock:
@@ -202,7 +210,7 @@ class Intake:
                 return []
             self.count(0, [incident])
             self._forget()
-        self._give_up('All stamps went back, as those of a bag that loops,')
+        self._give_up('All stamps went back, as in a bag that loops,')
         return [incident]
 
     # --- inserting, with the lock
@@ -240,13 +248,13 @@ class Intake:
             return []
         return self.insert_each(batch.samples()[taken:], authority, False)
 
-    def _track(self, track: Track, judged: Judged, authority: str) -> list[Incident]:
+    def _track(self, track: SampleTrack, judged: JudgedTrack, authority: str) -> list[Incident]:
         incidents: list[Incident] = []
         tree, number = self._tree, 0
         if not len(track.stamps):
             return incidents
         history = tree.history_to_extend(track.parent, track.child, int(track.stamps.min()))
-        # One by one until there is an edge that only needs more samples; nearly always after one.
+        # Insert one by one until the edge exists and takes the rest; usually that is one sample.
         earliest = track.earliest_after() if history is None else ()
         for number, stamp in enumerate(earliest):
             history = tree.history_to_extend(track.parent, track.child, int(stamp))
@@ -263,25 +271,25 @@ class Intake:
         self.count(len(rest.stamps), refused)
         return incidents + refused
 
-    def _spline(self, newest: Sample, spline: Spline, authority: str) -> list[Incident]:
+    def _curve(self, newest: Sample, curve: EdgeCurve, authority: str) -> list[Incident]:
         sound = checked(newest, authority)
-        incidents = [sound] if isinstance(sound, Incident) else self._tree.insert_spline(
-            newest.parent, newest.child, spline, authority)
+        incidents = [sound] if isinstance(sound, Incident) else self._tree.insert_curve(
+            newest.parent, newest.child, curve, authority)
         self.count(not (incidents and incidents[-1].refused), incidents)
         return incidents
 
     def count(self, accepted: int, incidents: list[Incident]) -> None:
-        """Count what was taken and what happened, and tell who watches; the lock is held."""
+        """Count transforms and incidents, and notify observers; the lock is held."""
         self._statistics.accepted += accepted
         for incident in incidents:
             self._statistics.incidents[incident.kind] += 1
         if incidents:
-            self._observers.tell_incidents(incidents)
+            self._observers.notify_incidents(incidents)
 
     # --- afterwards
 
     def _explained(self, incidents: list[Incident]) -> list[Incident]:
-        """Return incidents that say why data is old."""
+        """Return the incidents, with the reason added to those about old data."""
         return [replace(incident, detail=f'{incident.detail}. {self._why_old(incident.newest)}')
                 if incident.kind is Kind.OLD_DATA else incident for incident in incidents]
 
@@ -292,7 +300,7 @@ class Intake:
     # --- forgetting
 
     def clear(self) -> None:
-        """Forget what moves; frame names and static edges stay."""
+        """Clear all moving edges; frame names and static edges stay."""
         with self._lock:
             self._forget()
             if self._jump_back:
@@ -300,13 +308,14 @@ class Intake:
         self._waiting.ask_again()
 
     def start_anew(self, why: str) -> None:
-        """Forget what moves, because another time has begun, and tell everybody who waits."""
+        """Clear all moving edges, because time has restarted, and make all waiters fail."""
         self.clear()
         self._give_up(why)
 
     def read_clock_anew(self) -> None:
-        """Forget what the clock was: it jumped back, or is another one now."""
-        # A new guard: a thread that has just read the old clock may still write into the old one.
+        """Forget the last reading of the clock, which jumped back or was replaced."""
+        # A new guard, because a thread that has just read the old clock may still write into
+        # the old guard.
         self._guard = self._guard.renewed()
 
     def _forget(self) -> None:
@@ -315,4 +324,4 @@ class Intake:
 
     def _give_up(self, why: str) -> None:
         self._waiting.fail(ClockJumpException(
-            f'{why} while this was waited for; the buffer was cleared'))
+            f'{why} during the wait; the buffer was cleared'))

@@ -1,67 +1,57 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Several sources of one edge in a live buffer, and going over from one to another.
+Several sources of one edge in a live buffer, and switching between them.
 
-``tree.sources`` says what that is, and what the rule is.
+``tree.sources`` describes sources and the rule.
 """
 
+from collections.abc import Sequence
 import math
 import operator
 from typing import Any
 
-from .correcting import checked_frame
+from .correction_arguments import checked_frame
 from .intake import Intake
 from .waiting import Waiting
-from ..arrivals.incidents import Incident
-from ..arrivals.sample import checked, Sample
-from ..edges.corrected import CorrectedHistory
 from ..errors import InvalidArgumentException
 from ..geometry.blend import Limits
+from ..ingest.incidents import Incident
+from ..ingest.sample import checked, Sample
 from ..stamp import format_span, from_seconds
-from ..tree.corrections import smoothed, Transition
-from ..tree.sources import Rule, Source, Sources
+from ..tree.corrections import Transition
+from ..tree.sources import EdgeSources, Rule
 from ..tree.tree import Tree
 
 DEFAULT_WINDOW = from_seconds(1.0)
+DEFAULT_STEADY = from_seconds(2.0)
 
 
 class Switching:
     """
-    The sources of a buffer's edges; of most edges there are none.
+    The sources of a buffer's edges; most edges have none.
 
-    Its methods may be called from any thread, without the buffer's lock; ``BufferCore`` says
-    what they are for.
+    Its methods are thread-safe, and are called without the buffer's lock; ``BufferCore``
+    documents them.
     """
 
     def __init__(self, tree: Tree, waiting: Waiting, intake: Intake) -> None:
         """
-        Begin with no sources.
+        Start without sources.
 
-        :param tree: whose edges have them, with the lock of those who wait for it.
-        :param intake: takes the samples that the tree is to have.
+        :param tree: the tree that contains the edges.
+        :param intake: inserts the samples of the active source into the tree.
         """
         self._tree = tree
         self._waiting = waiting
         self._lock = waiting.lock
         self._intake = intake
-        self._sources: dict[str, Sources] = {}
+        self._sources: dict[str, EdgeSources] = {}
 
     def take(self, source: str, sample: Sample) -> list[Incident]:
-        """Take a sample of a source; return what was refused, and which source made way."""
-        return self._intake.take([sample], source, False, self._insert)
+        """Insert a sample of a source; return refusals, and a source that was replaced."""
+        return self._intake.take_announced([sample], source, False, self._insert)
 
     def _insert(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
         incidents: list[Incident] = []
@@ -70,15 +60,30 @@ class Switching:
             if isinstance(sound, Incident):
                 self._intake.count(0, [sound])
                 return [sound]
-            sources = self._sources.setdefault(
-                sound.child, Sources(sound.parent, sound.child, self._tree.cache_time))
+            sources = self._made(sound.parent, sound.child)
             chosen, told = sources.take(self._tree, source, sound)
             self._intake.count(0, told)
+            self._intake.announce(chosen, sources.active)
             incidents += told + self._intake.insert_each(chosen, sources.active, False)
         return incidents
 
+    def _made(self, parent: str, child: str) -> EdgeSources:
+        """Return the sources of an edge; a new object if it has none or was removed."""
+        sources = self._known(child)
+        if sources is None:
+            sources = self._sources[child] = EdgeSources(parent, child, self._tree.cache_time)
+            self._tree.sources[child] = sources.samples
+        return sources
+
+    def _known(self, child: str) -> EdgeSources | None:
+        sources = self._sources.get(child)
+        if sources is not None and self._tree.sources.get(child) is not sources.samples:
+            del self._sources[child]  # the frame was removed
+            return None
+        return sources
+
     def switch(self, child: str, to: str, limits: Limits) -> Transition | None:
-        """Let an edge go over to another of its sources; None if it has to wait for that."""
+        """Switch an edge to another of its sources; return None if the switch is pending."""
         child = checked_frame(child)
         changes: list[Transition | None] = []
 
@@ -92,60 +97,49 @@ class Switching:
 
     def switch_by_rule(self, child: str, rule: Rule) -> None:
         """
-        Let the sources of an edge make way for each other.
+        Replace the active source of an edge by a rule.
 
-        :raises InvalidArgumentException: it has none, or the buffer keeps too little to compare
-            motions.
+        :raises InvalidArgumentException: the edge has no sources, or the buffer keeps too
+            little history to compare motions.
         """
         if rule.gate and rule.window >= self._tree.cache_time:
             raise InvalidArgumentException(
-                f'Over a window of {format_span(rule.window)} no motions can be compared, for the '
-                f'buffer keeps {format_span(self._tree.cache_time)}: allow a longer cache_time')
+                f'Motions cannot be compared over a window of {format_span(rule.window)}, because '
+                f'the buffer keeps {format_span(self._tree.cache_time)}: set a longer cache_time')
         with self._lock:
             self._sources_of(checked_frame(child)).rule = rule
 
-    def sources_of(self, child: str) -> list[Source]:
-        """Return the sources of an edge, those heard first before the others."""
-        with self._lock:
-            sources = self._sources.get(child)
-            return sources.listed() if sources else []
-
-    def smoothed(self) -> Tree:
-        """Return a copy of the tree in which every sample has the correction of its stamp."""
-        with self._lock:
-            twin = smoothed(self._tree)
-            for child, sources in self._sources.items():
-                edge = self._tree.histories.get(child)
-                if isinstance(edge, CorrectedHistory) and len(edge):
-                    twin.replace(sources.smoothed(edge))
-            return twin
-
-    def _sources_of(self, child: str) -> Sources:
-        if child not in self._sources:
+    def _sources_of(self, child: str) -> EdgeSources:
+        sources = self._known(child)
+        if sources is None:
             raise InvalidArgumentException(
-                f'The edge of {child!r} has no sources: insert_from makes some')
-        return self._sources[child]
+                f'The edge of {child!r} has no sources: call insert_from first')
+        return sources
 
 
 def checked_source(source: Any) -> str:
     """
     Return the name of a caller's source.
 
-    :raises InvalidArgumentException: it is none.
+    :raises InvalidArgumentException: it is not a name.
     """
     if not isinstance(source, str) or not source:
-        raise InvalidArgumentException(f'source is the name of one, not {source!r}')
+        raise InvalidArgumentException(f'source must be the name of a source, not {source!r}')
     return source
 
 
-def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int,
-                 limits: Limits) -> Rule:
+def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int, limits: Limits,
+                 prefer: Sequence[str] = (), steady: int = DEFAULT_STEADY) -> Rule:
     """
     Return a caller's rule.
 
-    :raises InvalidArgumentException: what is no span, or no gate.
+    :raises InvalidArgumentException: an invalid span, gate or list of names.
     """
-    return Rule(_span('max_age', max_age), _gate(gate), _span('window', window), limits)
+    if isinstance(prefer, str) or not all(isinstance(name, str) for name in prefer):
+        raise InvalidArgumentException(
+            f'prefer must be a list of names of sources, not {prefer!r}')
+    return Rule(_span('max_age', max_age), _gate(gate), _span('window', window), limits,
+                tuple(prefer), _span('steady', steady))
 
 
 def _span(name: str, given: Any) -> int:
@@ -155,7 +149,7 @@ def _span(name: str, given: Any) -> int:
         span = 0
     if span <= 0:
         raise InvalidArgumentException(
-            f'{name} is a positive number of nanoseconds, not {given!r}')
+            f'{name} must be a positive number of nanoseconds, not {given!r}')
     return span
 
 
@@ -167,5 +161,6 @@ def _gate(given: Any) -> tuple[float, float] | None:
     except (TypeError, ValueError):
         metres = radians = math.nan
     if not (metres >= 0.0 and radians >= 0.0):
-        raise InvalidArgumentException(f'gate is metres and radians, or None, not {given!r}')
+        raise InvalidArgumentException(
+            f'gate must be metres and radians, or None, not {given!r}')
     return metres, radians

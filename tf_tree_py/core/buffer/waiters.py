@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Who waits for what, and what wakes them.
+The queue of waiters, sorted by the edges that they wait for.
 
-Nothing polls. A waiter stands in line under every edge that may change the answer of its
-query (``errors.Blocker``), and is taken out when one of these edges has changed, to ask
-again. This file only keeps the lines: it neither sleeps nor reads a clock, and the
-buffer's lock guards it.
+Waiters do not poll. A waiter is queued under every edge that may change the answer of its
+query (``errors.Blocker``). When one of these edges has changed, the waiter is removed, and
+its query runs again. This file only keeps the queues: it neither sleeps nor reads a clock, and
+the buffer's lock protects it.
 """
 
 from bisect import bisect_left, insort
@@ -26,7 +15,8 @@ from collections.abc import Callable, Iterable
 import itertools
 import threading
 
-from ..calling import call_all
+from .. import fork_locks
+from ..callbacks import call_all
 from ..errors import Blocker
 
 _Entry = tuple[int, int, 'Waiter']
@@ -34,9 +24,9 @@ _Entry = tuple[int, int, 'Waiter']
 
 class Waiter:
     """
-    One who waits: its query failed, and may succeed later.
+    A waiter: its query failed, and may succeed later.
 
-    :ivar wake: called without the lock when it is time to ask again.
+    :ivar wake: called without the lock when the query should run again.
     """
 
     __slots__ = ('wake', 'number', 'places')
@@ -48,19 +38,19 @@ class Waiter:
 
     @property
     def waits(self) -> bool:
-        """Return whether it stands in any line."""
+        """Return whether it is in any queue."""
         return bool(self.places)
 
 
 class Waiters:
     """
-    All who wait, sorted under each edge by the stamp that it must reach for them.
+    All waiters: a queue for each edge, sorted by the stamp that the edge must reach.
 
-    A waiter may stand under several edges; when one of them is ready, it leaves all.
+    A waiter may be queued under several edges; when one of them is ready, it leaves all.
     Adding, removing and finding the ready ones cost O(log n) and a memmove for each
     edge.
 
-    :ivar somebody: set while anybody waits.
+    :ivar somebody: set while there is a waiter.
     """
 
     def __init__(self) -> None:
@@ -68,6 +58,7 @@ class Waiters:
         self._lines: dict[str | None, list[_Entry]] = {}
         self._numbers = itertools.count()
         self._count = 0
+        fork_locks.repair(self)
 
     def __bool__(self) -> bool:
         return self._count > 0
@@ -75,8 +66,17 @@ class Waiters:
     def __len__(self) -> int:
         return self._count
 
+    def repair_in_child(self) -> None:
+        """Forget the waiters of the parent process, whose threads do not exist here."""
+        for line in self._lines.values():
+            for _, _, waiter in line:
+                waiter.places = ()
+        self._lines.clear()
+        self._count = 0
+        self.somebody = threading.Event()  # a thread may have held the lock inside the old one
+
     def add(self, waiter: Waiter, blockers: Iterable[Blocker]) -> None:
-        """Put a waiter in line under all its blockers; it leaves the lines where it stood."""
+        """Queue a waiter under all its blockers, instead of where it was queued before."""
         self.discard(waiter)
         waiter.places = tuple(set(blockers))
         waiter.number = next(self._numbers)
@@ -86,7 +86,7 @@ class Waiters:
         self.somebody.set()
 
     def discard(self, waiter: Waiter) -> None:
-        """Take a waiter out of all lines."""
+        """Remove a waiter from all queues."""
         if not waiter.places:
             return
         for child, stamp in waiter.places:
@@ -100,12 +100,12 @@ class Waiters:
             self.somebody.clear()
 
     def take_reached(self, child: str, latest: int) -> list[Waiter]:
-        """Take out all who waited for an edge to reach a stamp up to its latest."""
+        """Remove and return the waiters for stamps that an edge has now reached."""
         line = self._lines.get(child)
         return [] if line is None else self._take(line[:bisect_left(line, (latest + 1,))])
 
     def take_all(self) -> list[Waiter]:
-        """Take out everybody: the structure changed, or the wait is to fail."""
+        """Remove and return all waiters: the structure changed, or their waits must fail."""
         return self._take([entry for line in self._lines.values() for entry in line])
 
     def _take(self, entries: Iterable[_Entry]) -> list[Waiter]:
@@ -117,8 +117,8 @@ class Waiters:
 
 def wake_all(waiters: Iterable[Waiter]) -> None:
     """
-    Wake waiters; not to be called with the buffer's lock held.
+    Wake waiters; the caller must not hold the buffer's lock.
 
-    :raises BaseException: what the first of them raised, once all are awake.
+    :raises BaseException: the first exception that one of them raised, after all were woken.
     """
     call_all(waiter.wake for waiter in waiters)

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Waiting for a buffer's answers: ask, stand in line, be woken, or give up.
+Waiting for a buffer's answers: run a query, wait for what blocks it, run it again, or give up.
 
-Written once for all who wait: a thread that sleeps, a future, a message in a filter. What
-they wait for is in ``waiters``. How long they wait is up to them.
+Blocked threads, futures and messages in a filter all wait through this module. ``waiters``
+records which edges each waiter needs. Timeouts are elsewhere: each waiter has its own.
 """
 
 from collections.abc import Callable, Iterable
@@ -34,7 +23,7 @@ Answer = TypeVar('Answer')
 
 
 class Pending(Enum):
-    """What an inquiry returns that has no answer yet."""
+    """What an inquiry without an answer returns."""
 
     PENDING = 'pending'
 
@@ -44,31 +33,31 @@ PENDING = Pending.PENDING
 
 class Waiting:
     """
-    All who wait at one buffer; its length is how many.
+    The queue of waiters of one buffer; its length is their number.
 
-    Its methods may be called from any thread. Waiters are woken without the lock.
+    Its methods may be called from any thread. It wakes waiters without holding the lock.
 
-    :ivar lock: the buffer's.
+    :ivar lock: the buffer's lock.
     """
 
     def __init__(self, lock: Any) -> None:
         """
-        Begin with nobody.
+        Begin with an empty queue.
 
-        :param lock: the buffer's, re-entrant.
+        :param lock: the buffer's lock, re-entrant.
         """
         self.lock = lock
         self._waiters = Waiters()
-        # The last failure sent to all waiters; each compares it with the one at its start.
+        # The last failure that was sent to all. A waiter compares it with the one at its start.
         self._failure: TransformException | None = None
 
     def __len__(self) -> int:
         return len(self._waiters)
 
-    # --- for those who wait
+    # --- for threads that wait
 
     def wait_for(self, query: Callable[[], Answer], deadline: Deadline) -> Answer:
-        """Sleep until a query has an answer; see ``BufferCore.wait_for``."""
+        """Block the thread until a query has an answer; see ``BufferCore.wait_for``."""
         event = threading.Event()
         inquiry = Inquiry(self, query, event.set)
         slept = over = False
@@ -87,17 +76,17 @@ class Waiting:
         finally:
             inquiry.end()
 
-    # --- for those who change what is waited for
+    # --- for code that changes the tree
 
     def change(self, tree: Tree, children: Callable[[], Iterable[str]],
                insert: Callable[..., Answer], *arguments: Any) -> Answer:
         """
-        Insert under the lock, then wake those whose answer may have changed.
+        Insert under the lock, then wake the waiters whose answer may have changed.
 
-        They are woken even if the insertion raises: part of it may have been inserted.
+        They are woken even if the insertion raises, since part of it may have been inserted.
 
-        :param children: returns those of the edges that are inserted; called only if
-            somebody waits.
+        :param children: returns the child frames of the inserted edges; called only if there
+            are waiters.
         """
         ready: list[Waiter] = []
         try:
@@ -123,34 +112,34 @@ class Waiting:
         return ready
 
     def ask_again(self) -> None:
-        """Let everybody ask again, whatever blocks them."""
+        """Run the queries of all waiters again, whatever blocks them."""
         with self.lock:
             waiters = self._waiters.take_all()
         wake_all(waiters)
 
     def fail(self, failure: TransformException) -> None:
-        """Make everybody who waits give up with an error."""
+        """Make all waiters give up with an error."""
         with self.lock:
             self._failure = copy(failure)
             waiters = self._waiters.take_all()
         wake_all(waiters)
 
-    # --- for those who deliver it
+    # --- for threads that receive messages
 
     def sleep_until_somebody(self, timeout_s: float) -> bool:
         """
-        Sleep until somebody waits: for threads that collect messages before they deliver.
+        Block until there is a waiter: for threads that gather messages before they insert them.
 
-        :return: whether somebody waits.
+        :return: whether there is a waiter.
         """
         return self._waiters.somebody.wait(timeout_s)
 
 
 class Inquiry(Generic[Answer]):
     """
-    A query that is asked until it has an answer, or cannot have one any more.
+    A query that runs until it has an answer or can no longer have one.
 
-    Between two questions it stands in the line of those who wait.
+    Between two runs it stands in the queue of waiters.
     """
 
     __slots__ = ('_waiting', '_query', '_waiter', '_begun', '_failure_before', '_over')
@@ -158,10 +147,10 @@ class Inquiry(Generic[Answer]):
     def __init__(self, waiting: Waiting, query: Callable[[], Answer],
                  wake: Callable[[], None]) -> None:
         """
-        Take a query; the wait begins when it is asked for the first time.
+        Register a query; the wait begins when it runs for the first time.
 
         :param query: raises a ``TransformException`` as long as it has no answer.
-        :param wake: called, without the lock, when it is time to ask again.
+        :param wake: called, without the lock, when the query should run again.
         """
         self._waiting = waiting
         self._query = query
@@ -171,7 +160,7 @@ class Inquiry(Generic[Answer]):
 
     @property
     def waits(self) -> bool:
-        """Return whether it stands in line: nothing that blocks it has changed."""
+        """Return whether it stands in the queue: nothing that blocks it has changed."""
         return self._waiter.waits
 
     @property
@@ -180,14 +169,14 @@ class Inquiry(Generic[Answer]):
         return self._over
 
     def ask(self, *, once_more: bool = True,
-            may_wait: Callable[[], bool] | None = None) -> Answer | Pending:
+            before_waiting: Callable[[], None] | None = None) -> Answer | Pending:
         """
-        Return the answer, or ``PENDING``: it stands in line, or has ended.
+        Return the answer, or ``PENDING`` if it waits or has ended.
 
-        :param once_more: stand in line for what is missing, if it may still come.
-        :param may_wait: called with the lock just before it stands in line; False forbids that.
-        :raises TransformException: there is no answer, and it does not wait for one; or since
-            its beginning everybody was made to give up.
+        :param once_more: whether it waits for what is missing, if that may still arrive.
+        :param before_waiting: called with the lock, just before it begins to wait.
+        :raises TransformException: there is no answer and it does not wait for one, or all
+            waiters have been made to give up since it began.
         """
         waiting = self._waiting
         with waiting.lock:
@@ -204,26 +193,25 @@ class Inquiry(Generic[Answer]):
             except TransformException as error:
                 if error.blocked_on is None or not once_more:
                     raise
-                if may_wait is not None and not may_wait():
-                    raise
+                if before_waiting is not None:
+                    before_waiting()
                 waiting._waiters.add(self._waiter, error.blocked_on)
                 return PENDING
 
     def wake_by(self, wake: Callable[[], None]) -> bool:
-        """Be woken by something else from now on; return False if it is over."""
+        """Replace what wakes it; return False if it is over."""
         with self._waiting.lock:
             if not self._over:
                 self._waiter.wake = wake
             return not self._over
 
-    def end(self) -> bool:
-        """Leave the line for good; return whether nobody else did so before."""
+    def end(self) -> None:
+        """Leave the queue; later calls of ``ask`` return ``PENDING``."""
         with self._waiting.lock:
-            first, self._over = not self._over, True
+            self._over = True
             self._waiting._waiters.discard(self._waiter)
             self._waiter.wake = _nothing
-        return first
 
 
 def _nothing() -> None:
-    """Wake nobody."""
+    """Replace what woke an inquiry that is over."""

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The memory of samples, column by column: it belongs to a history, or to a file."""
+"""The memory of samples as columns, which a history or a file owns."""
 
 from array import array
 from collections.abc import Collection, Iterator, Sequence
@@ -27,12 +16,12 @@ POSE_FLOATS = 7
 
 class Columns(NamedTuple):
     """
-    The memory of a history: columns, all of one length.
+    The memory of a history as columns for the same samples.
 
     :ivar stamps: int64 nanoseconds, sorted.
-    :ivar poses: float64, seven a sample.
-    :ivar parents: of each sample; None while all name the newest's.
-    :ivar ends: stamps of the samples with which the edge ended.
+    :ivar poses: float64, seven per sample.
+    :ivar parents: of each sample; None if all are that of the newest.
+    :ivar ends: stamps of the samples at which the edge ended.
     """
 
     stamps: 'memoryview[int]'
@@ -42,7 +31,7 @@ class Columns(NamedTuple):
 
 
 class Names(Sequence[str]):
-    """The parent of every sample, kept as a number of a few names."""
+    """The parent of every sample, stored as an index into a list of names."""
 
     def __init__(self, codes: 'memoryview[int]', names: Sequence[str]) -> None:
         self._codes = codes
@@ -84,9 +73,9 @@ def store(columns: Columns, parent: str | None, arrays: Arrays) -> Facts:
 
 def restored(stored: Stored) -> tuple[Columns, str | None]:
     """
-    Return columns where they lie, and the parent of the newest sample.
+    Return columns in place, and the parent of the newest sample.
 
-    :raises ValueError: they cannot be a history's.
+    :raises ValueError: they are not valid for a history.
     """
     count = stored.whole('samples')
     stamps, poses = stored.integers(count), stored.floats(POSE_FLOATS * count)
@@ -102,7 +91,7 @@ def restored(stored: Stored) -> tuple[Columns, str | None]:
 
 
 def _check_structure(stamps: 'memoryview[int]', codes: 'memoryview[int]', names: int) -> None:
-    """Read which parent each sample names, and check it: climbs end only if that is sound."""
+    """Check the stamps and the parents of samples: climbs end only if these are valid."""
     times, numbers = np.frombuffer(stamps, np.int64), np.frombuffer(codes, np.uint32)
     if not len(times) or numbers.max() >= names or (times[1:] < times[:-1]).any():
-        raise ValueError('the parents of an edge are in no order')
+        raise ValueError('the stamps or parents of an edge are not valid')

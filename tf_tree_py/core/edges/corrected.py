@@ -1,40 +1,31 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The history of an edge that absorbs corrections: its samples are moved as they come in.
+The history of an edge that absorbs corrections: each new sample is moved when it arrives.
 
-So a lookup finds poses as in any other edge, and costs no more. The original samples can be
-computed at any time, for the correction is known.
+So lookups find poses as in any other edge, at the same cost. The original samples can be
+computed at any time, because the correction is stored.
 """
 
+from collections.abc import Callable, Iterator
 from typing import TypeGuard, TypeVar
 
 import numpy as np
 
 from .aided import AidedHistory
-from .correction import Correction, Measured, ORIGIN, Stage
+from .correction import Correction
 from .discrete import DynamicHistory, HeldHistory
 from .packed import pack_pose, unpack_pose
 from .protocol import History
+from .stage import ORIGIN, Stage
 from .storage import Arrays, Facts, Stored
 from ..errors import InvalidArgumentException
-from ..geometry import se3
+from ..geometry import se3, so3
 from ..geometry.blend import Limits
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array, Vector3
-from ..stamp import BEGINNING, FOREVER
+from ..stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from ..times import Stamps
 
 _Kind = TypeVar('_Kind', bound='CorrectedHistory')
@@ -42,141 +33,194 @@ _Kind = TypeVar('_Kind', bound='CorrectedHistory')
 
 class CorrectedHistory(DynamicHistory):
     """
-    Samples that a correction moves; see the top of the file.
+    Samples that corrections move; see the module docstring.
 
-    :ivar correction: what moves them.
+    :ivar corrections: the corrections by parent; the child may change its parent.
     """
 
-    # Two subclasses have the slot, for with one here the second could not be an AidedHistory too.
+    # The two subclasses have the slot: with a slot here, the second could not be an AidedHistory.
     __slots__ = ()
 
-    correction: Correction
+    corrections: dict[str, Correction]
 
-    # --- what arrives
+    # --- inserting
 
     def append(self, stamp: int, pose: bytes) -> bool:
         """Take the next sample; see ``History.append``."""
-        moved = self.correction.moved(stamp, unpack_pose(pose))
-        return super().append(stamp, pack_pose(*moved))
+        correction = self.corrections.get(self.parent or '')
+        if correction is not None:
+            pose = pack_pose(*correction.moved(stamp, unpack_pose(pose)))
+        return super().append(stamp, pose)
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """Take a sample; see ``History.insert``."""
-        if parent == self.correction.parent:
-            pose = self.correction.moved(stamp, pose)
+        correction = self.corrections.get(parent)
+        if correction is not None:
+            pose = correction.moved(stamp, pose)
         return super().insert(stamp, parent, pose)
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """Take many samples; see ``MovingHistory.extend``."""
-        super().extend(stamps, self.correction.moved_many(stamps, poses))
+        correction = self.corrections.get(self.parent or '')
+        if correction is not None:
+            poses = correction.stages.moved_many(stamps, poses)
+        super().extend(stamps, poses)
 
     # --- corrections
 
     def absorb(self, motion: PoseTuple, seen_at: int | None, about: Vector3,
                limits: Limits) -> Stage:
         """
-        Go over to another correction, from the newest sample on.
+        Begin the transition to another correction at the newest sample.
 
         :param seen_at: the stamp at which it was measured; None: that of the newest sample.
-        :param about: the point of the child that ``max_speed`` holds for.
+        :param about: the point of the child to which ``max_speed`` applies.
         """
-        begin, here = self._newest()
-        raw = self.correction.raw_many(np.array([begin]), np.array([here]))[0].tolist()
+        begin, here, correction = self._newest()
         oldest = begin - self.cache_time
-        stage = self.correction.go_over(motion, begin, here, tuple(raw), about, limits, oldest)
-        self.correction.note(Measured(begin if seen_at is None else seen_at, motion), oldest)
+        stage = correction.refine(motion, begin, here, about, limits, oldest,
+                                  lambda: self._own_turn(correction))
+        correction.measured.note(begin if seen_at is None else seen_at, motion, oldest)
         return stage
 
     def change_source(self, raw: PoseTuple, limits: Limits) -> Stage:
         """
-        Go over to the samples of another source, from the newest sample on.
+        Begin the transition to the samples of another source at the newest sample.
 
-        :param raw: that source's pose then.
+        :param raw: that source's pose at the stamp of the newest sample.
         """
-        begin, here = self._newest()
-        stage = self.correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
-                                        begin - self.cache_time)
-        self.correction.measured.clear()
+        begin, here, correction = self._newest()
+        stage = correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
+                                   begin - self.cache_time)
+        correction.measured.clear()
         return stage
 
-    def _newest(self) -> tuple[int, PoseTuple]:
-        """Return the newest stamp, and where the child is then."""
-        begin = self.latest_stamp
-        assert begin is not None and self.parent is not None
-        if self.correction.parent != self.parent:
-            self._begin(Correction(self.parent, begin))
-        return begin, self.sample(begin)
+    def _newest(self) -> tuple[int, PoseTuple, Correction]:
+        """Return the newest stamp, the pose at that stamp, and its correction."""
+        begin, parent = self.latest_stamp, self.parent
+        assert begin is not None and parent is not None
+        correction = self.corrections.get(parent)
+        if correction is None:
+            correction = self.corrections[parent] = Correction()
+        return begin, self.sample(begin), correction
+
+    def _own_turn(self, correction: Correction) -> Vector3:
+        """Return the angular velocity of the last two samples as received."""
+        stamps, poses = self.copy_between(FOREVER - 1, FOREVER - 1)
+        before = self.copy_between(int(stamps[-1]) - 1, int(stamps[-1]) - 1)
+        first, last = int(before[0][0]), int(stamps[-1])
+        if first >= last or self.parent_at(first) != self.parent:
+            return ORIGIN
+        stages = correction.stages
+        begin, end = (stages.at(stamp).raw(stamp, tuple(pose.tolist()))
+                      for stamp, pose in ((first, before[1][0]), (last, poses[-1])))
+        x, y, z = so3.log(so3.multiply(end[3:], so3.conjugate(begin[3:])))
+        rate = NANOSECONDS_PER_SECOND / (last - first)
+        return (rate * x, rate * y, rate * z)
+
+    def stage(self) -> Stage | None:
+        """Return the newest stage of the corrections; None before the first."""
+        correction = self.corrections.get(self.parent or '')
+        return None if correction is None else correction.stage
 
     def pending(self, stamps: Stamps, poses: Array) -> Array | None:
-        """Return what is still to be corrected, None if nothing is; see ``Correction``."""
-        if stamps.min() >= self.correction.stage.fade.end:
+        """Return the pending correction, None if there is none; see ``Correction``."""
+        since = int(stamps.min())
+        if all(each.is_settled(since) for each in self.corrections.values()):
             return None
-        return self.correction.pending(stamps, poses)
+        poses = np.broadcast_to(poses, (len(stamps), 7))
+        pending = np.zeros((len(stamps), 6))
+        for correction, named in self._named_at(stamps):
+            pending[named] = correction.pending(stamps[named], poses[named])
+        return pending
+
+    def _named_at(self, stamps: Stamps) -> Iterator[tuple[Correction, Array]]:
+        """Yield each correction, and a mask of the stamps at which it applies."""
+        if self.fixed_parent:
+            parents = np.full(len(stamps), self.parent)
+        else:
+            parents = np.array([self.parent_at(stamp) for stamp in stamps.tolist()])
+        for parent, correction in self.corrections.items():
+            named = parents == parent
+            if named.any():
+                yield correction, named
+
+    def original(self) -> DynamicHistory:
+        """Return the samples as received."""
+        return self._with_poses(lambda correction, stamps, raw: raw)
 
     def smoothed(self) -> DynamicHistory:
-        """Return the samples with all corrections applied to the past; see ``Correction``."""
+        """Return the samples with all corrections applied to the past; see ``Measured``."""
+        return self._with_poses(
+            lambda correction, stamps, raw: correction.measured.smoothed(stamps, raw))
+
+    def _with_poses(self, change: Callable[[Correction, Stamps, Array], Array]) -> DynamicHistory:
         twin = self.plain()
         if not len(self):
             return twin
         stamps, poses = self.copy_between(BEGINNING, FOREVER - 1)
-        named = np.array([self.parent_at(stamp) == self.correction.parent
-                          for stamp in stamps.tolist()])
-        poses[named] = self.correction.smoothed(
-            stamps[named], self.correction.raw_many(stamps[named], poses[named]))
+        for correction, named in self._named_at(stamps):
+            some = stamps[named]
+            poses[named] = change(correction, some, correction.stages.raw_many(
+                some, poses[named]))
         twin.set_poses(poses)
         return twin
 
     # --- copies
 
     def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add to arrays what is in the window."""
-        return super().frozen(arrays) | {'correction': self.correction.frozen()}
+        """Return the facts for ``thawed``, and add the samples in the window to arrays."""
+        return super().frozen(arrays) | {'corrections': [
+            {'parent': parent} | correction.frozen(arrays)
+            for parent, correction in self.corrections.items()]}
 
     @classmethod
     def thawed(cls: type[_Kind], child: str, stored: Stored) -> _Kind:
-        """Return what was frozen, which uses the memory where it lies; nothing can be added."""
+        """Return the frozen data; it uses the memory in place, and nothing can be added."""
         history = super().thawed(child, stored)
-        history._begin(Correction.thawed(stored.part('correction')))
+        history._begin({part.one('parent', str): Correction.thawed(part)
+                        for part in stored.parts('corrections')})
         return history
 
     def clear(self) -> None:
-        """Forget every sample, and the corrections: they were of another time."""
+        """Remove all samples and corrections, because they belong to another time."""
         super().clear()
-        self._begin(Correction('', BEGINNING))
+        self._begin({})
 
-    def _begin(self, correction: Correction) -> None:
-        self.correction = correction  # type: ignore[misc]  # a slot of the subclasses
+    def _begin(self, corrections: dict[str, Correction]) -> None:
+        self.corrections = corrections  # type: ignore[misc]  # a slot of the subclasses
 
     def copy(self: _Kind) -> _Kind:
-        """Return a history of its own with the same samples."""
+        """Return an independent history with the same samples."""
         twin = super().copy()
-        twin._begin(self.correction.copy())
+        twin._begin({parent: each.copy() for parent, each in self.corrections.items()})
         return twin
 
     def plain(self) -> DynamicHistory:
-        """Return a history of its own with the same samples, which absorbs no corrections."""
+        """Return an independent history with the same samples, which absorbs no corrections."""
         return self.copied_into(DynamicHistory(self.child, self.cache_time, self.authority))
 
 
 class CorrectedSamples(CorrectedHistory):
-    """Samples that a correction moves, interpolated between."""
+    """Samples that corrections move, with interpolation between them."""
 
-    __slots__ = ('correction',)
+    __slots__ = ('corrections',)
 
 
 class CorrectedAidedSamples(CorrectedHistory, AidedHistory):
-    """Samples that a correction moves, and between which a gyroscope tells the rotation."""
+    """Samples that corrections move, with a gyroscope for the rotation between them."""
 
-    __slots__ = ('correction',)
+    __slots__ = ('corrections',)
 
     def plain(self) -> AidedHistory:
-        """Return a history of its own with the same samples, which absorbs no corrections."""
+        """Return an independent history with the same samples, which absorbs no corrections."""
         twin = self.copied_into(AidedHistory(self.child, self.cache_time, self.authority))
         twin.gyro = self.gyro.copy()
         return twin
 
 
 def can_be_corrected(history: History | None) -> TypeGuard[DynamicHistory]:
-    """Return whether an edge moves between samples, which a correction can move."""
+    """Return whether an edge has interpolated samples, which corrections can move."""
     return isinstance(history, DynamicHistory) and not isinstance(history, HeldHistory)
 
 
@@ -184,26 +228,27 @@ def corrected(history: History | None, child: str) -> CorrectedHistory:
     """
     Return an edge's history as one that absorbs corrections: itself, or a new one.
 
-    :raises InvalidArgumentException: an edge without samples, or that does not move between
-        them.
+    :raises InvalidArgumentException: an edge without samples, or one that is not interpolated
+        between them.
     """
     if history is None or history.parent is None:
         raise InvalidArgumentException(
-            f'Nothing is known of an edge of {child!r}, or it has ended: a correction moves the '
-            'samples of an edge, and begins at the newest one. Insert one first')
+            f'{child!r} has no edge with samples, or its edge has ended: a correction moves the '
+            'samples of an edge, and begins at the newest one. Insert a sample first')
     if isinstance(history, CorrectedHistory):
         return history
     if not can_be_corrected(history):
-        what = ('is static, so answers for any stamp may have been given, and a correction would '
-                'change them' if history.is_static else f'is {history.kind}, not samples')
+        what = ('is static, and a correction would change results that were already returned'
+                if history.is_static else f'is {history.kind}, not samples')
         raise InvalidArgumentException(
-            f'The edge {history.parent} -> {child} {what}. Insert it as one that moves, with '
+            f'The edge {history.parent} -> {child} {what}. Insert it as a moving edge, with '
             'stamps, or correct another edge between the two frames')
-    return with_correction(history, Correction(history.parent, BEGINNING))
+    return with_corrections(history, {})
 
 
-def with_correction(history: DynamicHistory, correction: Correction) -> CorrectedHistory:
-    """Return a history with these samples as they are, which moves those to come."""
+def with_corrections(history: DynamicHistory,
+                     corrections: dict[str, Correction]) -> CorrectedHistory:
+    """Return a history with these samples unchanged, which moves later samples."""
     twin: CorrectedHistory
     if isinstance(history, AidedHistory):
         twin = history.copied_into(CorrectedAidedSamples(
@@ -212,5 +257,5 @@ def with_correction(history: DynamicHistory, correction: Correction) -> Correcte
     else:
         twin = history.copied_into(CorrectedSamples(
             history.child, history.cache_time, history.authority))
-    twin._begin(correction)
+    twin._begin(corrections)
     return twin

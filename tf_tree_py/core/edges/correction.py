@@ -1,221 +1,213 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The correction of one edge over time: by how much its samples are moved at each stamp.
+The correction of one edge over time: how far its samples are moved at each stamp.
 
-It is a function of the stamp that goes smoothly from each correction to the next. Up to the
-newest sample it never changes, so no correction changes an answer that was given.
+It is a smooth function of the stamp between successive corrections. Up to the newest sample it
+never changes, so no correction changes the result of an earlier lookup.
 """
 
-from bisect import bisect_left, insort
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from array import array
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 
-from .storage import Facts, Stored
+from .stage import ORIGIN, Stage, stage_of, Stages
+from .storage import Arrays, Facts, Stored
 from ..geometry import se3, so3
-from ..geometry.blend import Fade, fade, Limits, Rates
+from ..geometry.blend import Limits, planned, scale_of
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array, Vector3
+from ..stamp import BEGINNING
 from ..times import Stamps
 
-ORIGIN = (0.0, 0.0, 0.0)
+_POSE_FLOATS = 7
 
 
-class Stage(NamedTuple):
-    """
-    One correction, and how the edge goes over to it.
-
-    In the end a sample stands at motion @ parent_T_child. Until then a point of the child is
-    d away from there, and the child is turned about that point by Q. Both fade. So the
-    point moves with its own speed and that of the fading, and no faster, wherever the child
-    goes.
-
-    :ivar about: that point, in the child.
-    """
-
-    motion: PoseTuple
-    fade: Fade
-    about: Vector3
-
-    def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
-        """Return a sample, moved by the correction at its stamp."""
-        pose = se3.compose(self.motion, pose)
-        if stamp >= self.fade.end:
-            return pose
-        dx, dy, dz, *turn = self.fade.at(stamp)
-        q = so3.multiply((turn[0], turn[1], turn[2], turn[3]), pose[3:])
-        (bx, by, bz), (ax, ay, az) = so3.rotate(pose[3:], self.about), so3.rotate(q, self.about)
-        return (pose[0] + dx + bx - ax, pose[1] + dy + by - ay, pose[2] + dz + bz - az, *q)
-
-    def moved_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return samples (N, 7), moved by the correction at their stamps (N,)."""
-        poses = se3.compose_many(np.array(self.motion), poses)
-        fading = stamps < self.fade.end
-        if fading.any():
-            poses[fading] = self._offset(poses[fading], self.fade.at_many(stamps[fading]))
-        return poses
-
-    def raw(self, stamps: Stamps, poses: Array) -> Array:
-        """Return poses (N, 7) as they came in: the inverse of ``moved_many``."""
-        fading = stamps < self.fade.end
-        if fading.any():
-            poses = poses.copy()
-            poses[fading] = self._without(poses[fading], self.fade.at_many(stamps[fading]))
-        return se3.compose_many(se3.inverse_many(np.array(self.motion)), poses)
-
-    def _offset(self, poses: Array, offsets: Array) -> Array:
-        q = so3.multiply_many(offsets[:, 3:], poses[:, 3:])
-        t = poses[:, :3] + offsets[:, :3] + self._arms(poses[:, 3:]) - self._arms(q)
-        return np.concatenate([t, q], axis=1)
-
-    def _without(self, poses: Array, offsets: Array) -> Array:
-        q = so3.multiply_many(so3.conjugate_many(offsets[:, 3:]), poses[:, 3:])
-        t = poses[:, :3] - offsets[:, :3] + self._arms(poses[:, 3:]) - self._arms(q)
-        return np.concatenate([t, q], axis=1)
-
-    def _arms(self, q: Array) -> Array:
-        """Return the vector from the child's origin to the point, in the parent's axes."""
-        return so3.rotate_many(q, np.broadcast_to(self.about, (len(q), 3)))
-
-
-class Measured(NamedTuple):
-    """A correction, and the stamp at which it was measured."""
-
-    stamp: int
-    motion: PoseTuple
+def _no_turn() -> Vector3:
+    return ORIGIN
 
 
 class Correction:
     """
-    Moves the samples of an edge; see ``Stage``.
+    Moves the samples of an edge that have one parent; see ``Stage``.
 
-    :ivar parent: of the edge that it corrects; the child may change its parent.
-    :ivar measured: every correction, sorted by the stamp at which it was measured.
+    :ivar stages: each correction with the transition to it.
+    :ivar measured: every correction by the stamp at which it was measured.
     """
 
-    __slots__ = ('parent', 'measured', '_stages', '_begins')
+    __slots__ = ('stages', 'measured', '_limits')
 
-    def __init__(self, parent: str, since: int) -> None:
-        """
-        Begin without a correction.
-
-        :param since: the earliest stamp at which the first one may begin, nanoseconds.
-        """
-        self.parent = parent
-        self.measured: list[Measured] = []
-        self._stages = [Stage(se3.IDENTITY, Fade(since, since, se3.IDENTITY, Rates()), ORIGIN)]
-        self._begins = [since]
+    def __init__(self) -> None:
+        self.stages = Stages(Stage(BEGINNING, BEGINNING, se3.IDENTITY))
+        self.measured = Measured()
+        self._limits: Limits | None = None
 
     @property
     def stage(self) -> Stage:
-        """Return the newest stage, which the edge goes over to or has reached."""
-        return self._stages[-1]
+        """Return the newest stage, whether in transition or reached."""
+        return self.stages.newest
 
     def moved(self, stamp: int, pose: PoseTuple) -> PoseTuple:
-        """Return a sample, moved."""
-        # At the stamp where a stage begins the one before it holds: answers were given by that.
-        return self._stages[max(bisect_left(self._begins, stamp) - 1, 0)].moved(stamp, pose)
+        """Return a corrected sample."""
+        return self.stages.at(stamp).moved(stamp, pose)
 
-    def moved_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return samples (N, 7), moved."""
-        return self._by_stage(stamps, poses, Stage.moved_many)
+    # --- transitions
 
-    def raw_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return poses (N, 7) of the edge as they came in."""
-        return self._by_stage(stamps, poses, Stage.raw)
+    def refine(self, motion: PoseTuple, begin: int, here: PoseTuple, about: Vector3,
+               limits: Limits, oldest: int,
+               own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
+        """
+        Begin the transition to another correction of the same samples, unless it is the same.
 
-    def settled_many(self, stamps: Stamps, poses: Array) -> Array:
-        """Return samples (N, 7) where they will stand in the end, without the fading."""
-        return self._by_stage(stamps, poses, lambda stage, _, some: se3.compose_many(
-            np.array(stage.motion), some))
-
-    def _by_stage(self, stamps: Stamps, poses: Array,
-                  change: Callable[[Stage, Stamps, Array], Array]) -> Array:
-        which = np.maximum(np.searchsorted(self._begins, stamps, side='left') - 1, 0)
-        changed = np.empty((len(stamps), 7))
-        for index in np.unique(which).tolist():
-            chosen = which == index
-            changed[chosen] = change(self._stages[index], stamps[chosen], poses[chosen])
-        return changed
-
-    # --- going over
+        The parameters are those of ``go_over``.
+        """
+        now = self.stage
+        if (motion, about, limits) == (now.motion, now.about, self._limits):
+            return now
+        raw = self.stages.at(begin).raw(begin, here)
+        return self.go_over(motion, begin, here, raw, about, limits, oldest, own_turn)
 
     def go_over(self, motion: PoseTuple, begin: int, here: PoseTuple, raw: PoseTuple,
-                about: Vector3, limits: Limits, oldest: int) -> Stage:
+                about: Vector3, limits: Limits, oldest: int,
+                own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
         """
-        Go over to another correction, or other samples, from the present value and rate.
+        Begin a transition to another correction or samples, from the present value and rate.
 
         :param begin: the stamp at which to begin, no earlier than the newest sample.
         :param here: the pose of the edge at that stamp.
-        :param raw: the pose at that stamp in the samples that come from now on.
-        :param oldest: stages that no sample from this stamp on needs are forgotten.
+        :param raw: the pose at that stamp in the samples that arrive from now on.
+        :param about: the point of the child that moves no faster than the limits.
+        :param oldest: stages that no sample from this stamp on needs are removed.
+        :param own_turn: returns the angular velocity of the samples, in the parent's axes.
         """
-        before, there = self.stage, se3.compose(motion, raw)
-        point = se3.apply(here, about)
-        # Normalised, for otherwise rounding errors would double with every correction.
+        # Stages that begin no earlier than this one are replaced, so their rates do not apply.
+        before, there = self.stages.at(begin), se3.compose(motion, raw)
+        (x, y, z), (gx, gy, gz) = se3.apply(here, about), se3.apply(there, about)
+        # Normalised, because otherwise rounding errors would double with every correction.
         turn = so3.normalize(so3.multiply(here[3:], so3.conjugate(there[3:])))
-        offset = (*np.subtract(point, se3.apply(there, about)).tolist(), *turn)
-        velocity, turning = before.fade.rates_at(begin)
-        arm = np.subtract(point, se3.apply(here, before.about))
-        x, y, z = (velocity + np.cross(turning, arm)).tolist()
-        stage = Stage(motion, fade(offset, Rates((x, y, z), turning), begin, limits), about)
-        self._begin(stage, oldest)
+        offset = (x - gx, y - gy, z - gz, *turn)
+        velocity, turning = _rates(before, begin, here, about, own_turn)
+        plan = planned((*offset[:3], *so3.log(turn)), (*velocity, *turning), scale_of(limits),
+                       before.plan)
+        stage = stage_of(begin, motion, about, offset, plan)
+        self.stages.add(stage, oldest)
+        self._limits = limits
         return stage
 
-    def _begin(self, stage: Stage, oldest: int) -> None:
-        """Add a stage; it replaces all that begin after it."""
-        while self._begins and self._begins[-1] >= stage.fade.begin:
-            del self._begins[-1], self._stages[-1]
-        self._begins.append(stage.fade.begin)
-        self._stages.append(stage)
-        expired = max(bisect_left(self._begins, oldest) - 1, 0)
-        del self._begins[:expired], self._stages[:expired]
-
-    def note(self, measured: Measured, oldest: int) -> None:
-        """Keep a correction for ``smoothed``, and forget those that no sample needs any more."""
-        insort(self.measured, measured, key=lambda one: one.stamp)
-        expired = bisect_left(self.measured, oldest, key=lambda one: one.stamp) - 1
-        del self.measured[:max(expired, 0)]
-
-    # --- what follows
+    # --- results
 
     def pending(self, stamps: Stamps, poses: Array) -> Array:
         """
-        Return how far poses (N, 7) of the edge are from where they will stand in the end.
+        Return how far poses (N, 7) of the edge are from their final, corrected poses.
 
-        :return: (N, 6) of translation and rotation, as ``geometry.covariances`` has errors.
+        :return: (N, 6) of translation and rotation, as errors in ``geometry.covariances``.
         """
-        there = self.settled_many(stamps, self.raw_many(stamps, poses))
+        there = self.stages.settled_many(stamps, self.stages.raw_many(stamps, poses))
         turned = so3.multiply_many(there[:, 3:], so3.conjugate_many(poses[:, 3:]))
         return np.concatenate([there[:, :3] - poses[:, :3], so3.log_many(turned)], axis=1)
+
+    def is_settled(self, since: int) -> bool:
+        """Return whether there is no pending correction from a stamp on."""
+        return since > self.stage.begin and since >= self.stage.end
+
+    # --- files
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the arrays."""
+        return self.stages.frozen(arrays) | self.measured.frozen(arrays)
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Correction':
+        """
+        Return the frozen correction; it takes no further corrections.
+
+        :raises ValueError: the facts are not valid for a correction.
+        """
+        correction = cls()
+        correction.stages = Stages.thawed(stored)
+        correction.measured = Measured.thawed(stored)
+        return correction
+
+    def copy(self) -> 'Correction':
+        """Return a copy."""
+        twin = Correction()
+        twin.stages, twin.measured = self.stages.copy(), self.measured.copy()
+        twin._limits = self._limits
+        return twin
+
+
+def _rates(before: Stage, begin: int, here: PoseTuple, about: Vector3,
+           own_turn: Callable[[], Vector3]) -> tuple[Vector3, Vector3]:
+    """
+    Return the rates of a stage at a stamp: of the offset of a point, and of the rotation.
+
+    A point other than the stage's own also has the velocity of the rotation. In addition it has
+    Q (w x l) - w x l, with w the angular velocity of the goal and l the lever in the goal's axes:
+    as long as the orientations of child and goal differ, the point moves differently in each.
+    """
+    velocity, turning = before.rates_at(begin)
+    if about == before.about or begin >= before.end:
+        return velocity, turning
+    turn = before.offset_at(begin)[3]
+    lever = so3.rotate(here[3:], _difference(about, before.about))
+    own = so3.rotate(before.motion[3:], own_turn())
+    ahead = _cross(own, so3.rotate(so3.conjugate(turn), lever))
+    (a, b, c), (d, e, f), (g, h, i) = _cross(turning, lever), so3.rotate(turn, ahead), ahead
+    x, y, z = velocity
+    return (x + a + d - g, y + b + e - h, z + c + f - i), turning
+
+
+def _difference(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+class Measured:
+    """Corrections, sorted by the stamps at which they were measured: 64 bytes each."""
+
+    __slots__ = ('_stamps', '_motions')
+
+    def __init__(self) -> None:
+        self._stamps, self._motions = array('q'), array('d')
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    def note(self, stamp: int, motion: PoseTuple, oldest: int) -> None:
+        """Store a correction, and remove those that no sample from a stamp on needs."""
+        place = bisect_right(self._stamps, stamp)
+        self._stamps.insert(place, stamp)
+        self._motions[_POSE_FLOATS * place:_POSE_FLOATS * place] = array('d', motion)
+        expired = max(bisect_left(self._stamps, oldest) - 1, 0)
+        del self._stamps[:expired]
+        del self._motions[:_POSE_FLOATS * expired]
+
+    def clear(self) -> None:
+        """Remove all corrections."""
+        del self._stamps[:]
+        del self._motions[:]
 
     def smoothed(self, stamps: Stamps, raw: Array) -> Array:
         """
         Return samples with every correction applied from the stamp at which it was measured.
 
-        Between two corrections the pose is interpolated between the results of both. Before
-        the first and after the last, that one holds.
+        Between two corrections the pose is interpolated between the results of both. The first
+        one also applies before its stamp, and the last one after its stamp.
 
-        :param raw: (N, 7) as they came in.
+        :param raw: (N, 7) as received.
         """
-        if not self.measured:
+        if not len(self):
             return raw
-        knots = np.array([one.stamp for one in self.measured])
-        motions = np.array([one.motion for one in self.measured])
+        # An array cannot grow while numpy has a view of it, so this function returns only copies.
+        knots = np.frombuffer(self._stamps, np.int64)
+        motions = np.frombuffer(self._motions).reshape(-1, _POSE_FLOATS)
         after = np.searchsorted(knots, stamps, side='right')
         before = np.maximum(after - 1, 0)
         after = np.minimum(after, len(knots) - 1)
@@ -224,42 +216,23 @@ class Correction:
         return se3.interpolate_many(se3.compose_many(motions[before], raw),
                                     se3.compose_many(motions[after], raw), ratio)
 
-    # --- files
-
-    def frozen(self) -> Facts:
-        """Return the facts for ``thawed``."""
-        return {'parent': self.parent,
-                'measured': [[one.stamp, *one.motion] for one in self.measured],
-                'stages': [[stage.fade.begin, stage.fade.end, *stage.motion, *stage.fade.offset,
-                            *stage.fade.rates.velocity, *stage.fade.rates.turning, *stage.about]
-                           for stage in self._stages]}
-
-    @classmethod
-    def thawed(cls, stored: Stored) -> 'Correction':
-        """
-        Return what was frozen.
-
-        :raises ValueError: the facts cannot be those of a correction.
-        """
-        correction = cls(stored.one('parent', str), 0)
-        correction.measured = [Measured(stamp, _tuple(motion)) for stamp, *motion
-                               in stored.rows('measured', 1, 7)]
-        correction._stages = [
-            Stage(_tuple(rest[:7]), Fade(begin, end, _tuple(rest[7:14]), Rates(
-                _tuple(rest[14:17]), _tuple(rest[17:20]))), _tuple(rest[20:]))
-            for begin, end, *rest in stored.rows('stages', 2, 23)]
-        correction._begins = [stage.fade.begin for stage in correction._stages]
-        if not correction._begins or correction._begins != sorted(correction._begins):
-            raise ValueError("'stages' do not follow each other")
-        return correction
-
-    def copy(self) -> 'Correction':
+    def copy(self) -> 'Measured':
         """Return a copy."""
-        twin = Correction(self.parent, self._begins[0])
-        twin.measured = list(self.measured)
-        twin._stages, twin._begins = list(self._stages), list(self._begins)
+        twin = Measured()
+        twin._stamps, twin._motions = self._stamps[:], self._motions[:]
         return twin
 
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the arrays."""
+        arrays.add(self._stamps)
+        arrays.add(self._motions)
+        return {'measured': len(self)}
 
-def _tuple(numbers: Sequence[float]) -> Any:
-    return tuple(numbers)
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Measured':
+        """Return the frozen data; it uses the memory in place, and nothing can be added."""
+        twin, count = cls(), stored.whole('measured')
+        # Memory views are read like arrays.
+        twin._stamps = cast('array[int]', stored.integers(count))
+        twin._motions = cast('array[float]', stored.floats(_POSE_FLOATS * count))
+        return twin

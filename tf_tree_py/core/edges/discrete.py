@@ -1,22 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The history of an edge that moves, known at single stamps and interpolated or held between.
+The history of a moving edge, sampled at stamps and interpolated or held between them.
 
-What a frame is called, who hangs on whom and who may insert is the business of
-``tree``.
+``tree`` handles frame names, the structure, and the rules for insertion.
 """
 
 from bisect import bisect_right
@@ -33,17 +21,14 @@ from ..errors import (
     PastExtrapolationException,
 )
 from ..geometry.se3 import interpolate_pair, PoseTuple
-from ..stamp import FOREVER, format_span, from_seconds
+from ..liveness import mean_interval, SILENCE, silence_allowed
+from ..stamp import FOREVER, format_span, unit_that_fits
 from ..times import Stamps
-
-# An edge is silent if no sample came for this long, and for this number of its periods.
-_SILENCE = from_seconds(1.0)
-_SILENT_PERIODS = 3
 
 
 class DynamicHistory(PackedSamples):
     """
-    The samples of a moving edge inside a window of time, interpolated as tf2 does it.
+    The samples of a moving edge within a window of time, interpolated as in tf2.
 
     See ``MovingHistory`` and ``PackedSamples``.
     """
@@ -52,14 +37,15 @@ class DynamicHistory(PackedSamples):
 
     kind = 'dynamic'
     is_static = False
+    takes_samples = True
 
     @property
     def fixed_parent(self) -> bool:
-        """Return whether one parent holds from end to end: a path through it can be kept."""
+        """Return whether the parent never changes, so that paths through it can be cached."""
         return self._parents is None
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether the child has the same parent at every time after a sample as before."""
+        """Return whether inserting a sample leaves the parent the same at every time."""
         return (parent == self.parent and self._parents is None
                 and stamp >= self._stamps[self._first()])
 
@@ -69,9 +55,9 @@ class DynamicHistory(PackedSamples):
 
     def end(self) -> None:
         """
-        Let the edge end with its newest sample, until another comes.
+        End the edge at its newest sample, until the next sample arrives.
 
-        What is stored answers as before; behind it the child has no parent.
+        Lookups of stored data do not change; after it the child has no parent.
         """
         if self.latest_stamp is not None:
             self._write_parents()
@@ -80,29 +66,26 @@ class DynamicHistory(PackedSamples):
 
     def fell_silent(self, stamp: int) -> bool:
         """
-        Return whether nothing came for so long before a stamp that the edge may have ended.
+        Return whether the edge was silent so long before a stamp that it may have ended.
 
-        A second, three of its periods, or the window: the first two, or the last if that
-        is shorter.
+        The limit is that of silent edges everywhere, or the window if that is shorter.
         """
         if self.latest_stamp is None or self.parent is None:
             return False
-        first = self._first()
-        period = (self.latest_stamp - self._stamps[first]) // max(len(self) - 1, 1)
-        silence = min(max(_SILENCE, _SILENT_PERIODS * period), self.cache_time)
-        return stamp - self.latest_stamp > silence
+        interval = mean_interval(self.latest_stamp - self._stamps[self._first()], len(self))
+        return stamp - self.latest_stamp > min(silence_allowed(interval), self.cache_time)
 
     def sample(self, stamp: int) -> PoseTuple:
         """
-        Return the edge's pose at a stamp, interpolated between its two neighbours.
+        Return the edge's pose at a stamp, interpolated between the samples around it.
 
-        Where the neighbours name different parents, the older one holds until the
-        newer begins. O(log n) in the number of stored samples.
+        If these have different parents, the older sample is valid until the newer begins. The
+        cost is O(log n) in the number of stored samples.
 
-        :param stamp: nanoseconds; 0 is a time here.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
         :return: ``parent_T_child``, metres and unit quaternion.
-        :raises ExtrapolationException: the stamp lies outside the stored span, or where the
-            edge had ended.
+        :raises ExtrapolationException: the stamp is outside the stored span, or the edge had
+            ended then.
         """
         if stamp == self.latest_stamp:
             return self._latest_pose or self._unpack_latest()
@@ -123,18 +106,29 @@ class DynamicHistory(PackedSamples):
         ratio = (stamp - older_stamp) / (stamps[after] - older_stamp)
         return interpolate_pair(pair, ratio, True)
 
+    def neighbours(self, first: int, last: int) -> tuple[float, ...] | None:
+        """Return the poses at two stamps; None without data, or with a sample between."""
+        stamps, after = self._stamps, bisect_right(self._stamps, first, self._start)
+        if (self._parents is None and self._start < after < len(stamps)
+                and self._horizon <= first == stamps[after - 1] and last == stamps[after]
+                and (after + 1 == len(stamps) or last < stamps[after + 1])):
+            return unpack_pair(self._poses, (after - 1) * POSE_BYTES)  # the common case
+        if self.next_stamp(first) < last or None in (self.parent_at(first), self.parent_at(last)):
+            return None
+        return self.sample(first) + self.sample(last)
+
     def track(self, first: int, last: int) -> EdgeTrack:
-        """Return a copy of the samples that lookups from one stamp to another need."""
+        """Return a copy of the samples that lookups between two stamps need."""
         return InterpolatedTrack(*self.copy_between(first, last))
 
     def twists(self, stamps: Stamps) -> None:
-        """Return None: samples have no velocity; ``twist`` averages over time."""
+        """Return None: samples have no velocities; ``twist`` averages over time."""
 
     def parent_at(self, stamp: int) -> str | None:
         """
         Return the parent at a stamp, that of the sample at or before it.
 
-        None where ``sample`` would raise.
+        It is None if ``sample`` would raise.
         """
         if self._parents is None:
             within = (self.latest_stamp is not None
@@ -145,10 +139,10 @@ class DynamicHistory(PackedSamples):
 
     def possible_parents(self, stamp: int) -> set[str] | None:
         """
-        Return the parents that the child may still turn out to have had at a stamp.
+        Return the parents that later samples may give the child at a stamp.
 
-        These are all that it ever had, as long as a sample for the stamp may still come, and
-        none once such a sample would be too old.
+        Without data for the stamp these are all that it ever had, and none if a new sample for
+        the stamp would be too old.
 
         :return: None while there is no sample: any frame may be the parent.
         """
@@ -163,10 +157,10 @@ class DynamicHistory(PackedSamples):
 
     def next_turn(self, stamp: int) -> int:
         """
-        Return how new the newest sample has to be, to change what is known of a stamp.
+        Return how new the newest sample must be to change the result at a stamp.
 
-        It changes that if it reaches the stamp, or if the samples around the stamp leave the
-        window. A sample that is older than all that are stored may change it at any time.
+        It changes the result if it reaches the stamp, or if the samples around the stamp leave
+        the window. A sample older than all stored ones may change it at any time.
         """
         latest = self.latest_stamp
         if latest is None:
@@ -175,15 +169,15 @@ class DynamicHistory(PackedSamples):
             return stamp
         index = self._index_at(stamp)
         if index is not None:
-            # The window moves when a sample comes, by the newest stamp before that sample.
+            # A new sample moves the window, according to the newest stamp before that sample.
             return max(self._stamps[index] + self.cache_time + 1, latest)
         return FOREVER if self.is_too_old(stamp) else stamp + self.cache_time + 1
 
     def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
         """
-        Yield each parent in a stretch of time, and from when to when it is the parent.
+        Yield each parent in an interval of time, and the interval in which it is the parent.
 
-        The first may begin before the stretch, and the last may end after it: the newest
+        The first may begin before the interval, and the last may end after it: the newest
         sample's parent stays the parent, unless the edge has ended.
         """
         if self.latest_stamp is None:
@@ -208,7 +202,7 @@ class DynamicHistory(PackedSamples):
             yield begun
 
     def _until(self, index: int) -> int:
-        """Return the stamp up to which the parent that a sample names holds."""
+        """Return the stamp up to which the parent of a sample is valid."""
         stamp = self._stamps[index]
         if stamp in self._ends:
             return stamp + 1
@@ -226,32 +220,33 @@ class DynamicHistory(PackedSamples):
         kind: type[ExtrapolationException] = PastExtrapolationException
         if stamp > latest:
             kind = FutureExtrapolationException
-            hint = ("Pass the stamp of the sensor's own message, not the present time, or a "
-                    'timeout that lasts until the data comes')
-            if stamp - latest > _SILENCE:
-                hint += ('. For so long this edge has sent nothing: tf_doctor tells whether it '
-                         'is late, silent, or stamped by another clock')
+            hint = ("Pass the stamp of the sensor's own message, not the present time, or use a "
+                    'timeout that is long enough for the data to arrive')
+            if stamp - latest > SILENCE:
+                hint += ('. This edge has no samples in that interval: tf_doctor reports whether '
+                         'it is late, silent, or stamped by another clock')
         elif stamp < latest - self.cache_time:
-            hint = (f'The buffer keeps {format_span(self.cache_time)}: ask sooner, or give it a '
+            hint = (f'The buffer keeps {format_span(self.cache_time)}: look up sooner, or use a '
                     'longer cache_time (UNLIMITED keeps everything)')
         elif stamp < oldest:
-            hint = ('Nothing older of this edge has arrived: its publisher, or who listens, began '
-                    'later')
+            hint = ('No older sample of this edge has arrived: its publisher or the listener '
+                    'started later')
         else:
             kind = ExtrapolationException
-            hint = ('The edge had ended then: it was silent, and another one turned it round; '
-                    'tf_doctor names who sends them')
-        # An edge that has ended has no parent, but its samples name one.
+            hint = ('The edge had ended at that time: it was silent, and another edge reversed '
+                    'it; tf_doctor names the publishers of both')
+        hint = '. '.join(filter(None, (unit_that_fits(stamp, oldest, latest), hint)))
+        # An edge that has ended has no parent, but its samples have one.
         return kind(parent=self._named()[-1], child=child, requested=stamp, oldest=oldest,
                     latest=latest, hint=hint)
 
 
 class HeldHistory(DynamicHistory):
     """
-    The samples of an edge that jumps: each holds until the next, and nothing lies between.
+    The samples of an edge that jumps: each is valid until the next, without interpolation.
 
-    For what has no motion between two samples: a correction of a localisation, a gripper
-    that is open or shut. At and beyond its ends it answers as ``DynamicHistory`` does.
+    It is for data without motion between samples, such as a localiser's correction, or a
+    gripper that is open or closed. At its ends and beyond it behaves like ``DynamicHistory``.
     """
 
     __slots__ = ()
@@ -260,10 +255,10 @@ class HeldHistory(DynamicHistory):
         """
         Return the pose of the last sample at or before a stamp.
 
-        :param stamp: nanoseconds; 0 is a time here.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
         :return: ``parent_T_child``, metres and unit quaternion.
-        :raises ExtrapolationException: the stamp lies outside the stored span, or where the
-            edge had ended.
+        :raises ExtrapolationException: the stamp is outside the stored span, or the edge had
+            ended then.
         """
         index = self._index_at(stamp)
         if index is None:
@@ -271,5 +266,5 @@ class HeldHistory(DynamicHistory):
         return unpack_pose(self._poses, index * POSE_BYTES)
 
     def track(self, first: int, last: int) -> EdgeTrack:
-        """Return a copy of the samples that lookups from one stamp to another need."""
+        """Return a copy of the samples that lookups between two stamps need."""
         return HeldTrack(*self.copy_between(first, last))

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A window of samples in packed memory, sorted by stamp.
 
-How poses between two samples come about is decided elsewhere.
+Subclasses define the poses between samples.
 """
 
 from array import array
@@ -48,22 +37,19 @@ class PackedSamples:
     """
     One child frame's samples: stamps, parents and poses.
 
-    Stamps are an ``array('q')``, poses one ``array('d')`` of seven floats each:
-    64 bytes a sample, which ``struct`` reads as floats and numpy sees without a
-    copy. Nearly all edges have one parent for ever; only when a second appears is
-    a parent kept for every sample. Expired samples are skipped at once and
-    dropped when an eighth of the window has passed, so a sample costs at most 72
-    bytes and some growth of the arrays.
+    Stamps are an ``array('q')``, poses one ``array('d')`` of seven floats each: 64 bytes per
+    sample, which ``struct`` reads as floats, and numpy without a copy. Nearly all edges always
+    have the same parent; only when a second appears is a parent stored for every sample.
+    Expired samples are skipped at once, and removed when an eighth of the window has passed;
+    so a sample takes at most 72 bytes, plus spare capacity of the arrays.
 
-    Appending is amortised O(1), inserting in the middle O(n) (a memmove), a
-    search O(log n).
+    Appending is amortised O(1), inserting in the middle O(n) (a memmove), a search O(log n).
 
     :ivar child: the frame.
-    :ivar cache_time: how long the window is, nanoseconds.
-    :ivar authority: who sent the last sample that was taken.
-    :ivar parent: the newest sample's parent; None while there is no sample, and after
-        an end.
-    :ivar latest_stamp: the newest stamp, nanoseconds; None while there is no sample.
+    :ivar cache_time: the length of the window, nanoseconds.
+    :ivar authority: the publisher of the last accepted sample.
+    :ivar parent: the newest sample's parent; None without samples, and after an end.
+    :ivar latest_stamp: the newest stamp, nanoseconds; None without samples.
     """
 
     __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time',
@@ -81,20 +67,20 @@ class PackedSamples:
 
     @property
     def oldest_stamp(self) -> int | None:
-        """Return the oldest stamp in the window, nanoseconds; None while there is no sample."""
+        """Return the oldest stamp in the window, nanoseconds; None without samples."""
         return self._stamps[self._first()] if self._stamps else None
 
     def clear(self) -> None:
-        """Forget every sample."""
+        """Remove all samples."""
         self.parent: str | None = None
         self.latest_stamp: int | None = None
-        # The newest pose, unpacked when it is first asked for.
+        # The newest pose, unpacked when first needed.
         self._latest_pose: PoseTuple | None = None
         self._stamps = array('q')
         self._poses = array('d')
         self._parents: list[str] | None = None
         # The edge ended at samples with these stamps: it has no data until the next sample. If
-        # there is one, there are parents, too.
+        # this set is not empty, parents are stored, too.
         self._ends: set[int] = set()
         # Samples older than the horizon have expired. A lookup moves the start past them; their
         # memory is freed later, by _tidy.
@@ -104,10 +90,10 @@ class PackedSamples:
 
     def append(self, stamp: int, pose: bytes) -> bool:
         """
-        Take the next sample of the parent that all before it name: the common case.
+        Take the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
-        :return: False, with nothing done, when it is another case: see ``insert``.
+        :return: False in other cases, without any change: see ``insert``.
         """
         latest = self.latest_stamp
         if latest is None or stamp < latest or self._parents is not None:
@@ -125,11 +111,11 @@ class PackedSamples:
         """
         Take a sample, unless it is older than the window.
 
-        As tf2 does it: the window hangs on the newest stamp *before* this one, also
-        when this one is refused; a sample exactly at its edge is kept, and of several
-        with one stamp the last to arrive is found.
+        As in tf2, the window ends at the newest stamp *before* this sample, even if this one is
+        refused. A sample exactly at the beginning of the window is kept. Of several samples with
+        one stamp, lookups find the last to arrive.
 
-        :return: False when the sample was refused.
+        :return: False if the sample was refused.
         """
         latest = self.latest_stamp
         if latest is None:
@@ -142,7 +128,7 @@ class PackedSamples:
             return False
         if parent != self.parent:
             self._write_parents()
-        self._ends.discard(stamp)  # what comes where the edge ended goes on from there
+        self._ends.discard(stamp)  # a sample at an end continues the edge from there
         if stamp >= latest:
             self._append(stamp, parent, pose)
         else:
@@ -151,9 +137,10 @@ class PackedSamples:
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """
-        Take many samples of the parent that all before them name, as ``insert`` one by one.
+        Take many samples with the same parent as all before, as ``insert`` for each would.
 
-        O(n) where they are sorted and continue what is there, else a stable sort more.
+        The cost is O(n) if they are sorted and newer than all stored ones; otherwise a stable
+        sort is added.
 
         :param stamps: (n,) in order of arrival, n > 0; none is older than the window when
             its turn comes.
@@ -165,7 +152,7 @@ class PackedSamples:
         if (stamps[1:] < stamps[:-1]).any():
             stamps, poses = _in_order(stamps, poses)
         if stamps[0] < self.latest_stamp:
-            # Stored samples that are newer than the first new one are sorted in with the new ones.
+            # Stored samples that are newer than the first new one are sorted with the new ones.
             index = bisect_right(self._stamps, int(stamps[0]), self._first())
             newer = np.array(self._poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
             stamps, poses = _in_order(np.concatenate([self._stamps[index:], stamps]),
@@ -180,16 +167,16 @@ class PackedSamples:
             self._tidy(latest)
 
     def next_stamp(self, stamp: int) -> int:
-        """Return the stamp of the first sample that is newer; 2**63 if there is none."""
+        """Return the stamp of the first newer sample; ``FOREVER`` if there is none."""
         after = bisect_right(self._stamps, stamp, self._first())
         return self._stamps[after] if after < len(self._stamps) else FOREVER
 
     def copy(self: _Kind) -> _Kind:
-        """Return a history of its own with the same samples."""
+        """Return an independent history with the same samples."""
         return self.copied_into(type(self)(self.child, self.cache_time, self.authority))
 
     def copied_into(self, twin: _Twin) -> _Twin:
-        """Give copies of the samples to another kind of history, and return it."""
+        """Copy the samples to a history of another kind, and return it."""
         twin.parent, twin.latest_stamp = self.parent, self.latest_stamp
         twin._latest_pose, twin._start = self._latest_pose, self._start
         twin._stamps, twin._poses = self._stamps[:], self._poses[:]
@@ -199,7 +186,7 @@ class PackedSamples:
         return twin
 
     def columns(self) -> Columns:
-        """Return the memory of what is in the window; while it is held, nothing can be added."""
+        """Return the memory of the window; no sample can be added while it is referenced."""
         first = self._first()
         stamps = cast('memoryview[int]', memoryview(self._stamps))[first:]
         poses = cast('memoryview[float]', memoryview(self._poses))[first * POSE_FLOATS:]
@@ -208,15 +195,15 @@ class PackedSamples:
                        None if self._parents is None else self._parents[first:], ends)
 
     def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add to arrays what is in the window."""
+        """Return the facts for ``thawed``, and add the samples in the window to arrays."""
         return store(self.columns(), self.parent, arrays)
 
     @classmethod
     def thawed(cls: type[_Kind], child: str, stored: Stored) -> _Kind:
-        """Return what was frozen, which uses the memory where it lies; nothing can be added."""
+        """Return the frozen data; it uses the memory in place, and nothing can be added."""
         history = cls(child, stored.cache_time)
         columns, history.parent = restored(stored)
-        # For reading they are as good as arrays and lists.
+        # Memory views are read like arrays and lists.
         history._stamps = cast('array[int]', columns.stamps)
         history._poses = cast('array[float]', columns.poses)
         history._parents = cast('list[str] | None', columns.parents)
@@ -226,35 +213,37 @@ class PackedSamples:
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """
-        Return the samples that it takes to answer from one stamp to another.
+        Return the samples that lookups between two stamps need.
 
         :return: stamps (n,) and poses (n, 7), n > 0.
         """
         start = self._first()
         begin = max(start, bisect_right(self._stamps, first, start) - 1)
         end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
-        # An array cannot grow while numpy has a view of it, so only copies leave this function.
+        # An array cannot grow while numpy has a view of it, so this function returns only copies.
         stamps = np.frombuffer(self._stamps, dtype=np.int64)
         poses = np.frombuffer(self._poses).reshape(-1, POSE_FLOATS)
         return stamps[begin:end].copy(), poses[begin:end].copy()
 
     def set_poses(self, poses: Array) -> None:
         """Replace the poses (n, 7) of all n samples in the window."""
-        self._poses[self._first() * POSE_FLOATS:] = array('d', poses.tobytes())
+        # Not in place, because the memory of a file cannot be changed.
+        self._poses = array('d', self._poses[:self._first() * POSE_FLOATS])
+        self._poses.frombytes(poses.tobytes())
         self._latest_pose = None
 
     def has_named(self, parent: str) -> bool:
-        """Return whether a stored sample names a parent."""
+        """Return whether a stored sample has a given parent."""
         return parent in self._named()
 
     def _named(self) -> list[str]:
-        """Return the parents that stored samples name."""
+        """Return the parents of the stored samples."""
         if self._parents is not None:
             return self._parents
         return [] if self.parent is None else [self.parent]
 
     def _write_parents(self) -> None:
-        """Keep a parent for every sample from now on."""
+        """Store a parent for every sample from now on."""
         if self._parents is None:
             self._parents = self._named() * len(self._stamps)
 
@@ -287,13 +276,13 @@ class PackedSamples:
         return None if stamp > older_stamp in self._ends else index
 
     def _first(self) -> int:
-        """Return the index of the oldest sample that has not expired; 0 while there is none."""
+        """Return the index of the oldest sample that has not expired; 0 without samples."""
         if self._stamps and self._stamps[self._start] < self._horizon:
             self._start = bisect_left(self._stamps, self._horizon, self._start)
         return self._start
 
     def _tidy(self, latest: int) -> None:
-        """Remove expired samples; the next time is after an eighth of the window."""
+        """Remove expired samples; repeat after an eighth of the window."""
         start = self._first()
         if start >= _MIN_BLOCK:
             del self._stamps[:start]
@@ -308,6 +297,6 @@ class PackedSamples:
 
 
 def _in_order(stamps: Stamps, poses: Array) -> tuple[Stamps, Array]:
-    """Return samples sorted by stamp; those of one stamp keep their order."""
+    """Return samples sorted by stamp; those with equal stamps keep their order."""
     order = np.argsort(stamps, kind='stable')
     return stamps[order], poses[order]

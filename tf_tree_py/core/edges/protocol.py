@@ -1,23 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What the tree asks of an edge's history, whatever kind it is.
+The interface of an edge's history to the tree, for all kinds.
 
-A kind says how poses between samples come about: static, interpolated, held, and
-whatever comes later. The tree, the paths and the many-stamp lookups know these
-protocols only.
+A kind defines how poses between samples are computed: static, interpolated, held, and others.
+The tree, the paths and the lookups at many stamps use only these protocols.
 """
 
 from collections.abc import Iterator
@@ -31,135 +19,144 @@ from ..geometry.so3 import Array
 from ..times import Stamps
 
 Stretch = tuple[str, int, int]
-"""A parent, and from which stamp up to which it is one; the last stamp is not part of that."""
+"""A parent, and the interval of stamps in which it is the parent, without the last stamp."""
 
 
 class History(Protocol):
     """
-    What is known of one child frame over time.
+    The data of one child frame over time.
 
-    Not safe for several threads: the buffer's lock is.
+    It is not thread-safe; the buffer's lock protects it.
 
     :ivar child: the frame whose history it is.
-    :ivar authority: who sent the last sample that was taken.
-    :ivar kind: what it is, for people. A history never changes its kind: where an edge of
-        the tree changes its kind, it gets a new history.
-    :ivar is_static: whether the pose is the same at all times. Of the others ``moves``
+    :ivar authority: the publisher of the last accepted sample.
+    :ivar kind: a description of the kind. A history never changes its kind: if an edge of the
+        tree changes its kind, it gets a new history.
+    :ivar is_static: whether the pose is the same at all times. For other histories ``moves``
         is true, and they are a ``MovingHistory``.
+    :ivar takes_samples: whether samples can be added; a curve takes none.
     """
 
     child: str
     authority: str
     kind: str
     is_static: bool
+    takes_samples: bool
 
     def __len__(self) -> int:
-        """Return how many samples are stored."""
+        """Return the number of stored samples."""
 
     @property
     def parent(self) -> str | None:
-        """Return the newest sample's parent; None while there is none, or after the end."""
+        """Return the newest sample's parent; None without samples, or after the end."""
 
     @property
     def fixed_parent(self) -> bool:
-        """Return whether one parent holds from end to end: a path through it can be kept."""
+        """Return whether the parent never changes, so that paths through it can be cached."""
 
     @property
     def oldest_stamp(self) -> int | None:
-        """Return where the span begins, nanoseconds; None while there is no sample."""
+        """Return the beginning of the span, nanoseconds; None without samples."""
 
     @property
     def latest_stamp(self) -> int | None:
-        """Return where the span ends, nanoseconds; ``LATEST`` for a static edge."""
+        """Return the end of the span, nanoseconds; ``LATEST`` for a static edge."""
 
-    # --- answers
+    # --- poses
 
     def sample(self, stamp: int) -> PoseTuple:
         """
         Return ``parent_T_child`` at a stamp.
 
-        :param stamp: nanoseconds; 0 is a time here.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
         :raises ExtrapolationException: there is no data for the stamp.
+        """
+
+    def neighbours(self, first: int, last: int) -> tuple[float, ...] | None:
+        """
+        Return the poses at two stamps, 14 numbers; None without data, or with a sample between.
+
+        :param first: nanoseconds, less than ``last``.
         """
 
     def track(self, first: int, last: int) -> EdgeTrack:
         """
-        Return a copy of what it takes to answer many stamps.
+        Return a copy of the data for lookups at many stamps.
 
-        :param first: nanoseconds; from this stamp to ``last`` there is data.
+        :param first: nanoseconds; there is data from this stamp to ``last``.
         """
 
     def twists(self, stamps: Stamps) -> Array | None:
         """
-        Return how fast the child moves in its parent at stamps, in the child's axes.
+        Return the twists of the child relative to its parent at stamps, in the child's axes.
 
         :param stamps: (N,) nanoseconds, for which there is data.
-        :return: (N, 6) metres and radians a second; None where only poses are known.
+        :return: (N, 6) metres and radians per second; None if only poses are known.
         """
 
-    # --- who is the parent
+    # --- the parent
 
     def parent_at(self, stamp: int) -> str | None:
-        """Return the parent at a stamp; None where ``sample`` would raise."""
+        """Return the parent at a stamp; None if ``sample`` would raise."""
 
     def possible_parents(self, stamp: int) -> set[str] | None:
-        """Return the parents that may still turn out to hold at a stamp; None if any may."""
+        """Return the parents that later samples may give it at a stamp; None: any frame."""
 
     def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
         """
-        Yield each parent in a stretch of time, and from when to when it is the parent.
+        Yield each parent in an interval of time, and the interval in which it is the parent.
 
-        The first may begin before it, and the last end after it.
+        The first may begin before the interval, and the last may end after it.
         """
 
     def has_named(self, parent: str) -> bool:
-        """Return whether a stored sample names a parent."""
+        """Return whether a stored sample has a given parent."""
 
-    # --- what arrives
+    # --- inserting
 
     def append(self, stamp: int, pose: bytes) -> bool:
         """
-        Take the next sample of the parent that all before it name: the common case.
+        Take the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
-        :return: False, with nothing done, when it is another case: see ``insert``.
+        :return: False in other cases, without any change: see ``insert``.
         """
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether a sample leaves every path as it is."""
+        """Return whether a sample does not change any path."""
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
-        Take a sample, unless it is older than what is kept, or the edge takes none.
+        Take a sample, unless it is older than the window, or the edge takes no samples.
 
-        :return: False when the sample was refused.
+        :return: False if the sample was refused.
         """
 
     def is_too_old(self, stamp: int) -> bool:
-        """Return whether data for a stamp would come too late, as ``insert`` has it."""
+        """Return whether ``insert`` would refuse data for a stamp as too old."""
 
     def next_stamp(self, stamp: int) -> int:
-        """Return the stamp of the first sample that is newer; ``FOREVER`` if there is none."""
+        """Return the stamp of the first newer sample; ``FOREVER`` if there is none."""
 
     def clear(self) -> None:
-        """Forget what moves; a static edge stays."""
+        """Remove all moving data; a static edge stays."""
 
     def copy(self) -> 'History':
-        """Return a history of its own with the same samples."""
+        """Return an independent history with the same samples."""
 
 
 class MovingHistory(History, Protocol):
     """
-    The history of an edge whose samples belong to a time.
+    The history of an edge whose samples have stamps.
 
-    :ivar cache_time: how far the oldest sample may lie behind the newest, nanoseconds.
+    :ivar cache_time: how far the oldest sample may be behind the newest, nanoseconds.
     """
 
     cache_time: int
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """
-        Take many samples of the parent that all before them name, as ``insert`` one by one.
+        Take many samples with the same parent as all before, as ``insert`` for each would.
 
         :param stamps: (n,) in order of arrival, n > 0; none is older than the window when
             its turn comes.
@@ -170,22 +167,22 @@ class MovingHistory(History, Protocol):
         """
         Return samples for programs that interpolate between them, such as readers of a recording.
 
-        While they are held, nothing can be added.
+        As long as the columns are referenced, no sample can be added.
         """
 
     def next_turn(self, stamp: int) -> int:
-        """Return how new the newest sample has to be, to change what is known of a stamp."""
+        """Return how new the newest sample must be to change the result at a stamp."""
 
     def fell_silent(self, stamp: int) -> bool:
-        """Return whether nothing came for so long before a stamp that the edge may have ended."""
+        """Return whether the edge was silent so long before a stamp that it may have ended."""
 
     def end(self) -> None:
-        """Let the edge end with its newest sample, until another comes."""
+        """End the edge at its newest sample, until the next sample arrives."""
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
-        """Return what to raise for a stamp that there is no data for."""
+        """Return the error for a stamp without data."""
 
 
 def moves(history: History | None) -> TypeGuard[MovingHistory]:
-    """Return whether there is a history, and its samples belong to a time."""
+    """Return whether there is a history, and its samples have stamps."""
     return history is not None and not history.is_static

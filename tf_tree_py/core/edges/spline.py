@@ -1,115 +1,110 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A motion in continuous time: a pose, a twist and an acceleration at every nanosecond.
 
-It knows no frames and no tree.
+It is independent of frames and trees.
 """
 
 import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .spline_pieces import SplinePieces
 from .spline_samples import checked_rate, checked_samples, first_guess, places
+from .spline_track import SplineTrack
 from .storage import Arrays, Facts, Stored
 from ..errors import InvalidArgumentException
 from ..geometry.pose import Pose
+from ..geometry.poses import PosesLike
 from ..geometry.screws import Screw
-from ..geometry.se3 import distance_many
+from ..geometry.se3 import distance_many, PoseTuple
 from ..geometry.so3 import Array
-from ..geometry.spline import (
+from ..geometry.spline_fit import fitted, ORDER
+from ..geometry.spline_segment import (
     Group,
     pose_on,
-    poses_on,
     rates_on,
     rates_on_many,
     SE3,
     SPLIT,
     steps_between,
 )
-from ..geometry.spline_fit import fitted, on_pieces, ORDER
 from ..stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
-from ..times import checked_stamp, checked_stamps, Stamps
+from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike
 
-# Radians: where a piece turns by more than half a turn, the curve takes the other way round.
+# Radians: if a piece rotates by more than half a turn, the curve rotates the other way round.
 _HOPELESS = 0.5
+
+# With ten poses, linear interpolation between them has a hundredth of the error of linear
+# interpolation between knots.
+_POSES_A_PIECE = 10
 
 _GROUPS = {group.name: group for group in (SPLIT, SE3)}
 
 
-class Spline:
+class Spline(SplinePieces):
     """
-    A cumulative cubic B-spline; it never changes. ``fit`` makes one of poses.
+    An immutable cumulative cubic B-spline. ``fit`` makes one from poses.
 
-    Twice continuously differentiable, so it has an acceleration, and no corners. The error of
-    positions falls with the fourth power of the rate of the knots, that of rotations with the
-    third. The two lie on splines of their own; ``on_se3`` moves both together, on screws.
-    Between two neighbouring knots the child turns by less than half a turn.
+    It is twice continuously differentiable, so it has an acceleration and no corners. The
+    error of positions decreases with the fourth power of the knot rate, that of rotations with
+    the third. Position and rotation are separate splines; with ``on_se3`` both move together,
+    on screws. The child rotates by less than half a turn between successive knots.
 
-    See ``geometry.spline`` for the formulas. 104 bytes a knot.
+    See ``geometry.spline_segment`` for the formulas. A knot takes 104 bytes.
 
     :ivar oldest: the stamp at which it begins, nanoseconds.
     :ivar latest: the stamp at which it ends.
     :ivar begin: the stamp at which the first piece begins.
-    :ivar knot_period: how long a piece lasts, nanoseconds.
+    :ivar knot_period: the duration of a piece, nanoseconds.
     :ivar knots: (n, 7) the control poses, three more than there are pieces. The curve passes
         near them, not through them.
-    :ivar group: on what it lies.
+    :ivar group: the group of the spline.
+    :ivar steps: (n - 1, 6) the tangents from each knot to the next; computed unless given.
     """
 
-    __slots__ = ('oldest', 'latest', 'begin', 'knot_period', 'knots', 'steps', 'group')
+    __slots__ = ()
 
     def __init__(self, begin: int, knot_period: int, knots: Array, latest: int,
-                 group: Group = SPLIT) -> None:
+                 group: Group = SPLIT, steps: Array | None = None) -> None:
         self.begin = self.oldest = begin
         self.latest = latest
         self.knot_period = knot_period
         self.knots = knots.copy()
-        self.steps = steps_between(group, knots)
+        self.steps = steps_between(group, knots) if steps is None else steps
         self.knots.flags.writeable = self.steps.flags.writeable = False
         self.group = group
 
     @classmethod
-    def fit(cls, stamps: npt.ArrayLike, poses: Any, knot_rate_hz: float, *,
+    def fit(cls, stamps: StampsLike, poses: PosesLike, knot_rate_hz: float, *,
             on_se3: bool = False) -> 'Spline':
         """
-        Return the spline that comes closest to poses.
+        Return the spline that fits poses best, by least squares.
 
-        By least squares: noise is averaged where there are more poses than knots. A motion
-        that changes within less than two knots is smoothed away.
+        Noise is averaged if there are more poses than knots. A change of the motion within
+        less than two knots is smoothed.
 
         :param stamps: (N,) nanoseconds, in any order.
-        :param poses: ``parent_T_child``: (N, 7) or whatever else ``insert_track`` takes.
-        :param knot_rate_hz: knots a second; up to half the rate of the poses averages their
-            noise, up to that rate passes through them.
+        :param poses: ``parent_T_child``: (N, 7) or anything else that ``insert_track`` accepts.
+        :param knot_rate_hz: knots per second; a rate up to half that of the poses averages
+            their noise, a rate up to that of the poses makes the curve pass through them.
         :param on_se3: on SE(3) instead of R3 x SO(3).
-        :raises InvalidArgumentException: too few poses for so many knots, or knots for what
-            they turn; what are no stamps or poses, or no rate.
+        :raises InvalidArgumentException: too few poses for the number of knots, too few knots
+            for the rotation, or invalid stamps, poses or rate.
         """
         times, array = checked_samples(stamps, poses)
         rate = checked_rate(knot_rate_hz)
         begin, latest = int(times[0]), int(times[-1])
-        # The knots are a little closer than asked for, so that the last piece is whole.
+        # The knots are slightly closer than requested, so that the last piece is complete.
         pieces = max(1, math.ceil((latest - begin) * rate / NANOSECONDS_PER_SECOND - 1e-9))
         if pieces > max(1, len(times) - 1):
             raise InvalidArgumentException(
                 f'{len(times)} poses between {format_stamp(begin)} and {format_stamp(latest)} '
-                f'cannot tell the {pieces + ORDER - 1} knots of a spline: pass more of them, or '
-                f'a knot_rate_hz below {rate * (len(times) - 1) / pieces:.3g}')
+                f'do not determine the {pieces + ORDER - 1} knots of a spline: pass more poses, '
+                f'or a knot_rate_hz below {rate * (len(times) - 1) / pieces:.3g}')
         group = SE3 if on_se3 else SPLIT
         period = max(1, -((begin - latest) // pieces))
         knots = first_guess(group, begin, period, pieces, times, array)
@@ -123,23 +118,24 @@ class Spline:
         if np.median(turned) > _HOPELESS:
             rate = NANOSECONDS_PER_SECOND / self.knot_period
             raise InvalidArgumentException(
-                f'no spline of {rate:.3g} knots a second follows these poses, the best is off by '
-                f'{np.median(turned):.1f} rad: do they turn by half a turn or more between two '
-                'knots? Then pass a greater knot_rate_hz')
-
-    def __len__(self) -> int:
-        return len(self.knots)
+                f'no spline of {rate:.3g} knots per second fits these poses; the best differs by '
+                f'{np.median(turned):.1f} rad. If the poses rotate by half a turn or more between '
+                'two knots, pass a greater knot_rate_hz')
 
     def __repr__(self) -> str:
         return (f'<Spline on {self.group.name}: {len(self)} knots, '
                 f'{format_stamp(self.oldest)} to {format_stamp(self.latest)} s>')
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The formulas of a group are functions: they stay here.
+        # The formulas of a group are functions, so they are not pickled.
         return (_restored, (self.begin, self.knot_period, self.knots, self.latest,
                             self.group is SE3))
 
-    def frozen(self, arrays: Arrays) -> Facts:
+    def frozen(self) -> 'Spline':
+        """Return this curve, because files support its kind."""
+        return self
+
+    def stored(self, arrays: Arrays) -> Facts:
         """Return the facts for ``thawed``, and add the knots and steps to arrays."""
         arrays.add(self.knots)
         arrays.add(np.ascontiguousarray(self.steps))
@@ -148,7 +144,7 @@ class Spline:
 
     @classmethod
     def thawed(cls, stored: Stored) -> 'Spline':
-        """Return what was frozen, which uses the memory where it lies."""
+        """Return the stored spline, which uses the memory in place."""
         spline, count = cls.__new__(cls), stored.whole('knots', ORDER)
         spline.knots = np.frombuffer(stored.floats(7 * count)).reshape(-1, 7)
         spline.steps = np.frombuffer(stored.floats(6 * count - 6)).reshape(-1, 6)
@@ -157,68 +153,58 @@ class Spline:
         spline.latest = stored.whole('latest', spline.oldest, FOREVER)
         spline.group = _GROUPS.get(stored.one('group', str), SPLIT)
         if spline.latest > spline.begin + spline.pieces * spline.knot_period:
-            raise ValueError('a spline ends behind its last piece')
-        # No more than half a turn, but for rounding. Infinite numbers would raise errors in sines.
+            raise ValueError('a spline ends after its last piece')
+        # At most half a turn, except for rounding. Infinite numbers would raise errors in sines.
         if not (np.abs(spline.steps[:, 3:]) < 3.2).all():
             raise ValueError('a spline turns by more than half a turn from knot to knot')
         return spline
 
-    @property
-    def pieces(self) -> int:
-        """Return how many pieces there are."""
-        return len(self.knots) - ORDER + 1
-
-    def cuts(self, pieces: range, parts: int) -> Stamps:
-        """Return the stamps that cut pieces into equal parts, from end to end."""
-        begins = self.begin + self.knot_period * np.arange(pieces.start, pieces.stop + 1)
-        cuts = [self.knot_period * part // parts for part in range(parts)]
-        return np.unique(np.clip((begins[:, None] + cuts).ravel(), self.oldest, self.latest))
-
     # --- at one stamp
 
-    def pose(self, stamp: int) -> Pose:
+    def pose(self, stamp: Stamp) -> Pose:
         """
-        Return ``parent_T_child``.
+        Return ``parent_T_child`` at a stamp.
 
-        :param stamp: nanoseconds; 0 is a time here.
-        :raises InvalidArgumentException: the stamp lies outside the spline.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
+        :raises InvalidArgumentException: the stamp is outside the spline.
         """
         return Pose._make(self.sample(self._inside(stamp)))
 
-    def twist(self, stamp: int) -> Screw:
+    def twist(self, stamp: Stamp) -> Screw:
         """
-        Return how fast the child moves in its parent, in the child's axes.
+        Return the twist of the child relative to its parent, in the child's axes.
 
-        :return: the velocity of the child's origin, m/s, and the angular velocity, rad/s: of
-            an IMU the latter is what its gyroscope measures.
-        :raises InvalidArgumentException: the stamp lies outside the spline.
+        :return: the velocity of the child's origin, m/s, and the angular velocity, rad/s: for
+            an IMU, the latter is its gyroscope's measurement.
+        :raises InvalidArgumentException: the stamp is outside the spline.
         """
         twist, _ = rates_on(self.group, *self._piece(self._inside(stamp)))
         return _scaled(twist, NANOSECONDS_PER_SECOND / self.knot_period)
 
-    def acceleration(self, stamp: int) -> Screw:
+    def acceleration(self, stamp: Stamp) -> Screw:
         """
-        Return the acceleration of the child in its parent, in the child's axes.
+        Return the acceleration of the child relative to its parent, in the child's axes.
 
-        :return: that of the child's origin, m/s^2, without gravity, and the angular one,
-            rad/s^2.
-        :raises InvalidArgumentException: the stamp lies outside the spline.
+        :return: the acceleration of the child's origin, m/s^2, without gravity, and the angular
+            acceleration, rad/s^2.
+        :raises InvalidArgumentException: the stamp is outside the spline.
         """
         _, bend = rates_on(self.group, *self._piece(self._inside(stamp)))
         return _scaled(bend, (NANOSECONDS_PER_SECOND / self.knot_period) ** 2)
 
-    def sample(self, stamp: int) -> Any:
-        """Return the pose at a stamp that lies inside, as plain floats."""
-        return pose_on(self.group, *self._piece(stamp))
+    def sample(self, stamp: int) -> PoseTuple:
+        """Return the pose at a stamp within the spline, as plain floats."""
+        x, y, z, qx, qy, qz, qw = pose_on(self.group, *self._piece(stamp))
+        return (x, y, z, qx, qy, qz, qw)
 
     def _piece(self, stamp: int) -> tuple[tuple[float, ...], list[list[float]], float]:
-        """Return the first knot of a stamp's piece, the steps, and where on it the stamp is."""
+        """Return the first knot of a stamp's piece, the steps, and the place on it (u)."""
         since = stamp - self.begin
         number = min(since // self.knot_period, self.pieces - 1)
         return (tuple(self.knots[number].tolist()), self.steps[number:number + 3].tolist(),
                 (since - number * self.knot_period) / self.knot_period)
 
-    def _inside(self, stamp: int) -> int:
+    def _inside(self, stamp: Stamp) -> int:
         stamp = checked_stamp(stamp)
         if not self.oldest <= stamp <= self.latest:
             raise self._outside(stamp)
@@ -226,40 +212,34 @@ class Spline:
 
     def _outside(self, stamp: int) -> InvalidArgumentException:
         return InvalidArgumentException(
-            f'the stamp {format_stamp(stamp)} lies outside the spline, which goes from '
+            f'the stamp {format_stamp(stamp)} is outside the spline, which is defined from '
             f'{format_stamp(self.oldest)} to {format_stamp(self.latest)}')
 
-    # --- at many
+    # --- at many stamps
 
-    def poses(self, stamps: npt.ArrayLike) -> Array:
+    def poses(self, stamps: StampsLike) -> Array:
         """Return (N, 7), one for each of (N,) stamps; see ``pose``."""
         return self.samples(self._all_inside(stamps)).T
 
-    def twists(self, stamps: npt.ArrayLike) -> Array:
+    def twists(self, stamps: StampsLike) -> Array:
         """Return (N, 6), one for each of (N,) stamps; see ``twist``."""
-        twists, _ = rates_on_many(self.group, *self._pieces_at(self._all_inside(stamps)))
+        twists, _ = rates_on_many(self.group, *self.pieces_at(self._all_inside(stamps)))
         return twists.T * (NANOSECONDS_PER_SECOND / self.knot_period)
 
-    def accelerations(self, stamps: npt.ArrayLike) -> Array:
+    def accelerations(self, stamps: StampsLike) -> Array:
         """Return (N, 6), one for each of (N,) stamps; see ``acceleration``."""
-        _, bends = rates_on_many(self.group, *self._pieces_at(self._all_inside(stamps)))
+        _, bends = rates_on_many(self.group, *self.pieces_at(self._all_inside(stamps)))
         return bends.T * (NANOSECONDS_PER_SECOND / self.knot_period) ** 2
 
-    def samples(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """
-        Return the poses (7, ...) at stamps that lie inside, or some time after.
+    def track(self, first: int, last: int) -> SplineTrack:
+        """Return a track for lookups at many stamps between two."""
+        return SplineTrack(self, first, last)
 
-        :param since: (...) nanoseconds.
-        """
-        return poses_on(self.group, *self._pieces_at(stamps, since))
+    def shown_at(self) -> Stamps:
+        """Return stamps between which programs may interpolate: ten on each piece."""
+        return self.cuts(range(self.pieces), _POSES_A_PIECE)
 
-    def _pieces_at(self, stamps: Stamps, since: Array | None = None) -> tuple[Array, Array, Array]:
-        numbers, u = places(stamps, self.begin, self.knot_period, self.pieces)
-        if since is not None:
-            numbers, u = np.broadcast_arrays(numbers, u + since / self.knot_period)
-        return *on_pieces(self.knots, self.steps, numbers), u
-
-    def _all_inside(self, stamps: npt.ArrayLike) -> Stamps:
+    def _all_inside(self, stamps: StampsLike) -> Stamps:
         times = checked_stamps(stamps)
         outside = (times < self.oldest) | (times > self.latest)
         if outside.any():

@@ -1,71 +1,59 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a spline is fitted to: a caller's poses, and knots to begin with."""
+"""The input of a spline fit: a caller's poses, and the initial knots."""
 
 import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .track import InterpolatedTrack
 from ..errors import InvalidArgumentException
-from ..geometry.poses import checked_poses
+from ..geometry.poses import checked_poses, with_unit_quaternions
 from ..geometry.so3 import Array
-from ..geometry.spline import difference, Group, moved
 from ..geometry.spline_fit import ORDER
+from ..geometry.spline_segment import difference, Group, moved
 from ..stamp import format_stamp, NANOSECONDS_PER_SECOND
-from ..times import checked_stamps, Stamps
+from ..times import checked_stamps, Stamps, StampsLike
 
-# Nanoseconds: differences of stamps are taken in 64 bits.
+# Nanoseconds: differences of stamps must fit into 64 bits.
 _LONGEST = 2**62
 
 
-def checked_samples(stamps: npt.ArrayLike, poses: Any) -> tuple[Stamps, Array]:
+def checked_samples(stamps: StampsLike, poses: Any) -> tuple[Stamps, Array]:
     """
     Return a caller's samples, sorted by stamp, with unit quaternions.
 
     :return: (N,) and (N, 7), N > 0.
-    :raises InvalidArgumentException: none, not as many, not finite, or no rotation.
+    :raises InvalidArgumentException: no samples, different numbers of stamps and poses, or a
+        pose that is not finite or not a rotation.
     """
     times = checked_stamps(stamps)
     array = checked_poses(poses) if len(times) or np.size(poses) else np.empty((0, 7))
     if len(array) != len(times) or not len(times):
         raise InvalidArgumentException(
-            f'stamps (N,) and poses (N, 7) are one for each, and there is at least one: not '
-            f'{len(times)} and {len(array)}')
-    sizes = np.linalg.norm(array[:, 3:], axis=1)
-    good = np.isfinite(array).all(axis=1) & (sizes > 0.0) & np.isfinite(sizes)
+            f'there must be one pose (N, 7) for each stamp (N,), and at least one: not '
+            f'{len(times)} stamps and {len(array)} poses')
+    unit, good = with_unit_quaternions(array)
     if not good.all():
         first = int(np.argmin(good))
         raise InvalidArgumentException(
-            f'poses[{first}] is no pose: {array[first].tolist()} is not finite, or no rotation')
+            f'poses[{first}] is not a pose: {array[first].tolist()} is not finite, or not a '
+            'rotation')
     if int(times.max()) - int(times.min()) > _LONGEST:
         raise InvalidArgumentException(
-            f'the stamps go from {format_stamp(int(times.min()))} to '
-            f'{format_stamp(int(times.max()))}, too far for one spline')
+            f'the stamps range from {format_stamp(int(times.min()))} to '
+            f'{format_stamp(int(times.max()))}, which is too long for one spline')
     order = np.argsort(times, kind='stable')
-    array = np.concatenate([array[:, :3], array[:, 3:] / sizes[:, None]], axis=1)
-    return times[order], array[order]
+    return times[order], unit[order]
 
 
 def checked_rate(knot_rate_hz: float) -> float:
     """
-    Return a rate of knots.
+    Return a caller's knot rate as a float.
 
-    :raises InvalidArgumentException: it is none.
+    :raises InvalidArgumentException: it is not a valid rate.
     """
     try:
         rate = float(knot_rate_hz)
@@ -73,13 +61,13 @@ def checked_rate(knot_rate_hz: float) -> float:
         rate = math.nan
     if not 0.0 < rate <= NANOSECONDS_PER_SECOND:
         raise InvalidArgumentException(
-            f'Invalid argument knot_rate_hz {knot_rate_hz!r}: it is a number of knots a second, '
-            'more than 0 and at most one a nanosecond')
+            f'Invalid argument knot_rate_hz {knot_rate_hz!r}: it must be a number of knots per '
+            'second, greater than 0 and at most one per nanosecond')
     return rate
 
 
 def places(stamps: Stamps, begin: int, period: int, pieces: int) -> tuple[Stamps, Array]:
-    """Return the pieces on which stamps lie, and where on these pieces (u); each (...)."""
+    """Return the pieces that contain stamps, and the places on these pieces (u); each (...)."""
     since = stamps - begin
     numbers = np.minimum(since // period, pieces - 1)
     return numbers, (since - numbers * period) / period
@@ -88,15 +76,17 @@ def places(stamps: Stamps, begin: int, period: int, pieces: int) -> tuple[Stamps
 def first_guess(group: Group, begin: int, period: int, pieces: int, stamps: Stamps,
                 poses: Array, before: Array | None = None) -> Array:
     """
-    Return knots (n, 7) for a fit to begin with.
+    Return initial knots (n, 7) for a fit.
 
     Each is the pose in the middle of the time that it influences: interpolated between the
-    poses, and beyond the last of them extrapolated at the same velocity.
+    poses, and extrapolated beyond the last pose at the same velocity.
 
-    :param stamps: (N,) sorted, and the poses (N, 7).
-    :param before: (m, 7) the first knots, where they are known.
+    :param stamps: (N,) sorted; ``poses``: (N, 7).
+    :param before: (m, 7) the first knots, if they are known.
     """
     count = pieces + ORDER - 1
+    if before is not None and len(before) >= count:
+        return before[:count].copy()
     times = begin + period * (np.arange(count) - 1)
     inside = np.clip(times, stamps[0], stamps[-1])
     knots = InterpolatedTrack(stamps, poses).at(inside).T

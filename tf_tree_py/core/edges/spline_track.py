@@ -1,65 +1,53 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What it takes to answer many stamps of an edge on a spline."""
+"""The track of an edge on a spline, for lookups at many stamps."""
 
 import math
 
 import numpy as np
 
-from .spline import Spline
+from .spline_pieces import SplinePieces
 from ..geometry.so3 import Array
-from ..geometry.spline import SPLIT
+from ..geometry.spline_segment import SPLIT
 from ..times import Stamps
 
-# The pieces of a spline are cut into parts that turn by no more than this, radians. So there are
-# few parts, and each is short enough for a polynomial to be the curve.
+# The pieces of a spline are cut into parts that rotate by at most this angle, radians. So there
+# are few parts, and on each a polynomial equals the curve apart from rounding.
 _TURN = 0.1
-# Those of ``tree.many``.
+# As in ``tree.many``.
 _MOST_NODES = 7
-# A piece that turns by more than a radian or two is evaluated at every stamp.
+# With this limit, a piece that rotates by more than a radian or two is evaluated at every stamp.
 _MAX_PARTS = 32
 
 
 class SplineTrack:
     """
-    A spline, for the stamps from a first to a last.
+    A spline for the stamps from a first to a last.
 
-    Its knots cut each piece into parts that are short enough for a polynomial to be the
-    curve; see ``motion``.
+    Its knots cut each piece into parts that are short enough for polynomials; see ``motion``.
     """
 
-    def __init__(self, spline: Spline, first: int, last: int) -> None:
+    def __init__(self, spline: SplinePieces, first: int, last: int) -> None:
         self._spline = spline
         period = spline.knot_period
-        # Without stamps, first and last may lie anywhere.
+        # Without stamps, first and last may be anywhere.
         begin, end = (min(max((stamp - spline.begin) // period, 0), spline.pieces - 1)
                       for stamp in (first, last))
         pieces = range(begin, end + 1)
         self._steps = np.abs(_lengths(spline.steps[pieces.start:pieces.stop + 2]))
         self._positions = spline.knots[pieces.start:pieces.stop + 3, :3]
-        # min() and max() in this order, for the bound of a damaged file may be infinite or NaN.
+        # This order of min() and max() is safe for an infinite or NaN bound of a damaged file.
         parts = min(max(1, math.ceil(min(_MAX_PARTS, self._bound()[0] / _TURN))), period)
         self.knots: Stamps = spline.cuts(pieces, parts)
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (7, ...) some time after stamps."""
+        """Return the poses (7, ...) at times ``since`` after stamps."""
         return self._spline.samples(stamps, since)
 
     @property
     def reach(self) -> float:
-        """Return how far the child is away at most: no further than a knot."""
+        """Return the largest distance of the child, metres: at most that of a knot."""
         return float(np.linalg.norm(self._positions, axis=1).max())
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
@@ -78,11 +66,11 @@ class SplineTrack:
         """
         Return an angle and a distance that bound the derivatives on every piece.
 
-        The nth derivative of a rotation is no greater than Bell's polynomial of those of the
-        angle, of which there are three, for the weights are cubic. The angle a is such that
-        a^n is no less, for up to the seven nodes that a polynomial may have. That of the
-        position, on edges that turn by a, is then n d a^(n-1) at most, with
-        d = p' + 3 p''/a + 5 p'''/a^2.
+        The nth derivative of a rotation is at most Bell's polynomial of the derivatives of the
+        angle, of which there are three, because the weights are cubic. The angle a is chosen
+        such that a^n is at least this bound for n up to seven, the largest number of nodes of a
+        polynomial. The nth derivative of the position, on edges that rotate by a, is then at
+        most n d a^(n-1), with d = p' + 3 p''/a + 5 p'''/a^2.
         """
         turns, ways = self._steps
         bell, angles = [np.ones(len(turns) - 2)], _derivatives(turns)
@@ -101,6 +89,6 @@ def _lengths(steps: Array) -> Array:
 
 
 def _derivatives(lengths: Array) -> tuple[Array, Array, Array]:
-    """Return bounds of the weights' derivatives times a piece's three steps."""
+    """Return bounds of the weights' derivatives multiplied by a piece's three steps."""
     one, two, three = lengths[:-2], lengths[1:-1], lengths[2:]
     return (0.5 * one + 0.75 * two + 0.5 * three, one + two + three, one + 2.0 * two + three)

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """The history of an edge that is valid at all times: one sample, no stamp."""
 
@@ -35,6 +24,7 @@ class StaticHistory:
 
     kind = 'static'
     is_static = True
+    takes_samples = True
     fixed_parent = True
     oldest_stamp = LATEST
     latest_stamp = LATEST
@@ -52,12 +42,16 @@ class StaticHistory:
         """Return ``parent_T_child``, the same at every stamp."""
         return self.pose
 
+    def neighbours(self, first: int, last: int) -> tuple[float, ...]:
+        """Return the pose twice."""
+        return self.pose + self.pose
+
     def track(self, first: int, last: int) -> ConstantTrack:
-        """Return the pose, for any stamps."""
+        """Return a track with the pose for any stamps."""
         return ConstantTrack(self.pose)
 
     def twists(self, stamps: Stamps) -> Array:
-        """Return zeros: it does not move."""
+        """Return zeros, because it does not move."""
         return np.zeros((len(stamps), 6))
 
     def parent_at(self, stamp: int) -> str:
@@ -81,11 +75,11 @@ class StaticHistory:
         return False
 
     def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
-        """Return whether a sample is the stored one, sent again as static broadcasters do."""
+        """Return whether a sample equals the stored one, as static broadcasters repeat it."""
         return parent == self.parent and pose == self.pose
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
-        """Replace the stored sample, whatever the stamp."""
+        """Replace the stored sample, regardless of the stamp."""
         self.parent, self.pose = parent, pose
         return True
 
@@ -101,7 +95,7 @@ class StaticHistory:
         """Keep the sample: a static edge stays, as in tf2."""
 
     def copy(self) -> 'StaticHistory':
-        """Return a history of its own."""
+        """Return an independent copy."""
         return StaticHistory(self.child, self.parent, self.pose, self.authority)
 
     def frozen(self, arrays: Arrays) -> Facts:
@@ -111,6 +105,6 @@ class StaticHistory:
 
     @classmethod
     def thawed(cls, child: str, stored: Stored) -> 'StaticHistory':
-        """Return what was frozen."""
+        """Return the frozen history."""
         x, y, z, qx, qy, qz, qw = stored.floats(7)
         return cls(child, stored.one('parent', str), (x, y, z, qx, qy, qz, qw))

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Copies of edges' histories, for many stamps: each kind with its own evaluation.
+Copies of edges' histories for many stamps, each kind with its own evaluation.
 
-Made under the buffer's lock, and used without it. Poses have their seven coordinates
-first here, (7, ...): numpy is quickest on long rows.
+They are made with the buffer's lock held, and used without it. The first axis of poses here is
+that of the seven coordinates, (7, ...), because numpy is fastest on long rows.
 """
 
 import math
@@ -35,36 +24,36 @@ class EdgeTrack(Protocol):
     """
     One edge from a first to a last stamp.
 
-    :ivar knots: (n,) sorted stamps; between two neighbours the edge moves smoothly. None
-        where it never moves.
+    :ivar knots: (n,) sorted stamps; the edge moves smoothly between successive ones. Empty if
+        it never moves.
     """
 
     knots: Stamps
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
         """
-        Return the poses some time after stamps.
+        Return the poses at times after stamps.
 
         :param stamps: (...) nanoseconds.
-        :param since: (...) nanoseconds after them, no further than the next knot, which is
-            then approached from below; None: none.
+        :param since: (...) nanoseconds after the stamps, at most up to the next knot, which is
+            then approached from below; None: zero.
         :return: (7, ...), of any shape that broadcasts with that of stamps and since.
         """
 
     @property
     def reach(self) -> float:
-        """Return how far the child is away at most, metres."""
+        """Return the largest distance of the child, metres."""
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
         """
-        Return how much it moves from one stamp to the next, at most.
+        Return the largest motion between successive stamps.
 
-        What the error of an interpolating polynomial is judged by: it holds for motion at
-        a constant speed between knots. A kind that moves otherwise returns infinity, and
-        is then evaluated at every stamp.
+        The error bound of an interpolating polynomial uses it, and assumes motion at a constant
+        speed between knots. A kind that moves differently returns infinity, and is then
+        evaluated at every stamp.
 
-        :param knots: (n,) sorted, n > 1; its own between the first and the last are among
-            them.
+        :param knots: (n,) sorted, n > 1; its own knots between the first and the last are
+            included.
         :return: the angle, radians, and the distance, metres.
         """
 
@@ -83,17 +72,17 @@ class ConstantTrack:
 
     @property
     def reach(self) -> float:
-        """Return how far the child is away, metres."""
+        """Return the distance of the child, metres."""
         return math.hypot(*self._pose[:3])
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
-        """Return that it does not move."""
+        """Return zeros, because it does not move."""
         return 0.0, 0.0
 
 
 class HeldTrack:
     """
-    Samples that each hold until the next.
+    Samples that are each valid until the next.
 
     :param knots: (n,) nanoseconds, sorted, n > 0.
     :param poses: (n, 7) ``parent_T_child``.
@@ -104,17 +93,17 @@ class HeldTrack:
         self._poses = np.ascontiguousarray(poses.T)
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (7, ...) of the samples that hold at stamps."""
+        """Return the poses (7, ...) of the samples valid at stamps."""
         return self._poses.take(self._before(stamps), axis=1)
 
     @property
     def reach(self) -> float:
-        """Return how far the child is away at most, metres."""
+        """Return the largest distance of the child, metres."""
         x, y, z = self._poses[:3]
         return math.sqrt((x * x + y * y + z * z).max())
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
-        """Return that nothing moves between two samples."""
+        """Return zeros, because nothing moves between samples."""
         return 0.0, 0.0
 
     def _before(self, stamps: Stamps) -> npt.NDArray[np.intp]:
@@ -124,14 +113,14 @@ class HeldTrack:
 
 class InterpolatedTrack(HeldTrack):
     """
-    Samples between which the edge goes straight and turns at a constant speed.
+    Samples with linear translation and rotation at constant speed between them.
 
     :param knots: (n,) nanoseconds, sorted, n > 0.
     :param poses: (n, 7) ``parent_T_child``.
     """
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (7, ...) between the samples before and after."""
+        """Return the poses (7, ...) interpolated between the samples before and after."""
         before, after = self._around(stamps)
         began = self.knots.take(before)
         # The last sample is its own successor.
@@ -141,7 +130,7 @@ class InterpolatedTrack(HeldTrack):
                         elapsed / lengths)
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
-        """Return the greatest angle and distance between two neighbouring knots."""
+        """Return the largest angle and distance between successive knots."""
         before, after = self._around(knots[:-1])
         a, b = self._poses.take(before, axis=1), self._poses.take(after, axis=1)
         parts = np.diff(knots) / np.maximum(self.knots.take(after) - self.knots.take(before), 1)
@@ -157,8 +146,14 @@ class InterpolatedTrack(HeldTrack):
 
 
 def _between(a: Array, b: Array, ratio: Array) -> Array:
-    """Interpolate between poses (7, ...) as ``se3.interpolate_many`` does, and as tf2."""
-    first, second = so3.slerp_weights_many(_dot(a[3:], b[3:]), ratio, as_tf2=True)
+    """Interpolate between poses (7, ...) as ``se3.interpolate_many`` and tf2 do."""
+    cosine = _dot(a[3:], b[3:])
+    if so3.is_half_turn(cosine).any():
+        first, second = (np.moveaxis(each[3:], 0, -1) for each in (a, b))
+        turned = so3.slerp_many(first, second, ratio, as_tf2=True)
+        return np.concatenate([(1.0 - ratio) * a[:3] + ratio * b[:3],
+                               np.moveaxis(turned, -1, 0)])
+    first, second = so3.slerp_weights_many(cosine, ratio, as_tf2=True)
     poses = np.empty((7, *first.shape))
     np.multiply(1.0 - ratio, a[:3], out=poses[:3])
     poses[:3] += ratio * b[:3]
@@ -168,6 +163,6 @@ def _between(a: Array, b: Array, ratio: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Sum as the scalar form does it, for the last bit decides what is "one" there."""
+    """Sum in the order of the scalar form, because the last bit decides whether it is one."""
     x, y, z, w = a * b
     return np.asarray(x + y + z + w)

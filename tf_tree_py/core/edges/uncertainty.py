@@ -1,69 +1,105 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The covariances of one edge over time, beside its poses and only where there are some.
+The covariances of one edge over time, separate from its poses.
 
-They have stamps of their own: the poses may come on /tf and the covariances with an
-odometry. ``geometry.covariances`` says what a covariance means.
+They have their own stamps: the poses may arrive on /tf, and the covariances in odometry
+messages. ``geometry.covariances`` defines the convention.
 """
 
 from array import array
 from bisect import bisect_left, bisect_right
-from typing import cast, NamedTuple
+from collections.abc import Sequence
+from typing import Any, cast, NamedTuple
 
 import numpy as np
 
+from .aided import AidedHistory
 from .protocol import History
-from .storage import Arrays, Facts, Stored
-from ..geometry import se3, so3
-from ..geometry.covariances import pack, PACKED_FLOATS, unpack
+from .storage import Arrays, Bytes, Facts, Stored
+from ..geometry import so3
+from ..geometry.covariance_rows import Rows
+from ..geometry.covariances import (
+    between_rows,
+    ends_turned_once,
+    Matrix9,
+    pack,
+    PACKED_FLOATS,
+    rows_of,
+    UNTURNED,
+)
 from ..geometry.so3 import Array
 from ..times import Stamps
 
-# Fewer expired ones than this are not removed yet.
+# Fewer expired covariances than this are not removed yet.
 _MIN_BLOCK = 64
 
 
 class Around(NamedTuple):
     """
-    The covariances of an edge around N stamps: what ``covariances.between`` takes.
+    The covariances of an edge around N stamps: arguments of ``covariances.between_rows``.
 
-    Before the first covariance, and after the last, both are the same one, at the ratio 0.
+    Before the first covariance, and after the last, both are the same, with the ratio 0.
+
+    :ivar before: (N, 21) packed; ``after`` likewise.
+    :ivar turn: (N, 3)
+    :ivar back: (N, 3, 3); None if the edge has no gyroscope.
     """
 
     before: Array
     after: Array
     ratio: Array
     turn: Array
+    back: Array | None
+
+
+Term = tuple[float, Matrix9, Bytes]
+"""
+The contribution of one covariance C at a stamp, w M C M^T: the weight w, the rotation block of M
+(its lower right), and C as 21 doubles.
+"""
+
+
+def interpolated(each: Sequence[Around], independent: bool) -> Rows:
+    """
+    Return the covariances of E edges at N stamps, 21 rows (E, N).
+
+    All edges are processed at once, because numpy takes as long for one.
+    """
+    before, after, ratio, turn = (
+        np.stack(part) for part in zip(*(one[:4] for one in each), strict=True))
+    return between_rows(rows_of(before), rows_of(after), ratio, rows_of(turn), independent,
+                        _back_of([one.back for one in each], ratio.shape[1]))
+
+
+def _back_of(backs: Sequence[Array | None], count: int) -> Rows | None:
+    """Return the rotations by gyroscopes, nine rows (E, N); None if no edge has one."""
+    if all(back is None for back in backs):
+        return None
+    still = np.broadcast_to(np.eye(3), (count, 3, 3))
+    return rows_of(np.stack([still if back is None else back for back in backs]).reshape(
+        len(backs), count, 9))
+
+
+def whole_term(covariance: Array) -> Term:
+    """Return a covariance (6, 6) as a term."""
+    return 1.0, UNTURNED, pack(covariance).tobytes()
 
 
 class Uncertainty:
     """
-    The covariances of one edge's poses, over time.
+    The covariances of one edge's poses over time.
 
-    176 bytes a covariance. Between two stamps that have one it is interpolated; the first
-    holds before its stamp, the last until another comes. Not safe for several threads:
-    the buffer's lock is.
-
-    :ivar parent: of the edge whose covariances they are; the child may change its parent.
+    A covariance takes 176 bytes. Between two stamps with covariances it is interpolated; the
+    first also applies before its stamp, the last until the next arrives. It is not
+    thread-safe; the buffer's lock protects it. A frame that changes its parent has one object
+    for each parent.
     """
 
-    __slots__ = ('parent', '_stamps', '_packed')
+    __slots__ = ('_stamps', '_packed')
 
-    def __init__(self, parent: str) -> None:
-        self.parent = parent
+    def __init__(self) -> None:
         self._stamps = array('q')
         self._packed = array('d')
 
@@ -72,7 +108,7 @@ class Uncertainty:
 
     def insert(self, stamp: int, covariance: Array, cache_time: int) -> None:
         """
-        Take a covariance; it replaces one with the same stamp.
+        Add a covariance; it replaces one with the same stamp.
 
         :param covariance: (6, 6), checked.
         :param cache_time: how far behind the newest one they are kept, nanoseconds.
@@ -88,7 +124,7 @@ class Uncertainty:
         self._tidy(self._stamps[-1] - cache_time)
 
     def _tidy(self, horizon: int) -> None:
-        """Remove expired ones in blocks; the last one before the horizon still holds at it."""
+        """Remove expired ones in blocks; the last one before the horizon still applies at it."""
         expired = bisect_right(self._stamps, horizon) - 1
         if expired >= max(_MIN_BLOCK, len(self._stamps) // 8):
             del self._stamps[:expired]
@@ -96,27 +132,57 @@ class Uncertainty:
 
     def around(self, stamps: Stamps, history: History) -> Around:
         """
-        Return the covariances around stamps (N,), to be interpolated between.
+        Return the covariances around stamps (N,), for interpolation.
 
         :param history: the edge's poses.
         """
         if history.is_static or len(self) == 1:
-            last = np.tile(unpack(np.array(self._packed[-PACKED_FLOATS:])), (len(stamps), 1, 1))
-            return Around(last, last, np.zeros(len(stamps)), np.zeros((len(stamps), 3)))
-        begins, ends, rows = self._neighbours(stamps)
-        pairs, place = np.unique(begins, return_index=True, return_inverse=True)[1:]
-        turns = np.array([_turn(history, int(begins[pair]), int(ends[pair])) for pair in pairs])
-        before, after = unpack(rows)
+            last = np.tile(np.array(self._packed[-PACKED_FLOATS:]), (len(stamps), 1))
+            return Around(last, last, np.zeros(len(stamps)), np.zeros((len(stamps), 3)), None)
+        begins, ends, (before, after) = self._neighbours(stamps)
         ratio = np.where(begins < ends, (stamps - begins) / np.maximum(ends - begins, 1), 0.0)
-        return Around(before, after, ratio, turns[place])
+        return Around(before, after, ratio, *_turns(history, begins, ends, stamps))
+
+    def terms_at(self, stamp: int, history: History, independent: bool) -> Sequence[Term]:
+        """
+        Return the covariance at one stamp as one term, or as two terms of an interpolation.
+
+        See ``covariances.between_rows``. For an edge with a gyroscope it is one term.
+        """
+        stamps = self._stamps
+        after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
+        if not 0 < after < len(stamps):
+            return [(1.0, UNTURNED, self._row(max(after - 1, 0)))]
+        if isinstance(history, AidedHistory):
+            rows = interpolated([self.around(np.array([stamp]), history)], independent)
+            return [(1.0, UNTURNED, np.array(rows).tobytes())]
+        begin, end, row = stamps[after - 1], stamps[after], self._row(after - 1)
+        if stamp == begin:
+            return [(1.0, UNTURNED, row)]
+        ratio = (stamp - begin) / (end - begin)
+        rest = 1.0 - ratio
+        first, last = ends_turned_once(ratio, _turn(history, begin, end))
+        if independent:
+            return [(rest * rest, first, row), (ratio * ratio, last, self._row(after))]
+        return [(rest, first, row), (ratio, last, self._row(after))]
+
+    def _row(self, number: int) -> Bytes:
+        first = number * PACKED_FLOATS
+        return cast(bytes, self._packed[first:first + PACKED_FLOATS])  # usable like bytes
+
+    def knots_around(self, stamp: int, history: History) -> tuple[int, int]:
+        """Return the stamps of the covariances before and after a stamp, as ``around`` does."""
+        stamps = self._stamps
+        after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
+        return stamps[max(after - 1, 0)], stamps[min(after, len(stamps) - 1)]
 
     def _neighbours(self, stamps: Stamps) -> tuple[Stamps, Stamps, Array]:
         """
         Return the stamps of the covariances before and after each, and these (2, N, 21).
 
-        Before the first and after the last it is that one, twice.
+        Before the first and after the last covariance, both are that one.
         """
-        # An array cannot grow while numpy has a view of it, so only copies leave this function.
+        # An array cannot grow while numpy has a view of it, so this function returns only copies.
         knots = np.frombuffer(self._stamps, dtype=np.int64)
         rows = np.frombuffer(self._packed).reshape(-1, PACKED_FLOATS)
         after = knots.searchsorted(stamps, side='right')
@@ -125,36 +191,87 @@ class Uncertainty:
         return knots[before], knots[after], rows[np.stack([before, after])]
 
     def copy(self) -> 'Uncertainty':
-        """Return one of its own with the same covariances."""
-        twin = Uncertainty(self.parent)
+        """Return an independent copy."""
+        twin = Uncertainty()
         twin._stamps, twin._packed = self._stamps[:], self._packed[:]
         return twin
 
     def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add to arrays what is kept."""
+        """Return the facts for ``thawed``, and add the covariances to arrays."""
         arrays.add(self._stamps)
         arrays.add(self._packed)
-        return {'parent': self.parent, 'count': len(self)}
+        return {'count': len(self)}
 
     @classmethod
     def thawed(cls, stored: Stored) -> 'Uncertainty':
-        """Return what was frozen, which uses the memory where it lies; nothing can be added."""
-        one, count = cls(stored.one('parent', str)), stored.whole('count', 1)
-        # For reading they are as good as arrays.
+        """Return the frozen data; it uses the memory in place, and nothing can be added."""
+        one, count = cls(), stored.whole('count', 1)
+        # Memory views are read like arrays.
         one._stamps = cast('array[int]', stored.integers(count))
         one._packed = cast('array[float]', stored.floats(PACKED_FLOATS * count))
         return one
 
 
-def _turn(history: History, first: int, last: int) -> so3.Vector3:
-    """
-    Return by how much an edge turns between two stamps, if it does so at a constant rate.
+def _turns(history: History, begins: Stamps, ends: Stamps,
+           stamps: Stamps) -> tuple[Array, Array | None]:
+    """Return the fields ``turn`` and ``back`` of ``Around``."""
+    if not isinstance(history, AidedHistory):
+        return _turns_at_constant_rates(history, begins, ends), None
+    turns, back = np.zeros((len(stamps), 3)), np.tile(np.eye(3), (len(stamps), 1, 1))
+    for begin in np.unique(begins):
+        here = begins == begin
+        turns[here], back[here] = _turn_by_gyroscope(
+            history, int(begin), int(ends[here][0]), stamps[here])
+    return turns, back
 
-    Zero where poses lie between the two stamps, or where there is no pose: then the
-    covariances are blended without a turn.
+
+def _turns_at_constant_rates(history: History, begins: Stamps, ends: Stamps) -> Array:
+    """Return ``_turn`` (N, 3) between many stamps."""
+    oldest, latest = history.oldest_stamp, history.latest_stamp
+    if (not history.fixed_parent or not history.takes_samples or oldest is None
+            or latest is None):
+        pairs, place = np.unique(begins, return_index=True, return_inverse=True)[1:]
+        return np.array([so3.log(_turn(history, int(begins[pair]), int(ends[pair])))
+                         for pair in pairs])[place]
+    turns = np.zeros((len(begins), 3))
+    known = np.flatnonzero((begins < ends) & (begins >= oldest) & (ends <= latest))
+    if not len(known):
+        return turns
+    begins, ends = begins[known], ends[known]
+    track = history.track(int(begins.min()), int(ends.max()))
+    after = track.knots.take(track.knots.searchsorted(begins, side='right'), mode='clip')
+    _, first = _rotations(track.at(begins))
+    second, _ = _rotations(track.at(ends))
+    turned = so3.log_many(np.stack(so3.multiply(second, first), axis=-1))
+    turns[known] = np.where((after >= ends)[:, None], turned, 0.0)
+    return turns
+
+
+def _rotations(poses: Array) -> tuple[Any, Any]:
+    """Return rotations and their inverses, row by row, of poses (7, N)."""
+    x, y, z, w = poses[3:]
+    return (x, y, z, w), (-x, -y, -z, w)
+
+
+def _turn(history: History, first: int, last: int) -> so3.Quaternion:
     """
-    if first == last or history.next_stamp(first) < last or None in (
-            history.parent_at(first), history.parent_at(last)):
-        return (0.0, 0.0, 0.0)
-    begin, end = history.sample(first), history.sample(last)
-    return so3.log(se3.compose(end, se3.inverse(begin))[3:])
+    Return the rotation of an edge between two stamps, if its rate is constant.
+
+    It is the identity if there are poses between the two stamps, or no poses: then the
+    covariances are blended without a rotation.
+    """
+    if first == last:
+        return so3.IDENTITY
+    ends = history.neighbours(first, last)
+    if ends is None:
+        return so3.IDENTITY
+    _, _, _, ax, ay, az, aw, _, _, _, bx, by, bz, bw = ends
+    return so3.multiply((bx, by, bz, bw), (-ax, -ay, -az, aw))
+
+
+def _turn_by_gyroscope(history: AidedHistory, first: int, last: int,
+                       stamps: Stamps) -> tuple[Array, Array]:
+    """Return a gyroscope's remaining error, (3,), and its rotations back, (N, 3, 3)."""
+    known = first < last and history.neighbours(first, last) is not None
+    closing = history.closing(first, last, stamps) if known else None
+    return closing or (np.array(so3.log(_turn(history, first, last))), np.eye(3))

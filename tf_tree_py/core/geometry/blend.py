@@ -1,62 +1,43 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-An offset that fades away over time without a jump, with bounded rates.
+Reducing an offset to zero from any initial rate, with a bounded rate and acceleration.
 
-An offset is a translation d and a rotation Q: a thing is d away from where it belongs, and
-turned by Q. Both are multiplied by 1 - (10 x^3 - 15 x^4 + 6 x^5), with x from 0 to 1, which
-begins and ends without speed and acceleration (Flash, Hogan, J. Neuroscience 5(7), 1985).
-Where the offset changes already at the beginning, its rate times x - 6 x^3 + 8 x^4 - 3 x^5
-is added. That polynomial begins at 0 with the slope 1, and ends at 0 without a slope.
+An offset has six components: a translation and a rotation vector. Along the line to zero the
+motion is time-optimal: it accelerates, cruises, and brakes (the double integrator of optimal
+control; Kröger and Wahl, "Online Trajectory Generation", IEEE T-RO 26(1), 2010). A rate
+perpendicular to that line is stopped and reversed by the same law. So a change of the offset
+during a blend only changes the goal: value and rate stay continuous.
 """
 
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
+Vector6 = tuple[float, float, float, float, float, float]
 
-from .se3 import IDENTITY, left_jacobian_many, PoseTuple
-from .so3 import Array, Vector3
-from ..errors import InvalidArgumentException
-from ..geometry import so3
-from ..stamp import FOREVER, NANOSECONDS_PER_SECOND
-from ..times import Stamps
+ZERO: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-# The greatest slope of the quintic s. A fade that begins with a rate is longer, so that both parts
-# together are never faster than the greater of that rate and the limit: max of s' / (1 - |h'|),
-# with h the other polynomial.
-_PEAK = 1.875
-_PEAK_MOVING = 3.65
-# Some years before the last stamp: there floats of nanoseconds are a microsecond apart.
-_LAST = 0.99 * FOREVER
-
-
-class Rates(NamedTuple):
-    """How fast an offset changes: metres and radians a second, in the parent's axes."""
-
-    velocity: Vector3 = (0.0, 0.0, 0.0)
-    turning: Vector3 = (0.0, 0.0, 0.0)
+# A blend with a limited rate takes at least this many seconds, because acceleration takes time.
+_LEAST_SECONDS = 0.1
+# The weight of an unlimited part of an offset relative to a limited one.
+_WEIGHT_OF_UNLIMITED = 1e-6
+# A vector with a smaller norm is zero.
+_NOTHING = 1e-18
+# How much harder than usual it may brake if the goal has moved nearer.
+_BRAKE = 4.0
+# The largest part of the limit that a perpendicular rate may have, to be reversed during the
+# motion along the line.
+_MOST_ASIDE = math.sqrt(0.5)
 
 
 class Limits(NamedTuple):
     """
-    How fast an offset may fade, and how long it takes at least.
+    The maximum rate of a blend, and its minimum duration.
 
-    :ivar over: nanoseconds.
-    :ivar max_speed: metres a second, of every point up to ``reach`` metres away.
-    :ivar max_turn_rate: radians a second.
+    :ivar over: the minimum duration from rest, nanoseconds.
+    :ivar max_speed: metres per second, for every point up to ``reach`` metres away.
+    :ivar max_turn_rate: radians per second.
     """
 
     over: int
@@ -65,106 +46,228 @@ class Limits(NamedTuple):
     reach: float
 
 
-class Fade(NamedTuple):
+class Scale(NamedTuple):
     """
-    An offset that becomes none between two stamps.
+    The limits combined to one: the weighted norm of a rate is at most ``most``.
 
-    :ivar begin: nanoseconds; up to here it is ``offset``.
-    :ivar end: nanoseconds; from here on there is none.
-    :ivar rates: how fast it changes at the beginning.
+    :ivar translation: the weight of metres.
+    :ivar rotation: the weight of radians.
+    :ivar seconds: the minimum duration of a blend, from rest to rest.
     """
 
-    begin: int
-    end: int
-    offset: PoseTuple
-    rates: Rates
+    translation: float
+    rotation: float
+    most: float
+    seconds: float
 
-    def at_many(self, stamps: Stamps) -> Array:
-        """Return the offsets (N, 7) at stamps (N,)."""
-        x = self._part(stamps)
-        d, vector = self._way(1.0 - _gone(x), -_gone(x), self._seconds * _carried(x))
-        return np.concatenate(
-            [d, so3.multiply_many(so3.exp_many(vector), np.array(self.offset[3:]))], axis=1)
+    def norm(self, vector: Vector6) -> float:
+        """Return the weighted norm."""
+        return math.hypot(
+            self.translation * math.hypot(vector[0], vector[1], vector[2]),
+            self.rotation * math.hypot(vector[3], vector[4], vector[5]))
 
-    def at(self, stamp: int) -> PoseTuple:
-        """Return the offset at a stamp."""
-        if stamp >= self.end:
-            return IDENTITY
-        x = max(0.0, (stamp - self.begin) / (self.end - self.begin))
-        gone, carried = _gone(x), self._seconds * _carried(x)
-        dx, dy, dz, *q = self.offset
-        rotation = (q[0], q[1], q[2], q[3])
-        tx, ty, tz = so3.log(rotation)
-        (vx, vy, vz), (wx, wy, wz) = self.rates
-        turn = so3.exp((carried * wx - gone * tx, carried * wy - gone * ty,
-                        carried * wz - gone * tz))
-        left = 1.0 - gone
-        return (left * dx + carried * vx, left * dy + carried * vy, left * dz + carried * vz,
-                *so3.multiply(turn, rotation))
+    def product(self, a: Vector6, b: Vector6) -> float:
+        """Return the weighted scalar product."""
+        return (self.translation**2 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+                + self.rotation**2 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]))
 
-    def rates_at(self, stamp: int) -> Rates:
-        """Return how fast it changes at a stamp."""
-        if stamp >= self.end:
-            return Rates()
-        x = self._part(np.array([stamp]))
-        vector = self._way(0.0, -_gone(x), self._seconds * _carried(x))[1]
-        gone = -_gone_rate(x) / self._seconds
-        velocity, rate = self._way(gone, gone, _carried_rate(x))
-        turning = left_jacobian_many(vector) @ rate[..., None]
-        return Rates(_vector(velocity[0]), _vector(turning[0, :, 0]))
+
+def scale_of(limits: Limits) -> Scale:
+    """Return the combined limits, such that all points within reach keep to the speed limit."""
+    speed, turn_rate, seconds = limits.max_speed, limits.max_turn_rate, limits.over * 1e-9
+    if limits.reach > 0.0:
+        # (a, b) with |a|^2 / A^2 + |b|^2 / B^2 <= 1 has |a| + |b| <= sqrt(A^2 + B^2).
+        turn_rate = min(turn_rate, _MOST_ASIDE * speed / limits.reach)
+        if speed < math.inf:
+            speed = math.sqrt(speed**2 - (limits.reach * turn_rate)**2)
+    if speed == turn_rate == math.inf:
+        return Scale(1.0, 1.0, math.inf, seconds)
+    known = 1.0 / min(speed, turn_rate)
+    return Scale(1.0 / speed if speed < math.inf else _WEIGHT_OF_UNLIMITED * known,
+                 1.0 / turn_rate if turn_rate < math.inf else _WEIGHT_OF_UNLIMITED * known,
+                 1.0, max(seconds, _LEAST_SECONDS))
+
+
+class Course(NamedTuple):
+    """
+    A motion along one line to rest at its end.
+
+    After ``wait`` seconds, the rate changes from ``rate`` to ``cruise_rate`` in ``first``
+    seconds, stays constant for ``cruise`` seconds, and decreases to zero in ``last`` seconds.
+
+    :ivar line: the change of the offset per unit of distance along the line.
+    """
+
+    line: Vector6
+    wait: float
+    rate: float
+    first: float
+    cruise_rate: float
+    cruise: float
+    last: float
 
     @property
-    def _seconds(self) -> float:
-        return (self.end - self.begin) / NANOSECONDS_PER_SECOND
-
-    def _part(self, stamps: Stamps) -> Array:
-        """Return how much of the fade has passed, 0 to 1, (N, 1)."""
-        part = np.clip((stamps - self.begin) / max(self.end - self.begin, 1), 0.0, 1.0)
-        return np.where(stamps >= self.end, 1.0, part)[:, None]
-
-    def _way(self, translation: Any, turn: Any, carried: Any) -> tuple[Array, Array]:
-        """Return parts of the translation and of the rotation vector, with what the rates add."""
-        d, q = np.array(self.offset[:3]), self.offset[3:]
-        return (translation * d + carried * np.array(self.rates.velocity),
-                turn * np.array(so3.log(q)) + carried * np.array(self.rates.turning))
+    def seconds(self) -> float:
+        """Return the duration."""
+        return self.wait + self.first + self.cruise + self.last
 
 
-def fade(offset: PoseTuple, rates: Rates, begin: int, limits: Limits) -> Fade:
+STANDING = Course(ZERO, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def way(seconds: Any, course: Any, lesser: Any = min, greater: Any = max) -> Any:
     """
-    Return the shortest fade within limits that begins at a stamp with an offset and rates.
+    Return the distance of a course along its line after some seconds.
 
-    :raises InvalidArgumentException: it would end after the last stamp of 64 bits.
+    :param course: a ``Course`` without its line; or the columns of many.
+    :param lesser: ``np.minimum`` for arrays; ``greater``: ``np.maximum``.
     """
-    way, turn = math.hypot(*offset[:3]), math.hypot(*so3.log(offset[3:]))
-    peak = _PEAK if rates == Rates() else _PEAK_MOVING
-    seconds = peak * max((way + limits.reach * turn) / limits.max_speed,
-                         turn / limits.max_turn_rate)
-    span = max(limits.over, seconds * NANOSECONDS_PER_SECOND)
-    if not begin + span < _LAST:
-        raise InvalidArgumentException(
-            f'To go {way:g} m and turn by {turn:g} rad within these limits takes {span:g} ns, and '
-            'stamps have 64 bits: allow a shorter over, a higher max_speed or max_turn_rate')
-    return Fade(begin, begin + math.ceil(span), offset, rates)
+    wait, rate, first, cruise_rate, cruise, last = course
+    passed = seconds - wait
+    early = lesser(greater(passed, 0.0), first)
+    late = lesser(greater(passed - first - cruise, 0.0), last)
+    # The distance on a ramp is the elapsed time times the mean of the rates at both of its ends.
+    return (early * (rate + 0.5 * (cruise_rate - rate) * early / greater(first, 1e-300))
+            + cruise_rate * lesser(greater(passed - first, 0.0), cruise)
+            + cruise_rate * late * (1.0 - 0.5 * late / greater(last, 1e-300)))
 
 
-def _vector(array: Array) -> Vector3:
-    x, y, z = array.tolist()
-    return (x, y, z)
+def rate_of(seconds: float, course: Course) -> float:
+    """Return the rate of a course along its line after some seconds."""
+    passed = seconds - course.wait
+    if passed < course.first:
+        if passed < 0.0:
+            return 0.0
+        return course.rate + (course.cruise_rate - course.rate) * passed / course.first
+    left = course.seconds - seconds
+    if left >= course.last:
+        return course.cruise_rate
+    return course.cruise_rate * left / course.last if left > 0.0 else 0.0
 
 
-# --- the two polynomials and their rates, by x from 0 to 1
+def _fastest(offset: Vector6, distance: float, rate: float, most: float, acceleration: float,
+             wait: float = 0.0) -> Course:
+    """
+    Return the fastest course that reduces an offset to zero, from any initial rate.
 
-def _gone(x: Any) -> Any:
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    :param offset: its norm is the distance; if that is 0, the rate. The course moves along its
+        negative direction.
+    :param most: the highest rate after the first ramp.
+    """
+    if distance < _NOTHING > abs(rate):
+        return STANDING
+    half = 0.5 * rate * rate
+    ahead = acceleration * distance >= math.copysign(half, rate)
+    peak = min(most, math.sqrt(max(half + (acceleration if ahead else -acceleration) * distance,
+                                   0.0)))
+    if not ahead:
+        peak = -peak
+    first, last = abs(peak - rate) / acceleration, abs(peak) / acceleration
+    rest = distance - 0.5 * (rate + peak) * first - 0.5 * peak * last
+    cruise = max(rest / peak, 0.0) if peak else 0.0
+    line = _times(-1.0 / (distance if distance >= _NOTHING else rate), offset)
+    return Course(line, wait, rate, first, peak, cruise, last)
 
 
-def _gone_rate(x: Any) -> Any:
-    return 30.0 * x**2 * (1.0 - x)**2
+class Plan(NamedTuple):
+    """
+    The motion of an offset to zero, along a line and perpendicular to it.
+
+    :ivar acceleration: of the weighted norm, per second^2.
+    """
+
+    main: Course
+    aside: Course
+    scale: Scale
+    acceleration: float
+
+    @property
+    def seconds(self) -> float:
+        """Return the duration."""
+        return max(self.main.seconds, self.aside.seconds)
+
+    def rates_at(self, seconds: float) -> Vector6:
+        """Return the rate of the offset after some seconds."""
+        rate = rate_of(seconds, self.main)
+        if self.aside is STANDING:
+            return _times(rate, self.main.line)
+        return _sum(rate, self.main.line, rate_of(seconds, self.aside), self.aside.line)
 
 
-def _carried(x: Any) -> Any:
-    return x - x**3 * (6.0 - 8.0 * x + 3.0 * x**2)
+AT_REST = Plan(STANDING, STANDING, Scale(1.0, 1.0, math.inf, 0.0), 0.0)
 
 
-def _carried_rate(x: Any) -> Any:
-    return 1.0 - x**2 * (18.0 - 32.0 * x + 15.0 * x**2)
+def planned(offset: Vector6, rates: Vector6, scale: Scale, before: Plan) -> Plan:
+    """
+    Return the plan that takes an offset with given rates to zero.
+
+    :param before: the plan that these rates come from.
+    """
+    distance, speed = scale.norm(offset), scale.norm(rates)
+    if distance < _NOTHING > speed or not scale.seconds:
+        return AT_REST
+    usual, acceleration = _acceleration(distance, speed, scale, before)
+    return Plan(*_courses(offset, rates, scale, acceleration), scale, usual)
+
+
+def _courses(offset: Vector6, rates: Vector6, scale: Scale,
+             acceleration: float) -> tuple[Course, Course]:
+    distance = scale.norm(offset)
+    towards, aside = 0.0, rates
+    if distance >= _NOTHING:
+        towards = -scale.product(offset, rates) / distance
+        aside = _sum(1.0, rates, towards / distance, offset)
+    across = scale.norm(aside)
+    if across > _MOST_ASIDE * scale.most:
+        return _anew(offset, rates, scale, acceleration)
+    most = math.sqrt(scale.most**2 - across**2) if scale.most < math.inf else math.inf
+    return (_fastest(offset, distance, towards, most, acceleration),
+            _fastest(_times(-1.0, aside), 0.0, across, math.inf, acceleration))
+
+
+def _anew(offset: Vector6, rates: Vector6, scale: Scale,
+          acceleration: float) -> tuple[Course, Course]:
+    """
+    Brake on the present line, and begin a new line at the same time.
+
+    The new line accelerates as the old one brakes, so their sum is no faster than the limit.
+    The new line begins when the old one is within the limit.
+    """
+    speed = scale.norm(rates)
+    braking = Course(_times(1.0 / speed, rates), 0.0, speed, speed / acceleration, 0.0, 0.0, 0.0)
+    left = _sum(1.0, offset, 0.5 * speed / acceleration, rates)
+    wait = max(speed - scale.most, 0.0) / acceleration
+    return _fastest(left, scale.norm(left), 0.0, scale.most, acceleration, wait), braking
+
+
+def _acceleration(distance: float, speed: float, scale: Scale,
+                  before: Plan) -> tuple[float, float]:
+    """
+    Return the acceleration for which a motion from rest takes the required time.
+
+    The present rate is converted to the distance that it took to reach it. A motion that brakes
+    already continues to brake as hard, so that it stops as planned, although the goal may vary
+    slightly.
+
+    :return: that acceleration, and the one allowed for stopping if the goal has moved nearer, or
+        for reaching a lower limit within half of that time.
+    """
+    known = before.acceleration if before.scale == scale else 0.0
+    known = known or 2.0 * speed / scale.seconds
+    whole = distance + (0.5 * speed * speed / known if speed >= _NOTHING else 0.0)
+    from_rest = min(4.0 * whole / scale.seconds**2, 2.0 * scale.most / scale.seconds)
+    to_stop = 0.5 * speed * speed / distance if distance else math.inf
+    usual = max(from_rest, min(_BRAKE * to_stop, known))
+    too_fast = max(speed - scale.most, 0.0)
+    return usual, max(usual, min(to_stop, _BRAKE * usual), 2.0 * too_fast / scale.seconds)
+
+
+def _times(factor: float, vector: Vector6) -> Vector6:
+    a, b, c, d, e, f = vector
+    return (factor * a, factor * b, factor * c, factor * d, factor * e, factor * f)
+
+
+def _sum(p: float, a: Vector6, q: float, b: Vector6) -> Vector6:
+    """Return p a + q b."""
+    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2],
+            p * a[3] + q * b[3], p * a[4] + q * b[4], p * a[5] + q * b[5])

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-One pose as a person writes it: ``map_T_camera = map_T_base @ base_T_camera``.
+One pose with an operator: ``map_T_camera = map_T_base @ base_T_camera``.
 
-``Pose`` is a tuple of seven floats with an operator and names; every formula
-is in ``se3``, whose functions take a ``Pose`` as they take any such tuple.
+``Pose`` is a tuple of seven floats with an operator and names; all formulas are in ``se3``,
+whose functions accept a ``Pose`` like any such tuple.
 """
 
 from collections.abc import Sequence
@@ -26,17 +15,18 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 
+from . import se3, so3
+from .many_poses import as_plain, Poses, poses_of, product
 from .so3 import Array, Quaternion, Vector3
-from ..geometry import se3, so3
 
 
 class Pose(NamedTuple):
     """
     A rigid transform: metres and a unit quaternion, immutable.
 
-    ``a_T_b @ b_T_c`` is a_T_c; ``a_T_b @ b_p`` takes points (3,) or (N, 3) from
-    coordinates in b to coordinates in a. The constructor trusts its numbers; the
-    ``from_*`` ones check theirs.
+    ``a_T_b @ b_T_c`` is a_T_c; ``a_T_b @ b_p`` transforms points (3,) or (N, 3) from
+    coordinates in b to coordinates in a. Either operand may also be poses (N, 7), or a matrix
+    (4, 4). The constructor does not check its numbers; the ``from_*`` methods do.
     """
 
     x: float = 0.0
@@ -53,7 +43,7 @@ class Pose(NamedTuple):
         """
         Return the pose of a translation (3,), metres, and a quaternion (4,), x y z w.
 
-        :raises ValueError: wrong shapes, not finite, or the quaternion is all zero.
+        :raises ValueError: wrong shapes, numbers that are not finite, or a zero quaternion.
         """
         t, q = np.asarray(translation, dtype=float), np.asarray(rotation, dtype=float)
         if t.shape != (3,) or q.shape != (4,):
@@ -116,15 +106,35 @@ class Pose(NamedTuple):
     def __matmul__(self, other: 'Pose') -> 'Pose': ...
 
     @overload
+    def __matmul__(self, other: Poses) -> Poses: ...
+
+    @overload
     def __matmul__(self, other: npt.NDArray[Any] | Sequence[Any]) -> Array: ...
 
     def __matmul__(self, other: Any) -> Any:
         if isinstance(other, Pose):
             return Pose(*se3.compose(self, other))
-        return se3.apply_many(np.array(self), other)
+        return _as_one(product(np.array(self), other))
+
+    def __rmatmul__(self, other: Any) -> Any:
+        return _as_one(product(poses_of(other), self))
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        # Otherwise numpy would treat the pose in `array @ pose` as a vector of seven.
+        if ufunc is np.matmul and method == '__call__' and not options:
+            left, right = inputs
+            return left @ right if isinstance(left, Pose) else right.__rmatmul__(left)
+        return as_plain(ufunc, method, inputs, options)
 
     def __str__(self) -> str:
-        # Adding zero takes the sign from what was rounded to -0.
+        # Adding zero changes -0.0 to 0.0.
         x, y, z = (round(value, 3) + 0.0 for value in self.translation)
         roll, pitch, yaw = (round(math.degrees(angle), 2) + 0.0 for angle in self.as_rpy())
         return f'({x:.3f}, {y:.3f}, {z:.3f}) m, rpy ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) deg'
+
+
+def _as_one(result: Any) -> Any:
+    """Return a single pose as a ``Pose``, and anything else unchanged."""
+    if isinstance(result, Poses) and result.ndim == 1:
+        return Pose(*result.tolist())
+    return result

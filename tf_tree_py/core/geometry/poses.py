@@ -1,44 +1,61 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What callers give as poses, turned into seven floats each.
+Converting callers' poses to seven floats each.
 
-A pose is a ``Pose``, seven numbers, a 4x4 matrix, or a ``Rotation`` or
-``RigidTransform`` of scipy. Those of scipy are recognised by their methods. A rotation
-alone is a pose whose translation is zero. Whether the numbers can be used is checked
-later.
+A pose is a ``Pose``, seven numbers, a 4x4 matrix, or a ``Rotation`` or ``RigidTransform`` of
+scipy. Those of scipy are recognised by their methods. A rotation alone is a pose with zero
+translation. The validity of the numbers is checked later.
 """
 
-from typing import Any, NoReturn
+from collections.abc import Sequence
+from typing import Any, NoReturn, Protocol, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from . import se3
 from .se3 import PoseTuple
 from .so3 import Array
 from ..errors import InvalidArgumentException
-from ..geometry import se3
+
+
+class RotationLike(Protocol):
+    """``Rotation`` of scipy."""
+
+    def as_quat(self) -> Any:
+        """Return quaternions x y z w."""
+
+
+class RigidTransformLike(Protocol):
+    """``RigidTransform`` of scipy."""
+
+    def as_components(self) -> Any:
+        """Return the translation and the rotation."""
+
+
+PoseLike: TypeAlias = npt.ArrayLike | RotationLike | RigidTransformLike
+"""
+The types that are accepted as one pose: a ``Pose``, seven numbers, a (4, 4) matrix, or an object
+of scipy.
+"""
+
+PosesLike: TypeAlias = PoseLike | Sequence[PoseLike]
+"""The types that are accepted as many poses."""
+
+# A quaternion whose squared length differs from one by less than this is used unchanged.
+UNIT_TOLERANCE = 1e-12
 
 _WHAT = ('a pose is a Pose, seven numbers (x y z in metres, quaternion x y z w), a 4x4 matrix, or '
          'a Rotation or RigidTransform of scipy')
 _HINTS = {
-    (3,): 'of a translation alone, Pose(x, y, z) makes one',
-    (4,): 'of a quaternion alone, Pose.from_parts(rotation=...) makes one',
-    (6,): 'six numbers could be angles or a rotation vector: Pose.from_xyz_rpy and '
-          'Pose.from_rotation_vector say which',
-    (3, 3): 'Pose.from_parts(translation, Rotation.from_matrix(R).as_quat()) makes one of a '
-            'rotation matrix',
+    (3,): 'Pose(x, y, z) makes a pose from a translation',
+    (4,): 'Pose.from_parts(rotation=...) makes a pose from a quaternion',
+    (6,): 'six numbers are ambiguous, angles or a rotation vector: use Pose.from_xyz_rpy or '
+          'Pose.from_rotation_vector',
+    (3, 3): 'Pose.from_parts(translation, Rotation.from_matrix(R).as_quat()) makes a pose '
+            'from a rotation matrix',
     (3, 4): 'a matrix needs its last row, 0 0 0 1',
 }
 
@@ -47,13 +64,13 @@ def checked_pose(given: Any) -> PoseTuple:
     """
     Return one pose as plain floats.
 
-    :raises InvalidArgumentException: not a pose, or a matrix that is no rigid transform.
+    :raises InvalidArgumentException: not a pose, or a matrix that is not a rigid transform.
     """
     try:
         x, y, z, qx, qy, qz, qw = map(float, given)
         return (x, y, z, qx, qy, qz, qw)
     except (TypeError, ValueError):
-        array = _array_of(given)
+        array = array_of(given)
     if array is None or array.shape not in ((7,), (4, 4)):
         _refuse('', given, array)
     x, y, z, qx, qy, qz, qw = _from_matrices(array[None])[0] if array.ndim == 2 else array
@@ -65,10 +82,10 @@ def checked_poses(given: Any) -> Array:
     Return many poses as an array (N, 7).
 
     :param given: (N, 7) numbers, (N, 4, 4) matrices, a scipy object of N, or a sequence
-        of whatever one pose may be.
-    :raises InvalidArgumentException: another shape, or a matrix that is no rigid transform.
+        of anything that is valid as one pose.
+    :raises InvalidArgumentException: another shape, or a matrix that is not a rigid transform.
     """
-    array = _array_of(given)
+    array = array_of(given)
     if array is None and not isinstance(given, str) and hasattr(given, '__iter__'):
         return np.array([checked_pose(pose) for pose in given])
     if array is not None and array.ndim == 3 and array.shape[1:] == (4, 4):
@@ -78,8 +95,28 @@ def checked_poses(given: Any) -> Array:
     return np.ascontiguousarray(array)
 
 
-def _array_of(given: Any) -> Array | None:
-    """Return the numbers of an object; None if it is not made of numbers."""
+def is_sound(pose: PoseTuple) -> bool:
+    """Return whether a pose is finite and its quaternion has unit length."""
+    x, y, z, qx, qy, qz, qw = pose
+    # The comparison is also False for NaN and infinity.
+    excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * (x + y + z)
+    return -UNIT_TOLERANCE < excess < UNIT_TOLERANCE
+
+
+def with_unit_quaternions(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """
+    Return poses (N, 7) with unit quaternions, and which of them are valid.
+
+    The others, which are not finite or have no rotation, stay unchanged.
+    """
+    sizes = np.linalg.norm(poses[:, 3:], axis=1)
+    good = np.isfinite(poses).all(axis=1) & (sizes > 0.0) & np.isfinite(sizes)
+    unit = np.where(good, sizes, 1.0)
+    return np.concatenate([poses[:, :3], poses[:, 3:] / unit[:, None]], axis=1), good
+
+
+def array_of(given: Any) -> Array | None:
+    """Return the numbers of an object; None if it does not consist of numbers."""
     if hasattr(given, 'as_components'):  # RigidTransform
         translation, rotation = given.as_components()
         return np.concatenate([translation, rotation.as_quat()], axis=-1)
@@ -94,7 +131,7 @@ def _array_of(given: Any) -> Array | None:
 
 
 def _from_matrices(matrices: Array) -> Array:
-    """Return the poses (N, 7) of matrices (N, 4, 4); NaN of those that are not finite."""
+    """Return the poses (N, 7) of matrices (N, 4, 4); NaN for matrices that are not finite."""
     poses = np.full((len(matrices), 7), np.nan)
     finite = np.isfinite(matrices).all(axis=(1, 2))
     try:
@@ -111,7 +148,7 @@ def _from_matrices(matrices: Array) -> Array:
 
 def _refuse(what: str, given: Any, array: Array | None, many: int = 0) -> NoReturn:
     if array is None:
-        hint = ('of a message, tf_tree_py.as_pose makes one'
+        hint = ('tf_tree_py.as_pose converts a message'
                 if hasattr(given, 'translation') or hasattr(given, 'transform') else '')
         text = repr(given)
         had = text if len(text) < 80 else f'this {type(given).__name__}'
@@ -119,5 +156,5 @@ def _refuse(what: str, given: Any, array: Array | None, many: int = 0) -> NoRetu
         hint = _HINTS.get(array.shape[many:], '')
         had = f'an array of the shape {array.shape}'
     raise InvalidArgumentException(
-        f'{what}{had} is no {"row of poses" if many else "pose"}: {_WHAT}'
+        f'{what}{had} is not a {"row of poses" if many else "pose"}: {_WHAT}'
         + (f'; {hint}' if hint else ''))

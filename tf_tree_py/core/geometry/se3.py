@@ -1,27 +1,15 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Rigid transforms as seven floats: x, y, z, qx, qy, qz, qw; metres, unit quaternion.
 
-The scalar form works on tuples of plain floats, the form whose name ends in
-``_many`` on arrays (..., 7). Each formula stands once per form, both side by
-side, and one test holds them equal. ``pose`` wraps the scalar form in a class
-with ``@``; rotations alone live in ``so3``.
+The scalar form works on tuples of plain floats, the form whose name ends in ``_many`` on arrays
+(..., 7). Each formula is written once per form, next to each other, and a test checks that they
+are equal. ``pose`` wraps the scalar form in a class with ``@``; rotations are in ``so3``.
 
-A pose named ``a_T_b`` takes coordinates in b to coordinates in a, so inner
-names cancel: ``a_T_c = compose(a_T_b, b_T_c)`` and ``a_p = apply(a_T_b, b_p)``.
+A pose named ``a_T_b`` transforms coordinates in b to coordinates in a, so inner names cancel:
+``a_T_c = compose(a_T_b, b_T_c)`` and ``a_p = apply(a_T_b, b_p)``.
 """
 
 from collections.abc import Iterable
@@ -31,8 +19,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import so3
 from .so3 import Array, Vector3
-from ..geometry import so3
 
 PoseTuple = tuple[float, float, float, float, float, float, float]
 Twist = tuple[float, float, float, float, float, float]
@@ -44,10 +32,10 @@ def compose_chain(poses: Iterable[PoseTuple]) -> PoseTuple:
     """
     Return the product of poses, the leftmost first: a_T_b, b_T_c, ... -> a_T_z.
 
-    Written out, for this is the inner loop of every lookup: the product
-    (t1 + q1 t2 q1*, q1 q2), with ``so3.rotate`` and ``so3.multiply`` in line.
+    The product (t1 + q1 t2 q1*, q1 q2) is written out, with ``so3.rotate`` and
+    ``so3.multiply`` inlined, because this is the inner loop of every lookup.
 
-    :param poses: any number of them; none gives the identity.
+    :param poses: any number of poses; without any, the result is the identity.
     """
     rest = iter(poses)
     x, y, z, qx, qy, qz, qw = next(rest, IDENTITY)
@@ -96,7 +84,7 @@ def inverse_many(a_T_b: Array) -> Array:
 
 
 def apply(a_T_b: PoseTuple, point: Vector3) -> Vector3:
-    """Take one point from coordinates in b to coordinates in a."""
+    """Transform one point from coordinates in b to coordinates in a."""
     x, y, z, qx, qy, qz, qw = a_T_b
     px, py, pz = so3.rotate((qx, qy, qz, qw), point)
     return (x + px, y + py, z + pz)
@@ -104,7 +92,7 @@ def apply(a_T_b: PoseTuple, point: Vector3) -> Vector3:
 
 def apply_many(a_T_b: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     """
-    Take points from coordinates in b to coordinates in a.
+    Transform points from coordinates in b to coordinates in a.
 
     :param a_T_b: (7,) one pose for all points, or (..., 7) one for each.
     :param points: (..., 3), metres.
@@ -121,25 +109,33 @@ def apply_many(a_T_b: npt.ArrayLike, points: npt.ArrayLike) -> Array:
 
 
 def distance(a: PoseTuple, b: PoseTuple) -> tuple[float, float]:
-    """Return how far apart two poses are: metres, and radians up to pi."""
+    """Return the distance of two poses: metres, and radians up to pi."""
     x, y, z, qx, qy, qz, qw = a
     *turn, w = so3.multiply((-qx, -qy, -qz, qw), b[3:])
     return math.dist((x, y, z), b[:3]), 2.0 * math.atan2(math.hypot(*turn), abs(w))
 
 
 def distance_many(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return how far apart poses (..., 7) are: metres (...), and radians (...) up to pi."""
-    turn = so3.multiply_many(so3.conjugate_many(a[..., 3:]), b[..., 3:])
-    return (np.linalg.norm(b[..., :3] - a[..., :3], axis=-1),
-            2.0 * np.arctan2(np.linalg.norm(turn[..., :3], axis=-1), np.abs(turn[..., 3])))
+    """
+    Return the distances of poses (..., 7): metres (...), and radians (...) up to pi.
+
+    The formula for the angle is Kahan's, from the difference and the sum of two unit vectors. It
+    is as accurate as that of the product, which takes four times as many numpy operations.
+    """
+    gone, less, more = b[..., :3] - a[..., :3], b[..., 3:] - a[..., 3:], b[..., 3:] + a[..., 3:]
+    # einsum does not warn about numbers that are not finite.
+    gone, less, more = (np.einsum('...i,...i->...', each, each) for each in (gone, less, more))
+    # q and -q are the same rotation.
+    return np.sqrt(gone), 4.0 * np.arctan2(
+        np.sqrt(np.minimum(less, more)), np.sqrt(np.maximum(less, more)))
 
 
 def interpolate(a: PoseTuple, b: PoseTuple, ratio: float) -> PoseTuple:
     """
     Return the pose between two: the translation on a line, the rotation by slerp.
 
-    Not the screw motion between the two: a point off the axis moves on another
-    path, but the origin of the frame goes straight.
+    This is not the screw motion between the two: the origin of the frame moves on a straight
+    line.
 
     :param ratio: 0 for a, 1 for b.
     """
@@ -148,14 +144,17 @@ def interpolate(a: PoseTuple, b: PoseTuple, ratio: float) -> PoseTuple:
 
 def interpolate_pair(pair: tuple[float, ...], ratio: float, as_tf2: bool = False) -> PoseTuple:
     """
-    Interpolate between two poses that lie one behind the other in one tuple.
+    Interpolate between two successive poses in one tuple.
 
-    :param pair: 14 floats, as two neighbours lie in a history's memory.
+    :param pair: 14 floats, as two successive samples in a history's memory.
     :param as_tf2: see ``so3.slerp_weights``.
     """
     ax, ay, az, aqx, aqy, aqz, aqw, bx, by, bz, bqx, bqy, bqz, bqw = pair
-    first, second = so3.slerp_weights(
-        aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw, ratio, as_tf2)
+    cosine = aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw
+    if as_tf2 and so3.is_half_turn(cosine):
+        return interpolate_pair((ax, ay, az, *so3.through_tf2_matrix((aqx, aqy, aqz, aqw)), bx,
+                                 by, bz, *so3.through_tf2_matrix((bqx, bqy, bqz, bqw))), ratio)
+    first, second = so3.slerp_weights(cosine, ratio, as_tf2)
     left = 1.0 - ratio
     return (
         left * ax + ratio * bx,
@@ -179,7 +178,7 @@ def exp(twist: Twist) -> PoseTuple:
     """
     Return the pose reached by a constant twist in unit time.
 
-    (V v, exp w) with V = I + (1 - cos t)/t^2 [w] + (t - sin t)/t^3 [w]^2 and
+    It is (V v, exp w) with V = I + (1 - cos t)/t^2 [w] + (t - sin t)/t^3 [w]^2 and
     t = |w|: Murray, Li, Sastry, "A Mathematical Introduction to Robotic
     Manipulation", equation 2.36.
 
@@ -203,8 +202,8 @@ def log(pose: PoseTuple) -> Twist:
     """
     Return the constant twist that reaches the pose in unit time.
 
-    The inverse of ``exp``, with a rotation of at most pi: v = V^-1 t, V^-1 =
-    I - [w]/2 + (1/t^2 - cot(t/2)/(2t)) [w]^2.
+    This is the inverse of ``exp``, with a rotation of at most pi: v = V^-1 p with the
+    translation p, and V^-1 = I - [w]/2 + (1/t^2 - cot(t/2)/(2t)) [w]^2.
 
     :return: (vx, vy, vz, wx, wy, wz): metres, radians.
     """
@@ -226,12 +225,21 @@ def left_jacobian_many(rotation_vectors: Array) -> Array:
     """
     Return the left Jacobians (..., 3, 3) of SO(3) at rotation vectors (..., 3).
 
-    V of ``exp``: Exp(w + d) = Exp(V d) Exp(w) to the first order. The right one is V of -w.
+    It is V of ``exp``: Exp(w + d) = Exp(V d) Exp(w) to first order. The right Jacobian is V of
+    -w.
     """
     w = rotation_vectors[..., None, :]
     first, second = _left_jacobian_many(np.einsum('...i,...i->...', w, w))
     columns = _jacobian_product_many(np.eye(3), w, first, second)
     return np.swapaxes(columns, -1, -2)
+
+
+def left_jacobian_product(rotation_vector: Vector3, rate: Vector3) -> Vector3:
+    """Return the angular velocity of Exp(w) for a rate of w: V of ``exp`` times the rate."""
+    x, y, z = rotation_vector
+    first, second = _left_jacobian(x * x + y * y + z * z)
+    vx, vy, vz = _jacobian_product(rate, rotation_vector, first, second)
+    return (vx, vy, vz)
 
 
 def as_matrix(pose: PoseTuple) -> Array:
@@ -256,7 +264,7 @@ def from_matrix(matrix: npt.ArrayLike) -> PoseTuple:
     """
     array = np.asarray(matrix, dtype=float)
     if array.shape != (4, 4):
-        raise ValueError(f'a homogeneous matrix has the shape (4, 4), this one {array.shape}')
+        raise ValueError(f'a homogeneous matrix must have the shape (4, 4), not {array.shape}')
     x, y, z, qx, qy, qz, qw = from_matrix_many(array).tolist()
     return (x, y, z, qx, qy, qz, qw)
 
@@ -276,9 +284,9 @@ def from_matrix_many(matrices: Array) -> Array:
     return np.concatenate([matrices[..., :3, 3], q], axis=-1)
 
 
-# The coefficients of [w] and [w]^2 in the left Jacobian V and in its inverse, as
-# functions of t^2. Below t = 0.1 the closed forms cancel, and their Taylor series
-# to t^6 are better: within 6e-15 of the truth, relative, where those reach 4e-14.
+# The coefficients of [w] and [w]^2 in the left Jacobian V and in its inverse, as functions of
+# t^2. Below t = 0.1 the closed forms suffer from cancellation, and their Taylor series to t^6
+# are more accurate: their relative error is at most 6e-15, that of the closed forms 4e-14.
 
 _TAYLOR_LIMIT = 1e-2
 

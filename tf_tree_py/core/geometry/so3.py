@@ -1,26 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Rotations as unit quaternions (x, y, z, w): each formula once, in two forms.
+Rotations as unit quaternions (x, y, z, w), with each formula in two forms.
 
-The scalar form takes and gives tuples of plain floats, because one numpy
-operation on one quaternion costs more than all of its arithmetic. The form
-whose name ends in ``_many`` takes arrays (..., 4) and broadcasts. A test holds
-the two equal. q and -q are the same rotation. A function here may return either,
-unless its docstring names the sign; ``with_tf2_sign`` returns the one that messages
-have. Poses live in ``se3``.
+The scalar form accepts and returns tuples of plain floats, because one numpy operation on one
+quaternion costs more than all of its arithmetic. The form whose name ends in ``_many`` accepts
+arrays (..., 4) and broadcasts. A test checks that both are equal. q and -q are the same
+rotation. A function here may return either, unless its docstring specifies the sign;
+``with_tf2_sign`` returns the one used in messages. Poses are in ``se3``.
 """
 
 import math
@@ -37,15 +25,19 @@ Array = npt.NDArray[np.float64]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
-# A rotation matrix whose R^T R is further from I than this is not one.
+# A matrix whose R^T R differs from I by more than this is not a rotation.
 ORTHONORMAL_TOLERANCE = 1e-6
 
-# Closer to gimbal lock than this many radians, roll is taken to be zero.
+# Rotations whose quaternions have a smaller dot product are half a turn apart, except for
+# rounding.
+_HALF_TURN = 1e-15
+
+# Closer to gimbal lock than this many radians, roll is set to zero.
 _GIMBAL_LOCK = 1e-12
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the Hamilton product a b: first b, then a."""
+    """Return the Hamilton product a b, which rotates by b first, then by a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -95,23 +87,23 @@ def normalize(q: Quaternion) -> Quaternion:
     """
     Return q scaled to length one.
 
-    :raises ValueError: the quaternion has no direction: all zero, or not finite.
+    :raises ValueError: the quaternion is zero or not finite.
     """
     size = math.hypot(*q)
     if not 0.0 < size < math.inf:
-        raise ValueError(f'no rotation: the quaternion {tuple(q)} (x y z w) has length {size}')
+        raise ValueError(f'not a rotation: the quaternion {tuple(q)} (x y z w) has length {size}')
     x, y, z, w = q
     return (x / size, y / size, z / size, w / size)
 
 
 def has_tf2_sign(x: float, y: float, z: float, w: float) -> bool:
     """
-    Return whether tf2 makes q, and not -q, of the matrix of the rotation.
+    Return whether tf2 converts the matrix of the rotation to q, and not to -q.
 
-    w is positive where the trace of the matrix is, and else the greatest of the other
-    components, as ``getRotation`` of tf2's ``Matrix3x3`` has it. The trace of a unit
-    quaternion's matrix is 4 w^2 - 1, and the order of its diagonal is that of x^2, y^2
-    and z^2. Every answer of tf2's buffer passes through such a matrix.
+    w is positive if the trace of the matrix is; otherwise the largest of the other components
+    is positive, as in ``getRotation`` of tf2's ``Matrix3x3``. The trace of a unit quaternion's
+    matrix is 4 w^2 - 1, and the order of its diagonal is that of x^2, y^2 and z^2. Every result
+    of tf2's buffer is converted from such a matrix.
     """
     if w > 0.5:
         return True
@@ -123,13 +115,13 @@ def has_tf2_sign(x: float, y: float, z: float, w: float) -> bool:
 
 
 def with_tf2_sign(q: Quaternion) -> Quaternion:
-    """Return q or -q, whichever ``has_tf2_sign``."""
+    """Return that one of q and -q for which ``has_tf2_sign`` is true."""
     x, y, z, w = q
     return q if has_tf2_sign(x, y, z, w) else (-x, -y, -z, -w)
 
 
 def with_tf2_sign_many(q: Array) -> Array:
-    """Return unit quaternions (..., 4) as ``with_tf2_sign`` has them."""
+    """Return unit quaternions (..., 4) with the sign of ``with_tf2_sign``."""
     if (q[..., 3] > 0.5).all():
         return q
     largest = np.argmax(np.abs(q[..., :3]), axis=-1)[..., None]
@@ -138,19 +130,54 @@ def with_tf2_sign_many(q: Array) -> Array:
     return np.asarray(np.where(decisive[..., None] >= 0.0, q, -q))
 
 
+def through_tf2_matrix(q: Quaternion) -> Quaternion:
+    """
+    Return a unit quaternion converted to tf2's matrix and back.
+
+    tf2 stores every rotation this way (``Matrix3x3::setRotation``, then ``getRotation``, with
+    the same order of operations). If two rotations are half a turn apart, the rounding of these
+    conversions determines the direction of the interpolation.
+    """
+    x, y, z, w = q
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    xs, ys, zs = x * s, y * s, z * s
+    wx, wy, wz, xx, xy, xz = w * xs, w * ys, w * zs, x * xs, x * ys, x * zs
+    yy, yz, zz = y * ys, y * zs, z * zs
+    m = ((1.0 - (yy + zz), xy - wz, xz + wy), (xy + wz, 1.0 - (xx + zz), yz - wx),
+         (xz - wy, yz + wx, 1.0 - (xx + yy)))
+    trace = m[0][0] + m[1][1] + m[2][2]
+    if trace > 0.0:
+        root = math.sqrt(trace + 1.0)
+        s = 0.5 / root
+        return ((m[2][1] - m[1][2]) * s, (m[0][2] - m[2][0]) * s, (m[1][0] - m[0][1]) * s,
+                root * 0.5)
+    i = (2 if m[1][1] < m[2][2] else 1) if m[0][0] < m[1][1] else (
+        2 if m[0][0] < m[2][2] else 0)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    root = math.sqrt(m[i][i] - m[j][j] - m[k][k] + 1.0)
+    s = 0.5 / root
+    vector = {i: root * 0.5, j: (m[j][i] + m[i][j]) * s, k: (m[k][i] + m[i][k]) * s}
+    return vector[0], vector[1], vector[2], (m[k][j] - m[j][k]) * s
+
+
+def is_half_turn(cosine: Any) -> Any:
+    """Return whether two unit quaternions with this dot product are half a turn apart."""
+    return (cosine < _HALF_TURN) & (cosine > -_HALF_TURN)
+
+
 def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[float, float]:
     """
-    Return what two unit quaternions weigh in their spherical interpolation.
+    Return the weights of two unit quaternions in their spherical interpolation.
 
-    sin((1 - u) t) / sin t and sin(u t) / sin t (Shoemake, "Animating Rotation with
-    Quaternion Curves", 1985), with t the angle between the first and that of +-second
-    which is nearer. The weights are good for the tiniest angles, too: acos(cosine) may
-    be wrong in half its digits there, but they depend on it only in the second order.
+    They are sin((1 - u) t) / sin t and sin(u t) / sin t (Shoemake, "Animating Rotation with
+    Quaternion Curves", 1985), with t the angle between the first and the nearer one of
+    +-second. The weights are also accurate for very small angles: acos(cosine) may be wrong in
+    half of its digits there, but the weights depend on it only in second order.
 
     :param cosine: the dot product of the two, -1 to 1.
     :param ratio: u, 0 for the first, 1 for the second.
-    :param as_tf2: all to the first when the two are closer than 3e-8 rad, where the
-        cosine rounds to one, as tf2's slerp does. Otherwise exact.
+    :param as_tf2: return 1 and 0 if the two are closer than 3e-8 rad, where the cosine rounds
+        to one, as tf2's slerp does. Otherwise the weights are exact.
     """
     near = abs(cosine)
     if near < 1.0:
@@ -166,7 +193,7 @@ def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[fl
 
 def slerp_weights_many(cosine: Array, ratio: Array,
                        as_tf2: bool = False) -> tuple[Array, Array]:
-    """Return ``slerp_weights`` of arrays that broadcast against each other."""
+    """Return ``slerp_weights`` for arrays that broadcast against each other."""
     near = np.abs(cosine)
     apart = near < 1.0
     if apart.all():
@@ -196,10 +223,20 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 def slerp_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:
     """Interpolate (..., 4) with (..., 4) at ratios (...); ``as_tf2`` as in ``slerp_weights``."""
-    # The sum has the order of the scalar form: its last bit decides whether it is one.
+    # The order of the sum is that of the scalar form: the last bit decides whether it is one.
     x, y, z, w = (a[..., i] * b[..., i] for i in range(4))
-    first, second = slerp_weights_many(x + y + z + w, ratio, as_tf2)
+    cosine = x + y + z + w
+    if as_tf2 and is_half_turn(cosine).any():
+        a, b = (_through_tf2_matrices(each, is_half_turn(cosine)) for each in (a, b))
+        return slerp_many(a, b, ratio)
+    first, second = slerp_weights_many(cosine, ratio, as_tf2)
     return np.asarray(first[..., None] * a + second[..., None] * b)
+
+
+def _through_tf2_matrices(q: Array, chosen: Any) -> Array:
+    q = np.array(np.broadcast_to(q, (*chosen.shape, 4)))
+    q[chosen] = [through_tf2_matrix((x, y, z, w)) for x, y, z, w in q[chosen].tolist()]
+    return q
 
 
 def exp(rotation_vector: Vector3) -> Quaternion:
@@ -217,7 +254,7 @@ def exp_many(rotation_vectors: Array) -> Array:
 
 
 def exp_columns(x: Array, y: Array, z: Array) -> tuple[Array, Array, Array, Array]:
-    """Return the same with each coordinate an array of its own, (...)."""
+    """Return the same as ``exp_many``, with a separate array (...) for each coordinate."""
     square = x * x + y * y + z * z
     large = square > 1e-6
     safe = np.sqrt(np.where(large, square, 1.0))
@@ -231,22 +268,28 @@ def log(q: Quaternion) -> Vector3:
     if w < 0.0:
         x, y, z, w = -x, -y, -z, -w
     sine = math.hypot(x, y, z)
-    # angle/sin(angle/2); atan2 keeps full precision at both ends.
+    # angle/sin(angle/2); atan2 has full precision at both ends.
     scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
     return (scale * x, scale * y, scale * z)
 
 
 def log_many(q: Array) -> Array:
     """Return the rotation vectors (..., 3) of unit quaternions (..., 4)."""
-    q = np.where(q[..., 3:] < 0.0, -q, q)
-    sine = np.linalg.norm(q[..., :3], axis=-1, keepdims=True)
-    safe = np.where(sine > 1e-12, sine, 1.0)
-    scale = np.where(sine > 1e-12, 2.0 * np.arctan2(sine, q[..., 3:]) / safe, 2.0)
-    return np.asarray(scale * q[..., :3])
+    return np.stack(log_columns(*columns(q)), axis=-1)
+
+
+def log_columns(x: Array, y: Array, z: Array, w: Array) -> tuple[Array, Array, Array]:
+    """Return the same as ``log_many``, with a separate array (...) for each coordinate."""
+    sine = np.sqrt(x * x + y * y + z * z)
+    known = sine > 1e-12
+    # Use -q if w is negative.
+    scale = np.where(known, 2.0 * np.arctan2(sine, np.abs(w)) / np.where(known, sine, 1.0), 2.0)
+    scale = np.where(w < 0.0, -scale, scale)
+    return scale * x, scale * y, scale * z
 
 
 def as_matrix(q: Quaternion) -> Matrix3:
-    """Return the rotation matrix, row by row: its columns are the rotated axes."""
+    """Return the rotation matrix, row by row; its columns are the rotated axes."""
     x, y, z, w = q
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
@@ -269,7 +312,7 @@ def from_matrix(matrix: npt.ArrayLike) -> Quaternion:
     """
     array = np.asarray(matrix, dtype=float)
     if array.shape != (3, 3):
-        raise ValueError(f'a rotation matrix has the shape (3, 3), this one {array.shape}')
+        raise ValueError(f'a rotation matrix must have the shape (3, 3), not {array.shape}')
     x, y, z, w = from_matrix_many(array).tolist()
     return (x, y, z, w)
 
@@ -278,8 +321,8 @@ def from_matrix_many(matrices: Array) -> Array:
     """
     Return the unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3).
 
-    Shepperd's method ("Quaternion from Rotation Matrix", 1978): divide by the
-    largest of the four components, so that nothing is lost next to pi.
+    This is Shepperd's method ("Quaternion from Rotation Matrix", 1978): divide by the largest
+    of the four components, which keeps full precision near pi.
 
     :raises ValueError: not orthonormal within 1e-6, or a reflection.
     """
@@ -313,8 +356,8 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     """
     Return the rotation of roll, pitch and yaw, radians.
 
-    About the fixed axes x, y, z in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as
-    URDF and tf2 have it.
+    The rotations are about the fixed axes x, y, z in this order: R = Rz(yaw) Ry(pitch) Rx(roll),
+    as in URDF and tf2.
     """
     about_x = (math.sin(0.5 * roll), 0.0, 0.0, math.cos(0.5 * roll))
     about_y = (0.0, math.sin(0.5 * pitch), 0.0, math.cos(0.5 * pitch))
@@ -326,10 +369,10 @@ def as_rpy(q: Quaternion) -> Vector3:
     """
     Return (roll, pitch, yaw), radians, with pitch in [-pi/2, pi/2].
 
-    From half the sum and half the difference of yaw and roll, as in Bernardes,
-    Viollet, "Quaternion to Euler angles conversion" (2022): next to gimbal lock the
-    three together keep full precision, which elements of the matrix do not give. In
-    gimbal lock (pitch = +-pi/2) only one of the two is defined: roll is 0.
+    They are computed from half the sum and half the difference of yaw and roll, as in Bernardes,
+    Viollet, "Quaternion to Euler angles conversion" (2022): near gimbal lock the three angles
+    together keep full precision, unlike those from elements of the matrix. In gimbal lock
+    (pitch = +-pi/2) only the sum or the difference is defined: roll is 0.
     """
     x, y, z, w = q
     above, below = math.hypot(w + y, z - x), math.hypot(w - y, z + x)

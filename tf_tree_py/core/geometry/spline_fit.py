@@ -1,78 +1,79 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The knots of a spline from measured poses: least squares, in bands.
+The knots of a spline from measured poses, by least squares with band matrices.
 
-A pose on a piece depends on its four knots only, so the normal equations have three bands
-beside the diagonal, and scipy solves them in a time that is proportional to the number of
-knots. Callers know the times: here a pose lies on a piece, at a u.
+A pose on a piece depends only on its four knots, so the normal equations have three bands
+besides the diagonal, and scipy solves them in a time proportional to the number of knots. Times
+are not used here: a pose is on a piece, at a parameter u.
 """
+
+from typing import Any
 
 import numpy as np
 
 from .so3 import Array
-from .spline import difference, Group, moved, poses_on, steps_between, weights
+from .spline_segment import (
+    difference,
+    Group,
+    moved,
+    Numbers,
+    poses_on,
+    steps_between,
+    weights,
+)
 from ..times import Stamps
 
-# A piece hangs on so many knots.
+# The number of knots that a piece depends on.
 ORDER = 4
 
 # The fit ends after a step of the knots that is smaller than this, metres and radians. Each step
-# is some twenty times smaller than the one before.
-_SMALL_STEP = 1e-7
+# is about twenty times smaller than the previous one.
+SMALL_STEP = 1e-7
 _MAX_ITERATIONS = 12
-# The weight of the third differences of the knots. Where there are few poses, at the ends and in
-# gaps, it keeps the curve even, so the newest knots do not follow the noise of their first poses.
-# Elsewhere it is next to nothing beside the poses: its error is of the sixth order in the time
-# between knots, and that of a spline is of the fourth.
+# The weight of the third differences of the knots. With few poses, at the ends and in gaps, it
+# keeps the curve smooth, so that the newest knots do not follow the noise of their first poses.
+# Elsewhere its effect is negligible: its error is of sixth order in the time between knots, and
+# that of a spline is of fourth order.
 _EVEN = 1e-6
 _THIRD_DIFFERENCE = (-1.0, 3.0, -3.0, 1.0)
-# Where there are too few poses even for that, this weight keeps a knot where it is.
+# If there are too few poses even for that, this weight keeps a knot at its place.
 _HOLD = 1e-13
 
 
 def fitted(group: Group, knots: Array, free: int, pieces: Stamps, u: Array,
            poses: Array) -> Array:
     """
-    Return knots with which the curve comes as close to poses as it can.
+    Return the knots whose curve fits poses best.
 
-    Gauss and Newton's method: a small step of the knots moves the pose on a piece by
-    sum B_j delta_j, with B the basis of the ordinary B-spline. That neglects how far the
-    piece turns; the next iteration corrects the error.
+    This is the Gauss-Newton method: a small step of the knots moves the pose on a piece by
+    sum B_j delta_j, with B the basis of the ordinary B-spline. That neglects the rotation of
+    the piece; the next iteration corrects the error.
 
-    :param knots: (n, 7) where to begin.
+    :param knots: (n, 7) the initial knots.
     :param free: the first knot that may move; those before it stay.
-    :param pieces: (N,) on which piece each pose lies, by the number of its first knot.
-    :param u: (N,) where on it, 0 to 1.
-    :param poses: (N, 7) what was measured.
+    :param pieces: (N,) the piece of each pose, as the number of its first knot.
+    :param u: (N,) the place on the piece, 0 to 1.
+    :param poses: (N, 7) the measured poses.
     """
-    # Imported here, for it takes long to load, and most programs fit nothing.
-    from scipy.linalg import cho_solve_banded
+    # Imported here, because it loads slowly, and most programs do not fit splines.
+    from scipy.linalg import cho_solve_banded, cholesky_banded
     knots = knots.copy()
-    basis = _basis(u)
-    factor = _factor(basis, pieces, len(knots), free)
+    basis = np.stack(basis_weights(u))
+    factor = cholesky_banded(normal_bands(basis, pieces, len(knots))[:, free:],
+                             overwrite_ab=True, check_finite=False)
     measured = poses.T
+    places = np.add.outer(np.arange(6), 6 * pieces).ravel()
     for _ in range(_MAX_ITERATIONS):
         steps = steps_between(group, knots)
         first, around = on_pieces(knots, steps, pieces)
         residuals = difference(group, poses_on(group, first, around, u), measured)
-        slope = _gathered(basis, pieces, residuals, len(knots)) - _EVEN * _unevenness(steps)
+        slope = _gathered(basis, places, residuals, len(knots)) - _EVEN * _unevenness(steps)
         delta = cho_solve_banded((factor, False), slope[free:], check_finite=False)
         knots[free:] = moved(group, knots[free:].T, delta.T).T
         knots[free:, 3:] /= np.linalg.norm(knots[free:, 3:], axis=1, keepdims=True)
-        if np.abs(delta).max() < _SMALL_STEP:
+        if np.abs(delta).max() < SMALL_STEP:
             break
     return knots
 
@@ -84,15 +85,14 @@ def on_pieces(knots: Array, steps: Array, pieces: Stamps) -> tuple[Array, Array]
             np.stack([columns.take(pieces + number, axis=1) for number in range(ORDER - 1)]))
 
 
-def _basis(u: Array) -> Array:
-    """Return the weights of the four knots in each pose, (4, N)."""
+def basis_weights(u: Any) -> Numbers:
+    """Return the weights of the four knots in a pose, each (...) as u is."""
     one, two, three = weights(u)
-    return np.stack([1.0 - one, one - two, two - three, three])
+    return 1.0 - one, one - two, two - three, three
 
 
-def _factor(basis: Array, pieces: Stamps, count: int, free: int) -> Array:
-    """Return the Cholesky factor of the normal matrix of the free knots, in scipy's bands."""
-    from scipy.linalg import cholesky_banded
+def normal_bands(basis: Array, pieces: Stamps, count: int) -> Array:
+    """Return the normal matrix of count knots in the upper bands of scipy, (4, count)."""
     bands = np.zeros((ORDER, count))
     for row in range(ORDER):
         for column in range(row, ORDER):
@@ -100,16 +100,21 @@ def _factor(basis: Array, pieces: Stamps, count: int, free: int) -> Array:
                 pieces + column, basis[row] * basis[column], count)
             bands[ORDER - 1 + row - column, column:count - ORDER + 1 + column] += (
                 _EVEN * _THIRD_DIFFERENCE[row] * _THIRD_DIFFERENCE[column])
-    bands = bands[:, free:]
     bands[-1] += _HOLD
-    return np.asarray(cholesky_banded(bands, overwrite_ab=True, check_finite=False))
+    return bands
 
 
-def _gathered(basis: Array, pieces: Stamps, residuals: Array, count: int) -> Array:
-    """Return the right side of the normal equations, (count, 6)."""
-    return np.stack([
-        sum(np.bincount(pieces + number, basis[number] * residual, count)
-            for number in range(ORDER)) for residual in residuals], axis=-1)
+def _gathered(basis: Array, places: Stamps, residuals: Array, count: int) -> Array:
+    """
+    Return the right side of the normal equations, (count, 6).
+
+    :param places: the index in it of each residual (6, N) for the first knot, row by row.
+    """
+    slope = np.zeros((count, 6))
+    for number in range(ORDER):
+        part = np.bincount(places, (basis[number] * residuals).ravel(), 6 * count)
+        slope[number:] += part.reshape(count, 6)[:count - number]
+    return slope
 
 
 def _unevenness(steps: Array) -> Array:

@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Climbing from a frame to the frames above it: at a stamp, now, over a stretch of time.
+Climbing from a frame to the frames above it: at a stamp, now, or over a time interval.
 
-Pure functions over the histories of a tree. A frame has a parent at a stamp where
-its samples reach over that stamp; elsewhere the climb ends there as at a root, as
-in tf2. "Now" goes by every frame's newest sample.
+These are pure functions of the histories of a tree. A frame has a parent at a stamp if its
+samples include that stamp in their span; otherwise the climb ends at it as at a root, as in
+tf2. "Now" uses every frame's newest sample.
 """
 
 from collections.abc import Collection, Container, Mapping
@@ -31,10 +20,10 @@ Histories = Mapping[str, History]
 
 class Climb(NamedTuple):
     """
-    The way from a frame up, as far as it goes.
+    The path from a frame upwards, as far as there is data.
 
     :ivar edges: from the lowest to the highest.
-    :ivar frames: likewise, with the one it begins at: one more than edges.
+    :ivar frames: likewise, including the first frame: one more than edges.
     """
 
     edges: list[History]
@@ -42,19 +31,19 @@ class Climb(NamedTuple):
 
     @property
     def top(self) -> str:
-        """Return where it ends."""
+        """Return the frame at which the climb ends."""
         return self.frames[-1]
 
 
 def climb(histories: Histories, frame: str, stamp: int | None, stop: Container[str] = ()) -> Climb:
     """
-    Climb from a frame to the first one to stop at, or as far as there is data.
+    Climb from a frame to the first frame in ``stop``, or as far as there is data.
 
-    :param stamp: nanoseconds; None goes by the newest samples.
+    :param stamp: nanoseconds; None: use the newest samples.
     """
     edges: list[History] = []
     frames = [frame]
-    # As many steps as there are edges lead to the top, for a tree has no loops.
+    # There are at most as many steps as edges, because a tree has no loops.
     for _ in range(len(histories)):
         history = None if frame in stop else histories.get(frame)
         parent = _parent(history, stamp)
@@ -73,18 +62,18 @@ def _parent(history: History | None, stamp: int | None) -> str | None:
 
 
 class Branches(NamedTuple):
-    """The climbs from two frames; from the target no further than to the source's."""
+    """The climbs from two frames; that from the target ends where it meets the other."""
 
     source: Climb
     target: Climb
 
     @property
     def meet(self) -> bool:
-        """Return whether they lead to one frame."""
+        """Return whether both lead to one frame."""
         return self.target.top in self.source.frames
 
     def edges(self) -> tuple[list[History], list[History]]:
-        """Return the edges of both below the meeting point, the source's first."""
+        """Return the edges of both branches below the meeting point, the source's first."""
         return self.source.edges[:self._height()], self.target.edges
 
     def frames(self) -> list[str]:
@@ -92,7 +81,7 @@ class Branches(NamedTuple):
         return [*self.source.frames[:self._height()], *reversed(self.target.frames)]
 
     def links(self) -> list[tuple[str, History]]:
-        """Return each edge on that way, in its order, with its parent."""
+        """Return each edge on that path with its parent, in the same order."""
         source, target = self.source, self.target
         up = list(zip(source.frames[1:], source.edges, strict=True))[:self._height()]
         down = list(zip(target.frames[1:], target.edges, strict=True))
@@ -108,15 +97,15 @@ def climb_both(histories: Histories, target: str, source: str, stamp: int | None
     return Branches(from_source, climb(histories, target, stamp, set(from_source.frames)))
 
 
-# --- what may yet change
+# --- possible changes
 
 class _Reach(NamedTuple):
     """
-    What a climb at a stamp may still lead to, when late and new samples arrive.
+    The frames that a climb at a stamp may reach after late and new samples.
 
-    :ivar frames: all that it may pass.
-    :ivar ends: whether it can lead to no other frame: each of these has lost its data for
-        good, or has a parent. (A frame without any edge may still get any parent.)
+    :ivar frames: all frames that the climb may pass.
+    :ivar ends: whether it cannot lead to any other frame: each of these frames has lost its
+        data permanently, or has a parent. (A frame without an edge may still get any parent.)
     """
 
     frames: set[str]
@@ -141,10 +130,10 @@ def blockers(histories: Histories, target: str, source: str,
     """
     Return all edges whose next samples may decide whether two climbs meet.
 
-    At a stamp without data a frame may still turn out to have had one of several
-    parents. Both climbs are followed through all of these.
+    At a stamp without data, later samples may give a frame one of several parents. Both climbs
+    are followed through all of these.
 
-    :return: None if they can never meet: the data of one side is gone for good.
+    :return: None if they can never meet: the data of one side is lost permanently.
     """
     from_source = _reach(histories, source, stamp)
     from_target = _reach(histories, target, stamp)
@@ -159,7 +148,7 @@ def blockers(histories: Histories, target: str, source: str,
 # --- loops
 
 class Loop(NamedTuple):
-    """The edges from a frame up to another one that is to hang below it: a loop."""
+    """The edges from a frame up to a frame that is to become its child: a loop."""
 
     edges: list[History]
     frames: list[str]
@@ -171,15 +160,15 @@ _Trail = tuple[History, str, '_Trail | None']
 def find_loop(histories: Histories, parent: str, child: str, begin: int, end: int,
               without: Collection[History] = ()) -> Loop | None:
     """
-    Return a way from a parent up to its would-be child at any time in a stretch of time.
+    Return a path from a parent up to its new child at any time in an interval.
 
-    An edge that has not ended counts as one that goes on after its newest sample, for the next
-    sample will show that it did.
+    An edge that has not ended is assumed to continue after its newest sample, because the next
+    sample would confirm it.
 
-    :param begin: nanoseconds; the stretch ends before ``end``.
+    :param begin: nanoseconds; the interval ends before ``end``.
     :param without: edges that are treated as ended.
-    :return: edges from the parent upwards, and the frames that these lead to; None if the
-        child is up there at no time.
+    :return: the edges from the parent upwards, and the frames that they lead to; None if the
+        child is never above the parent.
     """
     Visit = tuple[str, int, int, _Trail | None]
     to_visit: list[Visit] = [(parent, begin, end, None)]

@@ -1,28 +1,17 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Corrections of a tree's edges: absorbing them, and questions about them.
+Corrections of a tree's edges: absorbing and querying them.
 
-``edges.corrected`` knows how samples are moved.
+``edges.corrected`` moves the samples.
 """
 
 from typing import NamedTuple
 
 from .tree import Tree
 from ..edges.corrected import corrected, CorrectedHistory
-from ..edges.correction import Stage
+from ..edges.stage import Stage
 from ..errors import InvalidArgumentException
 from ..geometry import se3
 from ..geometry.blend import Limits
@@ -33,12 +22,12 @@ from ..geometry.so3 import Vector3
 
 class Transition(NamedTuple):
     """
-    An edge goes over to another correction, or to another source.
+    The transition of an edge to another correction, or to another source.
 
-    :ivar version: how many transitions the buffer has had, this one included.
-    :ivar begin: the stamp up to which every answer stays as it was, nanoseconds.
-    :ivar end: the stamp from which on the correction holds wholly.
-    :ivar motion: that correction, of the samples as they come in.
+    :ivar version: how many transitions the buffer has had, including this one.
+    :ivar begin: the stamp up to which all results stay the same, nanoseconds.
+    :ivar end: the stamp from which the correction is fully applied, nanoseconds.
+    :ivar motion: that correction, which applies to the samples as received.
     """
 
     version: int
@@ -49,12 +38,14 @@ class Transition(NamedTuple):
 
 def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
            about: Vector3, limits: Limits) -> Transition:
-    """Let an edge go over to a correction; see ``BufferCore.correct``."""
+    """Start the transition of an edge to a correction; see ``BufferCore.correct``."""
     history = corrected(tree.histories.get(child), child)
     if seen_at is not None and history.latest_stamp is not None:
         _check_seen(seen_at, history.latest_stamp)
     tree.replace(history)
-    return counted(tree, history.absorb(motion, seen_at, about, limits))
+    before = history.stage()
+    stage = history.absorb(motion, seen_at, about, limits)
+    return transition(tree, stage, is_new=stage is not before)
 
 
 def _check_seen(seen_at: int, newest: int) -> None:
@@ -64,25 +55,27 @@ def _check_seen(seen_at: int, newest: int) -> None:
             f"edge's newest sample, {newest}")
 
 
-def counted(tree: Tree, stage: Stage) -> Transition:
-    """Return how an edge goes over to something else, and count that."""
-    tree.corrections += 1
-    return Transition(tree.corrections, stage.fade.begin, stage.fade.end,
-                      Pose._make(stage.motion))
+def transition(tree: Tree, stage: Stage, *, is_new: bool = True) -> Transition:
+    """Return the transition of a stage; count it if it is new."""
+    tree.corrections += is_new
+    return Transition(tree.corrections, stage.begin, stage.end, Pose._make(stage.motion))
 
 
 def smoothed(tree: Tree) -> Tree:
     """Return a copy of a tree with all corrections applied to the past, too."""
     twin = tree.copy()
     for history in list(twin.histories.values()):
-        if isinstance(history, CorrectedHistory):
+        sources = tree.sources.get(history.child)
+        of_source = sources.smoothed(history) if sources is not None else None
+        if of_source is not None:
+            twin.replace(of_source)
+        elif isinstance(history, CorrectedHistory):
             twin.replace(history.smoothed())
     return twin
 
 
 def correction_of(tree: Tree, child: str) -> Pose:
-    """Return the correction that an edge has or goes over to; the identity if there is none."""
+    """Return the newest correction of an edge, even in its transition; the identity if none."""
     history = tree.histories.get(child)
-    if isinstance(history, CorrectedHistory):
-        return Pose._make(history.correction.stage.motion)
-    return Pose._make(se3.IDENTITY)
+    stage = history.stage() if isinstance(history, CorrectedHistory) else None
+    return Pose._make(se3.IDENTITY if stage is None else stage.motion)

@@ -1,31 +1,21 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-A tree as a file whose arrays are used where they lie: frozen, and thawed in no time.
+A tree as a file whose arrays are used in place: freezing it, and thawing it at once.
 
-A file is a magic word, the version, the length and the CRC-32 of the header; the header,
-JSON that lists what the tree has; then the arrays. Each kind of history (``edges.kinds``)
-knows what it needs of both. Expired samples are not written.
+A file consists of a magic word, the version, the length and the CRC-32 of the header; then the
+header, a JSON description of the tree; then the arrays. Each kind of history (``edges.kinds``)
+defines its part of both. Expired samples are not written.
 
-Samples are not read before a lookup needs them; only the parents of edges that changed their
-parent are. So opening takes the same time whatever the size, and processes that open one file
-share its pages. Hence samples have no checksum: a damaged sample gives wrong numbers.
+A sample is not read until a lookup needs it; only the parents of edges that changed their
+parent are read at once. So the time for opening does not depend on the size, and processes
+that open one file share its pages. Hence a damaged sample gives wrong numbers, unless the
+caller requests a comparison with the arrays' CRC-32, which a saved file has in its header; that
+reads everything.
 """
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Sequence
 import json
 import mmap
 import os
@@ -35,16 +25,19 @@ import sys
 from typing import NamedTuple
 import zlib
 
+from .source_samples import SourceSamples
 from .tree import Tree
 from ..edges.kinds import frozen, thawed
 from ..edges.storage import ALIGNMENT, Arrays, Bytes, Stored
 from ..edges.uncertainty import Uncertainty
 from ..errors import TreeFileError
 from ..text import shorten
+from ..whole_files import write_whole
 
 _MAGIC = b'tf_tree\0'
-_VERSION = 1
+_VERSION = 2
 _PREFIX = struct.Struct('<8sIII')  # magic, version, length and CRC-32 of the header
+_CHECKSUM = 'arrays_crc32'  # an optional fact of the header
 
 
 class Frozen(NamedTuple):
@@ -52,21 +45,22 @@ class Frozen(NamedTuple):
     A tree as bytes.
 
     :ivar header: everything before the arrays.
-    :ivar arrays: to be written behind it, one after the other.
+    :ivar arrays: to be written after it, one after the other.
     """
 
     header: bytes
     arrays: Sequence[Bytes]
 
     def as_bytes(self) -> bytes:
-        """Return all of it."""
+        """Return the header and the arrays as one object."""
         return b''.join([self.header, *self.arrays])
 
 
-def freeze(tree: Tree) -> Frozen:
+def freeze(tree: Tree, *, checksum: bool = False) -> Frozen:
     """
-    Return a tree as bytes; nobody may change it meanwhile.
+    Return a tree as bytes; the tree must not change meanwhile.
 
+    :param checksum: whether to compute a checksum of the arrays, which reads all of them.
     :raises TreeFileError: a history of a kind that cannot be frozen.
     """
     arrays = Arrays()
@@ -75,51 +69,75 @@ def freeze(tree: Tree) -> Frozen:
         'max_frames': tree.max_frames, 'max_name_bytes': tree.max_name_bytes,
         'frames': list(tree.frames), 'corrections': tree.corrections,
         'edges': [frozen(history, arrays) for history in tree.histories.values()],
-        'uncertainty': [{'child': child} | known.frozen(arrays)
-                        for child, known in tree.uncertainty.items()]}
+        'uncertainty': [{'parent': parent, 'child': child} | known.frozen(arrays)
+                        for (parent, child), known in tree.uncertainty.items()],
+        'sources': [sources.frozen(arrays) for sources in tree.sources.values()]}
+    if checksum:
+        facts[_CHECKSUM] = _crc32(arrays.parts)
     header = json.dumps(facts).encode()
     header += b' ' * (-(_PREFIX.size + len(header)) % ALIGNMENT)
     return Frozen(_PREFIX.pack(_MAGIC, _VERSION, len(header), zlib.crc32(header)) + header,
                   arrays.parts)
 
 
-def thaw(data: Bytes, name: object = 'the data') -> Tree:
-    """
-    Return the tree that was frozen, which uses the data where it lies, and cannot change.
+def _crc32(parts: Iterable[Bytes]) -> int:
+    checksum = 0
+    for part in parts:
+        checksum = zlib.crc32(part, checksum)
+    return checksum
 
-    :param name: how errors call it.
-    :raises TreeFileError: no frozen tree, a half one, or one of a newer version.
+
+def thaw(data: Bytes, name: object = 'the data', *, verify: bool = False) -> Tree:
+    """
+    Return the frozen tree; it uses the data in place, and cannot change.
+
+    :param name: its name in error messages.
+    :param verify: whether to read all the data, and compare it with its checksum.
+    :raises TreeFileError: the data is not a frozen tree, is incomplete, or has another version;
+        or, with ``verify``, it has changed or has no checksum.
     """
     view = memoryview(data)
     header, begin = _header(view, name)
     try:
-        return _tree(json.loads(header), view[begin:])
+        facts = json.loads(header)
+        if verify:
+            _verify(facts, view[begin:])
+        return _tree(facts, view[begin:])
     except (ValueError, RecursionError) as error:
         raise TreeFileError(f'{name} is damaged: {shorten(str(error))}') from error
 
 
 def _header(view: memoryview, name: object) -> tuple[bytes, int]:
-    """Return the header, as it was written, and where it ends."""
+    """Return the header as it was written, and its end."""
     if len(view) < _PREFIX.size or bytes(view[:len(_MAGIC)]) != _MAGIC:
-        raise TreeFileError(f'{name} is no frozen tree: those are what save() of a buffer writes')
+        raise TreeFileError(f'{name} is not a frozen tree, as save() of a buffer writes it')
     _, version, length, checksum = _PREFIX.unpack_from(view)
     if version != _VERSION:
         raise TreeFileError(f'{name} is a frozen tree of version {version}, and this tf_tree_py '
-                            f'reads version {_VERSION}: it takes the one that wrote it')
+                            f'reads version {_VERSION}: use the version that wrote it, or save '
+                            'the tree again from its recording')
     begin = _PREFIX.size + length
     header = bytes(view[_PREFIX.size:begin])
     if len(header) < length or zlib.crc32(header) != checksum:
-        raise TreeFileError(f'{name} is damaged: the header of the frozen tree is not what was '
-                            'written')
+        raise TreeFileError(f'{name} is damaged: the header of the frozen tree has changed')
     return header, begin
 
 
+def _verify(facts: object, arrays: memoryview) -> None:
+    stored = Stored(facts, arrays, 0)
+    if not stored.has(_CHECKSUM):
+        raise ValueError('it has no checksum, because an older tf_tree_py wrote it; load it '
+                         'without verify=True, and save it again')
+    if _crc32([arrays]) != stored.whole(_CHECKSUM):
+        raise ValueError('its samples have changed since they were written')
+
+
 def _tree(facts: object, arrays: memoryview) -> Tree:
-    """Return what a header and arrays say; a ``ValueError`` says what is wrong with them."""
+    """Return the tree of a header and arrays; raise a ``ValueError`` if they are invalid."""
     stored = Stored(facts, arrays, 0)
     byte_order = stored.one('byte_order', str)
     if byte_order != sys.byteorder:
-        raise ValueError(f'it is of a {byte_order}-endian machine, and this one is '
+        raise ValueError(f'it was written on a {byte_order}-endian machine, and this machine is '
                          f'{sys.byteorder}-endian')
     tree = Tree(stored.whole('cache_time', 1), stored.whole('max_frames'),
                 stored.whole('max_name_bytes'))
@@ -129,10 +147,13 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
     for edge in stored.parts('edges'):
         history = thawed(edge)
         tree.histories[history.child] = history
-    uncertainty = {one.one('child', str): Uncertainty.thawed(one)
+    uncertainty = {(one.one('parent', str), one.one('child', str)): Uncertainty.thawed(one)
                    for one in stored.parts('uncertainty')}
     if uncertainty:
         tree.uncertainty = uncertainty
+    for part in stored.parts('sources'):
+        sources = SourceSamples.thawed(part)
+        tree.sources[sources.child] = sources
     stored.check_used_up()
     return tree
 
@@ -141,36 +162,34 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
 
 def write_frozen(frozen: Frozen, path: str | os.PathLike[str]) -> None:
     """
-    Write a frozen tree into a file: all of it, or none.
+    Write a frozen tree to a file, either completely or not at all.
 
-    :raises TreeFileError: no place for the file.
+    :raises TreeFileError: the file cannot be written.
     """
     path = Path(path)
-    unfinished = path.with_name(f'.{path.name}.{os.getpid()}.unfinished')
     try:
-        with unfinished.open('wb') as file:
-            file.write(frozen.header)
-            for each in frozen.arrays:
-                file.write(each)
-        unfinished.replace(path)
+        write_whole(path, [frozen.header, *frozen.arrays])
     except OSError as error:
         raise TreeFileError(f'{path} cannot be written: {error.strerror}') from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
 
 
-def read_tree(path: str | os.PathLike[str]) -> Tree:
+def read_tree(path: str | os.PathLike[str], *, verify: bool = False) -> Tree:
     """
-    Return the tree in a file, which uses the file where it lies, and cannot change.
+    Return the tree in a file; it uses the file in place, and cannot change.
 
-    :raises TreeFileError: nothing that can be read, or what is no frozen tree.
+    :param verify: whether to compare it with its checksum; see ``thaw``.
+    :raises TreeFileError: the file cannot be read, or does not contain a frozen tree.
     """
     try:
-        with open(path, 'rb') as file:
+        with open(path, 'rb', opener=_open_at_once) as file:
             if not os.fstat(file.fileno()).st_size:
-                raise TreeFileError(f'{path} is empty, and no frozen tree')
+                raise TreeFileError(f'{path} is empty, not a frozen tree')
             data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except OSError as error:
         raise TreeFileError(f'{path} cannot be read: {error.strerror}') from error
-    return thaw(memoryview(data), path)
+    return thaw(memoryview(data), path, verify=verify)
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open a file; a pipe is opened without waiting for a writer."""
+    return os.open(path, flags | getattr(os, 'O_NONBLOCK', 0))

@@ -1,65 +1,51 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The questions for one pose, and for the way between two frames.
+Lookups of one pose, and of the path between two frames.
 
-Those about many stamps, and all that goes beyond poses, are in ``queries``.
+``queries`` has the lookups at many stamps, and all other queries.
 """
 
 from collections.abc import Callable
-import threading
 from typing import Any
-
-import numpy.typing as npt
 
 from .outline import EdgeInfo, info_at
 from .tree import Tree
-from ..arrivals.observers import asked, halves, NOBODY, Observers
+from .. import fork_locks
 from ..errors import Blocker, TransformException
 from ..geometry import se3
 from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
+from ..ingest.observers import asked, halves, NOBODY, Observers
 from ..stamp import LATEST
-from ..times import checked_stamp, checked_stamps, Stamps
+from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike
 
 
 class Lookups:
     """
-    Lookups on a tree, from any thread.
+    Thread-safe lookups on a tree.
 
-    ``lookup('map', 'camera', stamp)`` gives ``map_T_camera``: it takes coordinates
-    in camera to coordinates in map, as everything was at the stamp. Stamps are
-    integer nanoseconds. In ``lookup`` and other questions for one pose the stamp 0 is
-    ``LATEST``, as in tf2: the newest time that every edge between the two frames has data
-    for. In ``lookup_at``, and in all that takes many stamps, 0 is a time like any other,
-    for data whose time begins at 0.
+    ``lookup('map', 'camera', stamp)`` returns ``map_T_camera``: it transforms coordinates in
+    camera to coordinates in map, at the stamp. Stamps are integer nanoseconds. In ``lookup``
+    and other lookups of one pose, the stamp 0 is ``LATEST``, as in tf2: the newest time for
+    which every edge between the two frames has data. In ``lookup_at``, and in all lookups at
+    many stamps, 0 is an ordinary stamp, for data whose time begins at 0.
     """
 
     def __init__(self, tree: Tree) -> None:
-        # Re-entrant, so that a wait can hold it across a query and its own registration.
-        self._lock = threading.RLock()
+        # Re-entrant, so that a wait can hold it during both a query and its own registration.
+        self._lock = fork_locks.rlock()
         self._tree = tree
 
-    # Nobody watches a snapshot.
+    # A snapshot has no observers.
     observers: Observers = NOBODY
-    """Who is told of every lookup; see ``Observer``."""
+    """The observers of lookups; see ``Observer``."""
 
-    # Makes integers of callers' stamps; ``ros`` takes ROS times as well.
+    # Converts callers' stamps to integers; ``ros`` also accepts ROS times.
     _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
 
-    def _stamps_of(self, stamps: npt.ArrayLike) -> Stamps:
+    def _stamps_of(self, stamps: StampsLike) -> Stamps:
         return checked_stamps(stamps, self._stamp_of)
 
     @property
@@ -69,22 +55,22 @@ class Lookups:
 
     # --- one pose
 
-    def lookup(self, target_frame: str, source_frame: str, stamp: int = LATEST) -> Pose:
+    def lookup(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST) -> Pose:
         """
         Return ``target_T_source`` at a stamp.
 
         :param stamp: nanoseconds, or ``LATEST``.
-        :raises InvalidArgumentException: a name that cannot be a frame, or a stamp that is
-            no integer.
-        :raises LookupException: a frame that nobody published.
-        :raises ConnectivityException: nothing joins the two.
+        :raises InvalidArgumentException: an invalid frame name, or a stamp that is not an
+            integer.
+        :raises LookupException: an unknown frame.
+        :raises ConnectivityException: the two frames are not connected.
         :raises ExtrapolationException: an edge between them has no data for the stamp.
         """
         return Pose._make(self.lookup_stamped(target_frame, source_frame, stamp)[1])
 
     def lookup_stamped(self, target_frame: str, source_frame: str,
-                       stamp: int = LATEST) -> tuple[int, PoseTuple]:
-        """Return the stamp that ``LATEST`` came to, and the pose; see ``lookup``."""
+                       stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
+        """Return the stamp, with ``LATEST`` resolved, and the pose; see ``lookup``."""
         if type(stamp) is not int:
             stamp = self._stamp_of(stamp)
         if self.observers.of_lookups and self.observers.hear_lookups():
@@ -102,11 +88,11 @@ class Lookups:
             error.target_frame, error.source_frame = target_frame, source_frame
             raise
 
-    def lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> Pose:
+    def lookup_at(self, target_frame: str, source_frame: str, stamp: Stamp) -> Pose:
         """
-        Return ``target_T_source`` at a stamp, where 0 is a time and not ``LATEST``.
+        Return ``target_T_source`` at a stamp; here 0 is an ordinary stamp, not ``LATEST``.
 
-        Otherwise as ``lookup``.
+        Otherwise this is the same as ``lookup``.
         """
         stamp = self._stamp_of(stamp)
         if self.observers.hear_lookups():
@@ -117,21 +103,21 @@ class Lookups:
                 return Pose._make(se3.IDENTITY)
             return Pose._make(self._tree.ways.pose_at(target_frame, source_frame, stamp))
 
-    def lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
-                    source_stamp: int, fixed_frame: str) -> Pose:
+    def lookup_full(self, target_frame: str, target_stamp: Stamp, source_frame: str,
+                    source_stamp: Stamp, fixed_frame: str) -> Pose:
         """
         Return ``target_T_source`` between two times, through a frame that does not move.
 
-        (target <- fixed at target_stamp) (fixed <- source at source_stamp): a thing was
-        seen from the source at source_stamp; this gives where it is in the target at
-        target_stamp, if it did not move in the fixed frame. Raises as ``lookup`` does.
+        (target <- fixed at target_stamp) (fixed <- source at source_stamp): it transforms an
+        object that was seen from the source at source_stamp to the target at target_stamp,
+        provided that it did not move in the fixed frame. It raises the errors of ``lookup``.
         """
         return Pose._make(self.lookup_full_stamped(
             target_frame, target_stamp, source_frame, source_stamp, fixed_frame)[1])
 
-    def lookup_full_stamped(self, target_frame: str, target_stamp: int, source_frame: str,
-                            source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
-        """Return what ``target_stamp`` came to, and the pose; see ``lookup_full``."""
+    def lookup_full_stamped(self, target_frame: str, target_stamp: Stamp, source_frame: str,
+                            source_stamp: Stamp, fixed_frame: str) -> tuple[int, PoseTuple]:
+        """Return ``target_stamp``, with ``LATEST`` resolved, and the pose; see ``lookup_full``."""
         if self.observers.hear_lookups():
             return self.observers.watch(
                 halves(target_frame, self._stamp_of(target_stamp), source_frame,
@@ -148,7 +134,7 @@ class Lookups:
         return stamp, se3.compose(target_T_fixed, fixed_T_source)
 
     def _lookup_both(self, halves: list[tuple[str, str, int]]) -> list[tuple[int, PoseTuple]]:
-        """Return the answers of two lookups, or raise what one of them lacks."""
+        """Return the results of two lookups, or raise the error of one of them."""
         answers: list[tuple[int, PoseTuple]] = []
         errors: list[TransformException] = []
         watched: list[Blocker] = []
@@ -159,23 +145,27 @@ class Lookups:
                 errors.append(error)
                 watched += error.blocked_on or ()
             else:
-                # This half may lose its data during the wait for the other.
+                # This half may lose its data while the caller waits for the other.
                 watched += () if stamp == LATEST else self._tree.ways.blockers(
                     target_frame, source_frame, stamp)
         if not errors:
             return answers
-        for hopeless in errors:
-            if hopeless.blocked_on is None:
-                raise hopeless
-        errors[0].blocked_on = tuple(watched)
-        raise errors[0]
+        # Raise the first error, as tf2 does; but if either can never succeed, do not wait.
+        hopeless = next((error for error in errors if error.blocked_on is None), None)
+        if hopeless is None:
+            errors[0].blocked_on = tuple(watched)
+            raise errors[0]
+        if hopeless is errors[0]:
+            raise hopeless
+        errors[0].blocked_on = None
+        raise errors[0] from hopeless
 
     def latest_common_time(self, target_frame: str, source_frame: str) -> int:
         """
-        Return what ``LATEST`` comes to between two frames, nanoseconds.
+        Return the stamp to which ``LATEST`` resolves between two frames, nanoseconds.
 
-        ``LATEST`` itself when nothing between them moves. Raises as ``lookup`` does,
-        but for extrapolation.
+        This is ``LATEST`` itself if all edges between them are static. It raises the errors of
+        ``lookup`` except for extrapolation.
         """
         with self._lock, Naming(target_frame, source_frame):
             self._tree.ways.check_frame('target_frame', target_frame)
@@ -185,17 +175,17 @@ class Lookups:
             return self._tree.ways.newest_path(target_frame, source_frame).latest_common_time()
 
     def _own_stamp(self, frame: str, stamp: int) -> int:
-        """Return the stamp of a frame's transform to itself: as asked, or its own newest."""
+        """Return the stamp of a frame's transform to itself; ``LATEST`` is its newest."""
         if stamp != LATEST or frame not in self._tree.histories:
             return stamp
         return self._tree.histories[frame].latest_stamp or LATEST
 
     def frames_between(self, target_frame: str, source_frame: str,
-                       stamp: int = LATEST) -> list[str]:
+                       stamp: Stamp = LATEST) -> list[str]:
         """
         Return the frames from the source up to the common ancestor and down to the target.
 
-        Both ends are among them. Raises as ``lookup`` does.
+        Both ends are included. It raises the errors of ``lookup``.
         """
         stamp = self._stamp_of(stamp)
         moment = None if stamp == LATEST else stamp
@@ -205,12 +195,12 @@ class Lookups:
             return self._tree.ways.branches(target_frame, source_frame, moment).frames()
 
     def edges_between(self, target_frame: str, source_frame: str,
-                      stamp: int = LATEST) -> list[EdgeInfo]:
+                      stamp: Stamp = LATEST) -> list[EdgeInfo]:
         """
         Return the edges from the source up to the common ancestor and down to the target.
 
-        In that order, each with its parent at the stamp, and the stamps from and to which
-        that is its parent. Raises as ``lookup`` does.
+        They are in that order. Each has its parent at the stamp, and the interval of stamps
+        with that parent. It raises the errors of ``lookup``.
         """
         stamp = self._stamp_of(stamp)
         return self._edges_between(
@@ -218,7 +208,7 @@ class Lookups:
 
     def _edges_between(self, target_frame: str, source_frame: str,
                        moment: int | None) -> list[EdgeInfo]:
-        """Return them at a stamp, 0 among them; None goes by the newest samples."""
+        """Return the edges at a stamp, which may be 0; None: by the newest samples."""
         with self._lock, Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return []
@@ -227,7 +217,7 @@ class Lookups:
 
 
 class Naming:
-    """Puts the frames of a question into its error."""
+    """Adds the frames of a lookup to its error."""
 
     __slots__ = ('frames',)
 
@@ -235,7 +225,7 @@ class Naming:
         self.frames = target_frame, source_frame
 
     def __enter__(self) -> None:
-        """Nothing is to be done before."""
+        """Do nothing."""
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):

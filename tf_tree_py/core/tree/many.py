@@ -1,30 +1,18 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-One lookup at many stamps, in numpy.
+One lookup at many stamps, with numpy.
 
-Each edge on the path is copied out of its history (under the lock) as an
-``EdgeTrack``, which knows its own motion; everything else happens here, without the
-lock. Two ways lead to the same poses, to rounding:
+Each edge on the path is copied from its history (with the lock held) to an ``EdgeTrack``,
+which evaluates its own motion. Everything else happens here, without the lock. Two methods
+give the same poses, apart from rounding:
 
-- directly: interpolate every edge at every stamp, and compose;
-- through polynomials, when there are many more stamps than samples: between two
-  neighbouring samples of all edges every edge moves at constant velocity, so the
-  composed pose is a smooth function of time, and the polynomial through a few of
-  its values is that function to rounding. Its cost does not depend on the depth of
-  the path.
+- direct: interpolate every edge at every stamp, and compose;
+- by polynomials, if there are many more stamps than samples: between two successive samples of
+  all edges, every edge moves at constant velocity. So the composed pose is a smooth function
+  of time, and the polynomial through a few of its values equals it, apart from rounding. The
+  cost does not depend on the depth of the path.
 """
 
 from collections.abc import Sequence
@@ -39,12 +27,12 @@ from ..geometry import se3, so3
 from ..geometry.so3 import Array
 from ..times import Stamps
 
-# Stamps handled at once by the direct way: its temporaries stay small and in the cache.
+# Stamps per block of the direct method; its temporary arrays then fit into the cache.
 _BLOCK = 8192
-# How far a polynomial may deviate from the function, beside rounding.
+# How far a polynomial may deviate from the function, in addition to rounding.
 _TOLERANCE = 5e-13
 _ROUNDING = 2.0 ** -52
-# With more, the powers of a polynomial would lose more than it gains.
+# With more nodes, rounding errors of the powers exceed the gain in accuracy.
 _MIN_NODES, _MAX_NODES = 3, 7
 
 _IDENTITY = np.array(se3.IDENTITY)
@@ -52,7 +40,7 @@ _IDENTITY = np.array(se3.IDENTITY)
 
 class PathTrack:
     """
-    The edges between two frames, copied, to be composed at many stamps.
+    Copies of the edges between two frames, to be composed at many stamps.
 
     :param source_parts: from the meeting point down to the source.
     :param target_parts: from the meeting point down to the target.
@@ -67,7 +55,7 @@ class PathTrack:
 
     def poses_at(self, stamps: Stamps) -> Array:
         """
-        Return ``target_T_source`` at stamps that all edges have data for.
+        Return ``target_T_source`` at stamps for which all edges have data.
 
         :param stamps: (N,) nanoseconds, in any order.
         :return: (N, 7)
@@ -76,7 +64,7 @@ class PathTrack:
             return np.empty((0, 7))
         if not self._moving:
             return np.tile(self._compose_after(stamps[:1]).T, (len(stamps), 1))
-        # All edges together have at least as many knots as the one that has most.
+        # All edges together have at least as many knots as the edge with the most.
         if len(stamps) <= 2 * _MIN_NODES * max(len(edge.knots) for edge in self._moving):
             return self._directly(stamps)
         first, last = stamps.min(), stamps.max()
@@ -96,10 +84,10 @@ class PathTrack:
         return poses
 
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
-        """Return the poses by way of the interpolating polynomials between the knots."""
+        """Return the poses by interpolating polynomials between the knots."""
         places, to_powers = _nodes(nodes)
-        # The last piece is a point. If there are several samples at that stamp, it has the last of
-        # them, and the piece before it leads to the first.
+        # The last piece is a single point. If there are several samples at that stamp, it contains
+        # the last of them, and the piece before it ends at the first.
         lengths = np.diff(knots, append=knots[-1:])
         values = self._compose_after(knots[:, None], lengths[:, None] * places)
         # Only the change since the knot goes through the ill-conditioned inverse.
@@ -111,7 +99,7 @@ class PathTrack:
             block = stamps[begin:begin + _BLOCK]
             pieces = knots[1:].searchsorted(block, side='right')
             passed = (block - knots.take(pieces)) / lengths.take(pieces)
-            # Repeated for each coordinate: to broadcast one number over seven takes numpy longer.
+            # Repeated for each coordinate, because broadcasting over seven is slower in numpy.
             since = np.repeat(passed, 7).reshape(-1, 7)
             block_poses = poses[begin:begin + _BLOCK]
             coefficients[0].take(pieces, axis=0, out=block_poses, mode='clip')
@@ -122,11 +110,11 @@ class PathTrack:
 
     def _nodes_needed(self, knots: Stamps) -> int:
         """
-        Return how many values fix the curve between two knots to rounding; 0 for too many.
+        Return how many values determine the curve between knots to rounding; 0: too many.
 
-        A function deviates from its interpolation at n Chebyshev nodes on an interval
-        of one by at most 2 |f^(n)| / (4^n n!). Where all edges together turn by an angle a,
-        go a distance d, and reach r metres, |f^(n)| <= max(1, r) a^n + n d a^(n-1).
+        A function deviates from its interpolation at n Chebyshev nodes on an interval of
+        length one by at most 2 |f^(n)| / (4^n n!). If all edges together turn by an angle a,
+        move by a distance d, and reach r metres, |f^(n)| <= max(1, r) a^n + n d a^(n-1).
         """
         if len(knots) < 2:
             return 0
@@ -142,7 +130,7 @@ class PathTrack:
         return 0
 
     def _compose_after(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (7, ...) some time after stamps."""
+        """Return the poses (7, ...) at the times ``since`` after stamps."""
         top_T_source = _product(self._source_parts, stamps, since)
         if not self._target_parts:
             return top_T_source
@@ -155,9 +143,9 @@ class PathTrack:
 @cache
 def _nodes(count: int) -> tuple[Array, Array]:
     """
-    Return Chebyshev's nodes, and what makes coefficients of values there.
+    Return Chebyshev nodes, and the matrix from values at them to coefficients.
 
-    :return: the nodes of the second kind on 0 to 1, (n,), the ends among them; and the
+    :return: the nodes of the second kind on 0 to 1, (n,), including the ends; and the
         matrix (n, n) from values to the coefficients of the powers, highest first.
     """
     places = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))
@@ -171,11 +159,11 @@ def _product(parts: Sequence[EdgeTrack], stamps: Stamps, since: Array | None) ->
 
 def _compose(a_T_b: Array, b_T_c: Array) -> Array:
     """Return a_T_c of poses (7, ...); see ``se3.compose``."""
-    # The formulas for plain floats serve rows as well.
+    # The formulas for plain floats also work for rows.
     q: Any = a_T_b[3:]
     b_t_c: Any = b_T_c[:3]
     b_q_c: Any = b_T_c[3:]
-    # Of a few short rows np.array makes one array sooner than np.stack.
+    # For a few short rows, np.array is faster than np.stack.
     poses = np.array((*so3.rotate(q, b_t_c), *so3.multiply(q, b_q_c)))
     poses[:3] += a_T_b[:3]
     return poses

@@ -1,28 +1,19 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One transform at many stamps: where one path answers them all, and where it does not."""
+"""One transform at many stamps, with one path for all of them or several."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from typing import cast
+import warnings
 
 import numpy as np
 import numpy.typing as npt
 
 from .path import Path
+from .path_finder import PathFinder
 from .tree import Tree
-from .ways import Ways
 from ..errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -31,7 +22,8 @@ from ..errors import (
 )
 from ..geometry import se3
 from ..geometry.so3 import Array
-from ..stamp import format_stamp
+from ..ingest.incidents import TransformWarning
+from ..stamp import format_stamp, unit_that_fits
 from ..times import Stamps
 
 Mask = npt.NDArray[np.bool_]
@@ -42,7 +34,7 @@ def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, sour
     """
     Return ``target_T_source`` (N, 7) at stamps (N,), and which of them have an answer.
 
-    :param lock: of the tree; held while samples are copied, and no longer.
+    :param lock: of the tree; held only while samples are copied.
     """
     if target == source:
         return np.tile(se3.IDENTITY, (len(stamps), 1)), np.ones(len(stamps), dtype=bool)
@@ -54,7 +46,7 @@ def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, sour
             valid = (stamps >= oldest) & (stamps <= latest)
             inside = stamps if valid.all() else stamps[valid]
             track = path.track(*ends_of(inside))
-        # Where this path has no data, frames may have hung elsewhere.
+        # At stamps without data on this path, frames may have had other parents.
         still = tree.copy() if was_rehung and not valid.all() else None
     if path is not None and inside is stamps:
         return track.poses_at(stamps), valid
@@ -66,8 +58,8 @@ def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, sour
     return poses, valid
 
 
-def _path_for_all(ways: Ways, target: str, source: str) -> tuple[Path | None, bool]:
-    """Return the path if it is fixed, else None; and whether frames ever hung elsewhere."""
+def _path_for_all(ways: PathFinder, target: str, source: str) -> tuple[Path | None, bool]:
+    """Return the path if it is fixed, else None; and whether any parent ever changed."""
     was_rehung = ways.was_rehung
     try:
         path = ways.newest_path(target, source)
@@ -78,9 +70,9 @@ def _path_for_all(ways: Ways, target: str, source: str) -> tuple[Path | None, bo
     return (path if path.fixed else None), was_rehung
 
 
-def _add_one_by_one(ways: Ways, target: str, source: str, stamps: Stamps, poses: Array,
+def _add_one_by_one(ways: PathFinder, target: str, source: str, stamps: Stamps, poses: Array,
                     valid: Mask) -> None:
-    """Look up the stamps without an answer one by one: frames may have hung elsewhere."""
+    """Look up the remaining stamps one by one: frames may have had other parents."""
     for number in np.flatnonzero(~valid).tolist():
         try:
             poses[number] = ways.pose_at(target, source, int(stamps[number]))
@@ -95,7 +87,7 @@ def refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Ma
     Raise the error of the first stamp that has no answer, if there is one.
 
     :param lookup_at: raises the error of a stamp.
-    :param given: which stamps are not masked; None: all.
+    :param given: which stamps are not masked; None: all of them.
     """
     if valid.all():
         return
@@ -113,9 +105,23 @@ def refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Ma
         error.hint = f'{error.hint}. {of_all}' if error.hint else of_all
         raise
     raise InvalidArgumentException(
-        f'{count} of {len(stamps)} stamps had no answer while this was asked')
+        f'{count} of {len(stamps)} stamps had no answer at the time of the lookup')
+
+
+def warn_of_units(lookup_at: Callable[[int], object], stamps: Stamps) -> None:
+    """Warn if no stamp has an answer, but the stamps would fit in another unit."""
+    try:
+        lookup_at(int(stamps[0]))
+    except ExtrapolationException as error:
+        if None in (error.requested, error.oldest, error.latest):
+            return
+        meant = unit_that_fits(
+            *cast('tuple[int, int, int]', (error.requested, error.oldest, error.latest)))
+        if meant:
+            warnings.warn(f'None of {len(stamps)} stamps has an answer. {meant}',
+                          TransformWarning, stacklevel=4)
 
 
 def ends_of(stamps: Stamps) -> tuple[int, int]:
-    """Return the first and the last of stamps, in whichever order they are; 0 of none."""
+    """Return the smallest and the largest of stamps in any order; 0 without stamps."""
     return (int(stamps.min()), int(stamps.max())) if len(stamps) else (0, 0)

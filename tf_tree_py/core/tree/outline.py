@@ -1,33 +1,23 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A tree edge by edge, as data; and for people: in one line, or each frame under its parent."""
+"""The edges of a tree as data; and as text in one line, or with each frame under its parent."""
 
 from collections.abc import Iterable, Iterator
 import html
 from typing import NamedTuple
 
 from ..edges.protocol import History
+from ..liveness import mean_interval
 from ..stamp import BEGINNING, FOREVER, format_span, format_stamp
 
-# Nobody reads more lines than this, and no screen shows longer names.
+# More lines than this are not readable, and longer names do not fit on a screen.
 _MAX_LINES = 200
 _MAX_NAME = 80
 
 
 class EdgeInfo(NamedTuple):
-    """What is stored of one edge: names, who sent it last, stamps in nanoseconds."""
+    """The stored data of one edge: names, its last publisher, stamps in nanoseconds."""
 
     parent: str
     child: str
@@ -42,9 +32,19 @@ class EdgeInfo(NamedTuple):
         """Return the time from the oldest sample to the newest, nanoseconds."""
         return self.latest - self.oldest
 
+    @property
+    def interval(self) -> float:
+        """Return the mean interval of the samples, nanoseconds; 0 with fewer than two."""
+        return mean_interval(self.span, self.samples)
+
+    @property
+    def rate_hz(self) -> float:
+        """Return the stored samples per second; 0 for one sample or a static edge."""
+        return 1e9 / self.interval if self.interval else 0.0
+
 
 def summary(frames: int, edges: list[EdgeInfo]) -> str:
-    """Return what there is in one line."""
+    """Return the contents of a tree in one line."""
     if not frames:
         return 'empty'
     moving = [edge for edge in edges if not edge.static]
@@ -57,13 +57,13 @@ def summary(frames: int, edges: list[EdgeInfo]) -> str:
 
 
 def as_html(title: str, edges: list[EdgeInfo]) -> str:
-    """Return a tree for a notebook."""
+    """Return a tree as HTML for a notebook."""
     lines = html.escape('\n'.join(outline(edges)))
     return f'<div>{html.escape(title)}</div><pre>{lines}</pre>'
 
 
 def outline(edges: Iterable[EdgeInfo]) -> list[str]:
-    """Return a line for each frame, under that of its parent."""
+    """Return a line for each frame, below the line of its parent."""
     lines = [_shown(branch.frame) if branch.edge is None else
              f'{branch.lead}{_shown(branch.frame)}  {_remark(branch.edge)}'
              for branch in branches(edges)]
@@ -76,8 +76,8 @@ class Branch(NamedTuple):
     """
     One frame of a tree that is drawn with characters.
 
-    :ivar lead: what stands in front of its name: lines from its parent, and from those above.
-    :ivar edge: to its parent; None for a root.
+    :ivar lead: the lines in front of its name, from its parent and from the frames above.
+    :ivar edge: the edge to its parent; None for a root.
     """
 
     lead: str
@@ -98,8 +98,8 @@ def branches(edges: Iterable[EdgeInfo]) -> Iterator[Branch]:
 
 
 def _branches_below(root: str, children: dict[str, list[EdgeInfo]]) -> Iterator[Branch]:
-    # The edges still to be shown, the next one at the end. Each has the lead of its line, and
-    # whether a sibling follows it.
+    # The remaining edges, the next one last, each with the lead of its line, and whether a
+    # sibling follows.
     waiting = [(edge, '', number > 0) for number, edge in enumerate(reversed(children[root]))]
     while waiting:
         edge, lead, more = waiting.pop()
@@ -128,7 +128,7 @@ def _counted(number: int, noun: str) -> str:
 
 
 def info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
-    """Return what is stored of an edge for as long as it has the parent of a moment."""
+    """Return the data of an edge for the interval with its parent at a moment."""
     info = info_of(parent, history)
     if moment is None or history.fixed_parent:
         return info
@@ -139,6 +139,6 @@ def info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
 
 
 def info_of(parent: str, history: History) -> EdgeInfo:
-    """Return what is stored of an edge."""
+    """Return the stored data of an edge."""
     return EdgeInfo(parent, history.child, history.authority, history.is_static, len(history),
                     history.oldest_stamp or 0, history.latest_stamp or 0)

@@ -1,24 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The edges between two frames, ready to be composed at any stamp.
+The edges between two frames, prepared for composition at any stamp.
 
-Only the arithmetic along a known path; ``ways`` finds the edges.
+This file only computes along a known path; ``path_finder`` finds the edges.
 """
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from .many import PathTrack
 from ..edges.protocol import History, moves, MovingHistory
@@ -29,38 +19,61 @@ from ..geometry.se3 import PoseTuple
 from ..stamp import BEGINNING, FOREVER, LATEST
 
 
+class Step(NamedTuple):
+    """
+    One edge on the path from the target to the source.
+
+    :ivar upwards: whether the path leads from the child to the parent here.
+    """
+
+    parent: str
+    history: History
+    upwards: bool
+
+
 class Path:
     """
     The two branches from a meeting point down to the source and to the target.
 
-    Runs of static edges are composed once, here; so a path is valid only until one of
-    them changes. ``fixed`` says whether no edge on it changes its parent over time. If
-    one does, the path is valid only for the stamp that it was found for. ``for_good`` says
-    that there was no other way at any other time: where an edge of it has no data, its child
-    hung on nothing, and no edge above the meeting point ever changed its parent.
+    Successive static edges are composed here once; so a path is valid only until one of them
+    changes. ``fixed`` means that no edge on the path changes its parent over time. Otherwise
+    the path is valid only for its own stamp. ``for_good`` means that there was no other path at
+    any time: if an edge of it has no data for a stamp, its child had no parent then, and no edge
+    above the meeting point ever changed its parent.
     """
 
-    __slots__ = ('fixed', 'for_good', '_source_parts', '_target_parts', '_dynamic')
+    __slots__ = ('fixed', 'for_good', '_source_parts', '_target_parts', '_dynamic',
+                 '_edges', '_steps')
 
     def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
                  above: Sequence[History] = ()) -> None:
         """
         Take the edges of both branches, each from the leaf up to the meeting point.
 
-        :param above: those above it, by the newest samples. No pose needs them.
+        :param above: the edges above it, by the newest samples; not needed for poses.
         """
         self.fixed = all(edge.fixed_parent for edge in (*source_edges, *target_edges))
         self.for_good = self.fixed and all(edge.fixed_parent for edge in above)
+        self._edges = source_edges, target_edges
+        self._steps: list[Step] | None = None
         self._source_parts = _merge_static_runs(source_edges)
         self._target_parts = _merge_static_runs(target_edges)
         self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
                               if moves(edge))
 
+    def steps(self) -> list[Step]:
+        """Return all edges of a fixed path from the target to the source, including static."""
+        if self._steps is None:
+            source_edges, target_edges = self._edges
+            self._steps = [Step(str(edge.parent), edge, upwards) for edges, upwards in (
+                (target_edges, True), (reversed(source_edges), False)) for edge in edges]
+        return self._steps
+
     def latest_common_time(self) -> int:
         """
         Return the newest stamp for which every moving edge has data.
 
-        :return: nanoseconds; ``LATEST`` when nothing on the path moves.
+        :return: nanoseconds; ``LATEST`` if all edges are static.
         """
         common: int | None = None
         for edge in self._dynamic:
@@ -70,12 +83,12 @@ class Path:
         return LATEST if common is None else common
 
     def slowest_edges(self) -> list[MovingHistory]:
-        """Return the edges that have to go on before the latest common time does."""
+        """Return the edges whose newest sample limits the latest common time."""
         common = self.latest_common_time()
         return [edge for edge in self._dynamic if edge.latest_stamp == common]
 
     def span(self) -> tuple[int, int]:
-        """Return the oldest and the newest stamp that every moving edge has data for."""
+        """Return the oldest and the newest stamp for which every moving edge has data."""
         oldest, latest = BEGINNING, FOREVER - 1
         for edge in self._dynamic:
             assert edge.oldest_stamp is not None and edge.latest_stamp is not None
@@ -83,19 +96,19 @@ class Path:
         return oldest, latest
 
     def track(self, first: int, last: int) -> PathTrack:
-        """Return a copy of what it takes to answer from one stamp to another, in the span."""
+        """Return a copy of the data for lookups between two stamps in the span."""
         return PathTrack([part.track(first, last) for part in self._source_parts],
                          [part.track(first, last) for part in self._target_parts])
 
     def without_data(self, stamp: int) -> list[MovingHistory]:
-        """Return the edges that keep it from answering at a stamp."""
+        """Return the edges without data for a stamp."""
         return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
 
     def failure(self, stamp: int, error: ExtrapolationException) -> ExtrapolationException:
         """
-        Return why a fixed path has no answer at a stamp, and what may change that.
+        Return why a fixed path has no answer at a stamp, and which data may change that.
 
-        :param error: of one of its edges; returned if it is that of the worst.
+        :param error: the error of one of its edges; returned if that edge is the worst.
         """
         stuck = self.without_data(stamp)
         worst = furthest_from_cure(stuck, stamp)
@@ -112,19 +125,41 @@ class Path:
 
         :raises ExtrapolationException: an edge has no data for the stamp.
         """
-        top_T_source = se3.compose_chain([part.sample(stamp) for part in self._source_parts])
-        if not self._target_parts:
-            return top_T_source
-        top_T_target = se3.compose_chain([part.sample(stamp) for part in self._target_parts])
-        return se3.compose(se3.inverse(top_T_target), top_T_source)
+        return _joined([part.sample(stamp) for part in self._source_parts],
+                       [part.sample(stamp) for part in self._target_parts])
+
+    def poses_at(self, stamp: int) -> tuple[PoseTuple, list[PoseTuple]]:
+        """
+        Return ``target_T_source``, and ``parent_T_child`` of each of the ``steps()``.
+
+        :raises ExtrapolationException: an edge has no data for the stamp.
+        """
+        down = [part.sample(stamp) for part in self._source_parts]
+        up = [part.sample(stamp) for part in self._target_parts]
+        parts = zip((*reversed(self._target_parts), *self._source_parts),
+                    (*reversed(up), *down), strict=True)
+        moving = iter([pose for part, pose in parts if not part.is_static])
+        return _joined(down, up), [
+            step.history.sample(stamp) if step.history.is_static else next(moving)
+            for step in self.steps()]
+
+
+def _joined(top_T_source: Sequence[PoseTuple], top_T_target: Sequence[PoseTuple]) -> PoseTuple:
+    """Return ``target_T_source`` from the poses on both branches, from the top down."""
+    down = _chained(top_T_source)
+    return se3.compose(se3.inverse(_chained(top_T_target)), down) if top_T_target else down
+
+
+def _chained(poses: Sequence[PoseTuple]) -> PoseTuple:
+    return poses[0] if len(poses) == 1 else se3.compose_chain(poses)
 
 
 def furthest_from_cure(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     """
-    Return the worst of some edges that have no data for a stamp.
+    Return the worst of some edges without data for a stamp.
 
-    That is first an edge whose data for the stamp is gone for good, then one that has no
-    data as old, then the one whose newest data is the oldest.
+    The worst is an edge whose data for the stamp is lost permanently; then one without data so
+    old; then the one with the oldest newest sample.
     """
     def order(edge: MovingHistory) -> tuple[int, int]:
         latest = edge.latest_stamp
@@ -138,7 +173,7 @@ def furthest_from_cure(edges: Iterable[MovingHistory], stamp: int) -> MovingHist
 
 
 def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:
-    """Return the edges from the top down, neighbouring static ones composed into one."""
+    """Return the edges from the top down, with successive static edges composed."""
     parts: list[History] = []
     for edge in reversed(edges):
         above = parts[-1] if parts else None

@@ -1,74 +1,79 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-How the errors of a path's edges add up.
+The propagation of the errors of a path's edges.
 
-In the convention of ``geometry.covariances`` an edge's error is one small rigid motion of all
-that lies behind the edge, as the target sees it. So each edge has a share of its own in the
-answer, and the shares add up.
+In the convention of ``geometry.covariances``, an edge's error is one small rigid motion of
+everything behind the edge, expressed in the target. So each edge has its own share of the
+result, and to first order the result is the sum of the shares. For large angles it is not; the
+result is then the second moment of draws about the looked-up pose, which need not be their
+mean.
 """
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .climb import Branches
-from ..edges.protocol import History
+from .path import Step
+from .tree import Tree
 from ..geometry import se3, so3
-from ..geometry.covariances import carried, sampled
-from ..geometry.se3 import PoseTuple
+from ..geometry.covariance_rows import carried, Rows
+from ..geometry.covariances import rows_of, unpack
+from ..geometry.large_angles import with_large_angles
 from ..geometry.so3 import Array
 
-# Up to this variance of all angles together, radians^2, the first order is right to 0.1 %.
-_SMALL_ANGLES = np.radians(1.0) ** 2
-
-
-class Step(NamedTuple):
-    """
-    One edge on the way from the target to the source.
-
-    :ivar upwards: whether the way leads from the child to the parent here.
-    """
-
-    parent: str
-    history: History
-    upwards: bool
+# Up to this sum of the variances of the angles, radians^2, the first order is exact to 0.1 %.
+SMALL_ANGLES = np.radians(1.0) ** 2
 
 
 class Errors(NamedTuple):
     """
-    What may be wrong about E edges at N stamps, as the target sees it.
+    The errors of E edges at N stamps, expressed in the target, as rows (E, N).
+
+    If nothing moves, there is one stamp for all.
 
     :ivar steps: the edges, from the target to the source.
-    :ivar axes: (E, N, 3, 3) from the parents' axes to the target's.
-    :ivar places: (E, N, 3) the children's origins in the target, metres.
-    :ivar covariances: (E, N, 6, 6) in the parents' axes, about the children's origins.
+    :ivar axes: nine rows, the matrices from the parents' axes to the target's.
+    :ivar places: three rows, the children's origins in the target, metres.
+    :ivar covariances: 21 rows, in the parents' axes, about the children's origins.
     """
 
     steps: list[Step]
-    axes: Array
-    places: Array
-    covariances: Array
+    axes: Rows
+    places: Rows
+    covariances: Rows
 
-    def shares(self, points: Array) -> Array:
-        """Return the share of each edge at points (N, 3) behind all edges, (E, N, 6, 6)."""
-        return carried(self.axes, points - self.places, self.covariances)
+    def shares(self, points: Array) -> Rows:
+        """Return the share of each edge at points (N, 3) behind all edges, 21 rows."""
+        lever = tuple(point - place for point, place in zip(points.T, self.places, strict=True))
+        return carried(self.axes, lever, self.covariances)
+
+    def at(self, number: int) -> tuple[Array, Array, Array]:
+        """Return the axes (E, 3, 3), the places and the covariances (E, 6, 6) at one stamp."""
+        axes, places, covariances = (
+            np.stack([row[:, number if row.shape[1] > 1 else 0] for row in rows], axis=-1)
+            for rows in (self.axes, self.places, self.covariances))
+        return axes.reshape(-1, 3, 3), places, unpack(covariances)
 
 
-def steps_of(branches: Branches) -> list[Step]:
+def is_certain(tree: Tree) -> bool:
+    """Return whether no edge ever had a covariance or a correction."""
+    return not tree.uncertainty and not tree.corrections
+
+
+def steps_between(tree: Tree, target: str, source: str, stamp: int | None) -> list[Step]:
+    """
+    Return the edges from the target to the source.
+
+    :param stamp: nanoseconds; None: use the newest samples.
+    """
+    return _steps_of(tree.ways.branches(target, source, stamp))
+
+
+def _steps_of(branches: Branches) -> list[Step]:
     """Return the edges from the target to the source."""
     up = len(branches.target.edges)
     return [Step(parent, history, number < up)
@@ -76,52 +81,47 @@ def steps_of(branches: Branches) -> list[Step]:
 
 
 def placed(steps: Sequence[Step], poses: Iterable[Array],
-           covariances: Sequence[Array | None]) -> tuple[Array, Errors | None]:
+           covariances: Sequence[Array | None]) -> Errors | None:
     """
-    Return ``target_T_source`` (N, 7), and the errors of those edges that have one.
+    Return the errors of the uncertain edges; None if all are certain.
 
     :param poses: ``parent_T_child`` of each edge, (N, 7), or (1, 7) for all stamps.
-    :param covariances: of each edge, (N, 6, 6), or None.
+    :param covariances: of each edge, (21, N), or None.
     """
-    ends: list[tuple[Array, Array]] = []
+    known: list[tuple[Step, Array, Array, Array]] = []
     here = np.array([se3.IDENTITY])
-    for step, pose in zip(steps, poses, strict=True):
+    for step, pose, covariance in zip(steps, poses, covariances, strict=True):
         before = here
         here = se3.compose_many(*np.broadcast_arrays(
             before, se3.inverse_many(pose) if step.upwards else pose))
-        ends.append((here, before) if step.upwards else (before, here))
-    known = [(step, covariance, *both) for step, covariance, both in zip(
-        steps, covariances, ends, strict=True) if covariance is not None]
+        if covariance is not None:
+            parent, child = (here, before) if step.upwards else (before, here)
+            known.append((step, covariance, parent, child))
     if not known:
-        return here, None
+        return None
     edges, each, parents, children = zip(*known, strict=True)
-    return here, Errors(
-        list(edges), so3.as_matrix_many(_stacked(parents, len(here))[..., 3:]),
-        _stacked(children, len(here))[..., :3], np.stack(each))
+    first, second, third = so3.as_matrix(_rows(parents)[3:])
+    return Errors(list(edges), (*first, *second, *third), _rows(children)[:3],
+                  tuple(np.stack(each, axis=1)))
 
 
-def _stacked(poses: Sequence[Array], count: int) -> Array:
-    """Return poses, (N, 7) or (1, 7) each, as one array (E, N, 7)."""
-    return np.stack([np.broadcast_to(pose, (count, 7)) for pose in poses])
+def _rows(poses: Sequence[Array]) -> Any:
+    """Return poses of each edge, (N, 7) or (1, 7), as seven rows (E, N)."""
+    return rows_of(np.stack(np.broadcast_arrays(*poses)))
 
 
 def total(errors: Errors | None, points: Array) -> Array:
     """
     Return the covariances (N, 6, 6) of points (N, 3) behind independent errors.
 
-    Each is the sum of the shares; where angles are large, it is computed by draws.
+    Each is the sum of the shares; for large angles it is computed by points or draws.
     """
     if errors is None:
         return np.zeros((len(points), 6, 6))
-    covariances = np.asarray(errors.shares(points).sum(axis=0))
-    angles = np.einsum('enii->n', errors.covariances[..., 3:, 3:])
-    for number in np.flatnonzero(angles > _SMALL_ANGLES).tolist():
-        covariances[number] = sampled(
-            errors.axes[:, number], errors.places[:, number], errors.covariances[:, number],
-            [step.upwards for step in errors.steps], points[number])
+    covariances = unpack(np.stack([row.sum(axis=0) for row in errors.shares(points)], axis=-1))
+    # The sum of the three variances is invariant under rotations.
+    angles = np.einsum('nii->n', covariances[:, 3:, 3:])
+    for number in np.flatnonzero(angles > SMALL_ANGLES).tolist():
+        covariances[number] = with_large_angles(
+            *errors.at(number), [step.upwards for step in errors.steps], points[number])
     return covariances
-
-
-def total_at(errors: Errors | None, pose: PoseTuple) -> Array:
-    """Return the covariance (6, 6) of one pose behind independent errors."""
-    return np.asarray(total(errors, np.array([pose[:3]]))[0])

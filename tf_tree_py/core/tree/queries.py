@@ -1,85 +1,92 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-All questions to a tree: one pose, many, how sure they are, and what there is.
+All queries of a tree: one pose, many poses, their covariances, and the contents.
 
 The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 """
 
+from collections.abc import Sequence
 from functools import partial
 import importlib
 import os
-import threading
 from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from .corrections import correction_of
+from .corrections import correction_of, smoothed
+from .edge_samples import samples_around, stamps_of, twists_between
 from .frozen import freeze, Frozen, read_tree, thaw, write_frozen
 from .lookups import Lookups, Naming
-from .many_stamps import poses_at, refuse_missing
+from .many_stamps import poses_at, refuse_missing, warn_of_units
 from .outline import as_html, EdgeInfo, info_of, summary
-from .prediction import checked_horizon, known_beyond, predicted, Prediction
-from .propagation import Errors, total_at
-from .samples import samples_around, stamps_of, twists_between
-from .uncertain import covariances_at, gathered_at, Share, shares, Uncertain
-from ..arrivals.observers import asked
+from .prediction import checked_horizon, predicted, Prediction
+from .shared_errors import Piece, SharedErrors
+from .source_samples import EdgeSource
+from .uncertain import covariances_at, Share, shares, Uncertain
+from .uncertain_lookup import EdgeErrors, errors_at, errors_on_fixed_path
+from .. import fork_locks
 from ..errors import InvalidArgumentException
+from ..geometry.framed_pose import FramedPose, Source, Target
+from ..geometry.many_poses import Poses
 from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
+from ..ingest.observers import asked
 from ..stamp import LATEST
-from ..times import Stamps, without_mask
+from ..times import Stamp, Stamps, StampsLike, without_mask
 
 
 class Queries(Lookups):
-    """All that can be asked of a tree, from any thread; see ``Lookups`` about stamps."""
+    """All queries of a tree, thread-safe; see ``Lookups`` about stamps."""
+
+    # --- one pose, with its names
+
+    def lookup_framed(self, target_frame: Target, source_frame: Source,
+                      stamp: Stamp = LATEST) -> FramedPose[Target, Source]:
+        """
+        Return the pose of ``lookup`` with its frames and its stamp.
+
+        ``a @ b`` composes such poses only if their inner frame names are equal.
+        """
+        found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
+        return FramedPose(target_frame, source_frame, Pose._make(pose), found)
 
     # --- many poses
 
     @overload
-    def lookup_many(self, target_frame: str, source_frame: str, stamps: npt.ArrayLike,
-                    outside: Literal['raise'] = 'raise') -> Array: ...
+    def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
+                    outside: Literal['raise'] = 'raise') -> Poses: ...
 
     @overload
-    def lookup_many(self, target_frame: str, source_frame: str, stamps: npt.ArrayLike,
-                    outside: Literal['mask']) -> tuple[Array, npt.NDArray[np.bool_]]: ...
+    def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
+                    outside: Literal['mask']) -> tuple[Poses, npt.NDArray[np.bool_]]: ...
 
-    def lookup_many(self, target_frame: str, source_frame: str, stamps: npt.ArrayLike,
+    def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
                     outside: str = 'raise') -> Any:
         """
-        Return ``target_T_source`` at many stamps, as ``lookup`` would one by one.
+        Return ``target_T_source`` at many stamps, as one ``lookup`` for each would.
 
-        :param stamps: (N,) integer nanoseconds, in any order. 0 is a time here. Masked ones
-            have no answer.
-        :param outside: what to do with stamps that have no answer: 'raise', or 'mask' to
-            return NaN for them and which are valid.
-        :return: (N, 7) poses x y z qx qy qz qw (``se3.as_matrix_many`` makes (N, 4, 4)
-            of them); with 'mask' also (N,) booleans.
-        :raises InvalidArgumentException: stamps that are no integers or not in one row.
-        :raises TransformException: as ``lookup`` does; with 'mask' where a frame is not
-            known, or nothing joined the two at any time.
+        :param stamps: (N,) integer nanoseconds, in any order. 0 is an ordinary stamp. Masked
+            stamps have no answer.
+        :param outside: how to treat stamps without an answer: 'raise' an error, or 'mask':
+            return NaN for them, and which stamps are valid.
+        :return: (N, 7) poses x y z qx qy qz qw, an array with ``@``, ``.inverse()``,
+            ``.translation``, ``.rotation`` and ``.as_matrix()``; with 'mask' also (N,)
+            booleans.
+        :raises InvalidArgumentException: stamps that are not integers, or not of shape (N,).
+        :raises TransformException: as in ``lookup``; with 'mask' only if a frame is unknown,
+            or the two were never connected.
 
-        The numbers are those of ``lookup`` to 1e-12 (metres, and parts of a quaternion);
-        where edges are longer than 100 metres, to 1e-14 of their length.
+        The numbers equal those of ``lookup`` to 1e-12 (metres, and components of quaternions);
+        for edges longer than 100 metres, to 1e-14 of their length.
         """
         stamps, given = without_mask(stamps)
         array = self._stamps_of(stamps)
         if outside not in ('raise', 'mask'):
-            raise InvalidArgumentException(f"outside is 'raise' or 'mask', not {outside!r}")
+            raise InvalidArgumentException(f"outside must be 'raise' or 'mask', not {outside!r}")
         if len(array) and self.observers.hear_lookups():
             return self.observers.watch(
                 [(target_frame, source_frame, int(array.max()))],
@@ -94,22 +101,24 @@ class Queries(Lookups):
             valid &= given
             poses[~given] = np.nan
         if outside == 'mask':
-            return poses, valid
+            if len(array) and not valid.any():
+                warn_of_units(partial(self.lookup_at, target_frame, source_frame), array)
+            return Poses(poses), valid
         refuse_missing(partial(self.lookup_at, target_frame, source_frame), array, given, valid)
-        return poses
+        return Poses(poses)
 
-    def lookup_tree(self, target_frame: str, stamp: int = LATEST) -> dict[str, Pose]:
+    def lookup_tree(self, target_frame: str, stamp: Stamp = LATEST) -> dict[str, Pose]:
         """
         Return ``target_T_frame`` for every frame that can be expressed in the target.
 
-        One pass over the tree. A frame is left out when it hangs on another root, or
-        when an edge on the way has no data for the stamp.
+        This is one pass over the tree. A frame is omitted if it has another root, or if an
+        edge between it and the target has no data for the stamp.
 
-        :param stamp: nanoseconds; ``LATEST`` is the newest time that every moving edge
-            of this tree has data for.
-        :raises LookupException: nobody published the target.
-        :raises InvalidArgumentException: a name that cannot be a frame, or a stamp that is
-            no integer.
+        :param stamp: nanoseconds; ``LATEST`` is the newest time for which every moving edge
+            of this tree has data.
+        :raises LookupException: the target is unknown.
+        :raises InvalidArgumentException: an invalid frame name, or a stamp that is not an
+            integer.
         """
         stamp = self._stamp_of(stamp)
         with self._lock, Naming(target_frame, None):
@@ -122,73 +131,78 @@ class Queries(Lookups):
         with self._lock:
             return twists_between(self._tree, near, far, stamps)
 
-    # --- how sure
+    # --- covariances
 
     @property
     def has_covariances(self) -> bool:
-        """Return whether any edge ever got a covariance."""
+        """Return whether any edge has covariances."""
         return bool(self._tree.uncertainty)
 
-    def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
+    def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
                          independent: bool = False) -> tuple[Pose, Array]:
         """
         Return ``target_T_source`` and its covariance.
 
-        That is (6, 6) of x, y, z and rotation about x, y, z, in metres^2 and radians^2, as
-        ``PoseWithCovariance`` has it, with the target for the parent: t' = t + dt in the
-        target's axes, R' = Exp(dr) R about the target's fixed axes through the source's
+        The covariance is (6, 6) of x, y, z and rotation about x, y, z, in metres^2 and
+        radians^2, as in ``PoseWithCovariance``, with the target as the parent: t' = t + dt in
+        the target's axes, R' = Exp(dr) R about the target's fixed axes through the source's
         origin. The edges' errors are independent of each other; edges without a covariance
-        are certain.
+        are certain. It is the second moment about the pose. Rotations are limited to half a
+        turn, so an unknown yaw, given with a variance such as 1e6, results in about
+        pi^2 / 3 radians^2.
 
         :param stamp: nanoseconds, or ``LATEST``.
         :param independent: whether one edge's errors at two of its stamps are independent.
-            If not, they may be correlated in any way, and the answer between two stamps is
-            an upper bound, as it should be for odometry.
+            If not, they may be correlated in any way, and the result between two stamps is
+            an upper bound, which is appropriate for odometry.
         :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
 
-        Raises as ``lookup`` does.
+        It raises the errors of ``lookup``.
         """
         found = self._lookup_uncertain(target_frame, source_frame, stamp, independent)
         return Pose._make(found.pose), found.covariance
 
-    def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: int,
+    def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp,
                           independent: bool) -> Uncertain:
         found, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
-        return Uncertain(found, pose, total_at(errors, pose))
+        return Uncertain(found, pose, errors.total(pose[:3]))
 
-    def _errors_at(self, target_frame: str, source_frame: str, stamp: int,
-                   independent: bool) -> tuple[int, PoseTuple, Errors | None]:
+    def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp,
+                   independent: bool) -> tuple[int, PoseTuple, EdgeErrors]:
         stamp = self._stamp_of(stamp)
         with self._lock:
+            known = None if self.observers.of_lookups else errors_on_fixed_path(
+                self._tree, target_frame, source_frame, stamp, independent)
+            if known is not None:
+                return known
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
-            gathered = gathered_at(
-                self._tree, target_frame, source_frame, found, stamp == LATEST)
-        return found, pose, gathered.errors(independent)
+            return found, pose, errors_at(self._tree, target_frame, source_frame, found,
+                                          stamp == LATEST, independent)
 
-    def lookup_budget(self, target_frame: str, source_frame: str, stamp: int = LATEST, *,
+    def lookup_budget(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
                       independent: bool = False) -> list[Share]:
         """
-        Return what each edge adds to the covariance, the largest part of the position first.
+        Return the share of each edge in the covariance, the largest part of position first.
 
-        It answers which calibration is to be improved. The shares are of the first order:
-        where angles are small, they add up to the covariance of ``lookup_uncertain``.
-        Parameters and errors as there.
+        It shows which calibration to improve. The shares are of first order: for small angles
+        their sum is the covariance of ``lookup_uncertain``, which has the same parameters and
+        errors.
 
-        :return: a ``Share`` of each edge that has a covariance.
+        :return: a ``Share`` for each edge with a covariance.
         """
         _, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
         return shares(errors, pose)
 
     def lookup_uncertain_many(self, target_frame: str, source_frame: str,
-                              stamps: npt.ArrayLike, *,
-                              independent: bool = False) -> tuple[Array, Array]:
+                              stamps: StampsLike, *,
+                              independent: bool = False) -> tuple[Poses, Array]:
         """
-        Return poses and covariances at many stamps, as ``lookup_uncertain`` one by one.
+        Return poses and covariances at many stamps, as one ``lookup_uncertain`` for each would.
 
-        :param stamps: (N,) integer nanoseconds, in any order. 0 is a time here.
+        :param stamps: (N,) integer nanoseconds, in any order. 0 is an ordinary stamp.
         :return: (N, 7) and (N, 6, 6).
 
-        Raises as ``lookup_many`` does.
+        It raises the errors of ``lookup_many``.
         """
         times = self._stamps_of(stamps)
         if len(times) and self.observers.hear_lookups():
@@ -201,20 +215,90 @@ class Queries(Lookups):
         return poses, covariances_at(
             frozen._tree, target_frame, source_frame, times, poses, independent)
 
-    def predict(self, target_frame: str, source_frame: str, stamp: int,
+    def lookup_uncertain_full(self, target_frame: str, target_stamp: Stamp,
+                              source_frame: str, source_stamp: Stamp, fixed_frame: str, *,
+                              independent: bool = False) -> tuple[Pose, Array]:
+        """
+        Return the pose of ``lookup_full`` and its covariance (6, 6), as in ``lookup_uncertain``.
+
+        Errors that both times have in common cancel: those of an edge above both frames, if
+        nothing moves between it and the fixed frame; and those of a sensor's mounting, as long
+        as the robot has not rotated. A covariance that is valid at both stamps, of a static
+        edge or an edge with only one covariance, is one error. If a moving edge has different
+        covariances at the two stamps, their correlation is unknown: the result is an upper
+        bound, up to twice the sum of both, or the sum of both with ``independent``.
+
+        The other parameters and errors are those of ``lookup_full`` and ``lookup_uncertain``.
+        """
+        found = self._lookup_uncertain_full(
+            target_frame, target_stamp, source_frame, source_stamp, fixed_frame, independent)
+        return Pose._make(found.pose), found.covariance
+
+    def _lookup_uncertain_full(self, target_frame: str, target_stamp: Stamp,
+                               source_frame: str, source_stamp: Stamp, fixed_frame: str,
+                               independent: bool) -> Uncertain:
+        errors = SharedErrors(self._tree, independent)
+        with self._lock:
+            found, pose = self.lookup_full_stamped(
+                target_frame, target_stamp, source_frame, source_stamp, fixed_frame)
+            source_stamp = self._stamp_of(source_stamp)
+            if source_stamp == LATEST:
+                source_stamp = self.latest_common_time(fixed_frame, source_frame)
+            errors.add_way([Piece(target_frame, fixed_frame, found),
+                            Piece(fixed_frame, source_frame, source_stamp)])
+        return Uncertain(found, pose, errors.covariance())
+
+    def lookup_joint(self, target_frame: str, source_frames: Sequence[str],
+                     stamp: Stamp = LATEST, *, independent: bool = False) -> tuple[Poses, Array]:
+        """
+        Return the poses of n frames in the target at one stamp, and their joint covariance.
+
+        Frames that share uncertain edges have correlated errors: the off-diagonal blocks are
+        the covariances of one pose's errors with another's. The diagonal blocks are those of
+        ``lookup_uncertain``; for large angles they differ by the spread of the draws.
+
+        :param source_frames: n frames, such as those of all cameras of a robot.
+        :param stamp: nanoseconds; ``LATEST`` is the newest time for which the edges to all
+            frames have data.
+        :param independent: see ``lookup_uncertain``.
+        :return: (n, 7), and (6 n, 6 n), a block of six for each frame, in their order.
+        :raises InvalidArgumentException: one name instead of several.
+
+        The other errors are those of ``lookup``.
+        """
+        if isinstance(source_frames, str):
+            raise InvalidArgumentException(
+                f'source_frames must be a list of frames, not one name, {source_frames!r}')
+        stamp, errors = self._stamp_of(stamp), SharedErrors(self._tree, independent)
+        with self._lock:
+            if stamp == LATEST:
+                stamp = self._newest_of(target_frame, source_frames)
+            poses = [self.lookup_stamped(target_frame, source, stamp)[1]
+                     for source in source_frames]
+            for source in source_frames:
+                errors.add_way([Piece(target_frame, source, stamp)])
+        return Poses(np.array(poses).reshape(-1, 7)), errors.covariance()
+
+    def _newest_of(self, target_frame: str, source_frames: Sequence[str]) -> int:
+        """Return the newest time common to all edges to some frames; ``LATEST`` if static."""
+        times = [self.latest_common_time(target_frame, source)
+                 for source in source_frames if source != target_frame]
+        return min((time for time in times if time != LATEST), default=LATEST)
+
+    def predict(self, target_frame: str, source_frame: str, stamp: Stamp,
                 horizon: int) -> Prediction:
         """
-        Return ``target_T_source`` at a stamp that may lie beyond the newest data.
+        Return ``target_T_source`` at a stamp that may be beyond the newest data.
 
-        Each edge that does not reach the stamp goes on at the mean twist of its last 0.1 s,
-        and turns as its gyroscope measured, if it is aided. The covariance has two parts:
+        Each edge that does not reach the stamp continues at the mean twist of its last 0.1 s,
+        and rotates as its gyroscope measured, if it is aided. The covariance has two parts:
         the errors of the same prediction made from earlier samples, and the edges' own
-        covariances. It cannot foresee a brake that was never used before. A stamp that all
-        data reaches is looked up.
+        covariances. It cannot anticipate braking that never occurred before. If all data
+        reaches the stamp, the pose is looked up.
 
         :param stamp: nanoseconds; ``LATEST`` predicts nothing.
-        :param horizon: nanoseconds; no edge is taken further beyond its newest sample.
-        :return: the pose, the covariance (6, 6), and how far ``beyond`` the data it went.
+        :param horizon: nanoseconds; no edge is predicted further beyond its newest sample.
+        :return: the pose, the covariance (6, 6), and how far ``beyond`` the data the pose is.
         :raises FutureExtrapolationException: an edge ends further away than the horizon.
 
         The other errors are those of ``lookup``.
@@ -226,9 +310,9 @@ class Queries(Lookups):
                 self.predict, target_frame, source_frame, stamp, horizon)
         with Naming(target_frame, source_frame):
             with self._lock:
-                known = known_beyond(self._tree, target_frame, source_frame, stamp)
-            if known is not None:
-                return predicted(known, stamp, horizon)
+                ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon)
+            if ahead is not None:
+                return ahead
             found = self._lookup_uncertain(target_frame, source_frame, stamp, False)
         return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
 
@@ -236,61 +320,81 @@ class Queries(Lookups):
 
     @property
     def corrections_version(self) -> int:
-        """Return how many corrections and switches there were; it only grows."""
+        """Return the number of corrections and switches so far; it never decreases."""
         return self._tree.corrections
 
     def correction_of(self, child: str) -> Pose:
         """
-        Return the correction that an edge has, or goes over to.
+        Return the newest correction of an edge, even while it is in transition to it.
 
-        ``parent_T_child`` is this times what was inserted, once the blend is over. The
-        identity where there was none.
+        After the transition, ``parent_T_child`` is this correction times the inserted pose.
+        Without corrections it is the identity.
         """
         with self._lock:
             return correction_of(self._tree, child)
 
-    # --- looking around
+    # --- contents
+
+    def smoothed(self) -> 'Snapshot':
+        """
+        Return a snapshot with all corrections applied to the past, too.
+
+        The live tree is inaccurate during a blend, which avoids jumps, and its past is never
+        corrected. In this snapshot every sample has the correction for its own stamp, which is
+        interpolated between two corrections. An edge that changed its source has the samples
+        of its present source from their beginning. It is meant for maps and post-processing.
+        """
+        with self._lock:
+            return Snapshot(smoothed(self._tree))
+
+    def sources_of(self, child: str) -> list[EdgeSource]:
+        """Return the sources of an edge, in order of their first samples."""
+        with self._lock:
+            sources = self._tree.sources.get(child)
+            return sources.listed() if sources else []
 
     def snapshot(self) -> 'Snapshot':
         """
-        Return everything as it is now, for several lookups that must agree.
+        Return a copy of the present state, for several lookups that must be consistent.
 
-        Costs a copy of the samples, about 20 us for each moving edge of 1,000.
+        It copies the samples, which takes about 20 us for each moving edge with 1,000 samples.
         """
         with self._lock:
             return Snapshot(self._tree.copy())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """
-        Write everything as it is now into a file, which ``load`` opens in no time.
+        Write the present state to a file, which ``load`` opens at once.
 
-        Covariances, splines and gyroscopes are kept as well.
+        Covariances, curves and gyroscopes are included.
 
-        :param path: such as ``run.tftree``; a file that is there is replaced, in one step.
-        :raises TreeFileError: no place for the file.
+        :param path: such as ``run.tftree``; an existing file is replaced atomically.
+        :raises TreeFileError: the file cannot be written, or a curve is of a kind that files do
+            not support: see ``Curve``.
         """
-        write_frozen(self._frozen(), path)
+        write_frozen(self._frozen(checksum=True), path)
 
     def record(self, path: str | os.PathLike[str]) -> None:
         """
-        Write all poses as they are now as a bag, which ``ros2 bag play`` and viewers open.
+        Write all present poses to a bag, which ``ros2 bag play`` and viewers open.
 
-        Needs ``pip install 'tf_tree_py[bag]'``. ``open_bag`` makes the same buffer of it, but
-        a bag has no place for some things: a spline becomes poses, ten for each of its pieces;
-        covariances, and the samples of gyroscopes, are left out.
+        This needs rosbags (``pip install rosbags``). ``open_bag`` restores the same buffer,
+        except for data that a bag cannot contain: a spline becomes poses, ten for each of its
+        pieces; any other curve becomes 100 poses per second, 100,000 at most; covariances and
+        the samples of gyroscopes are omitted.
 
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
-        :raises TreeFileError: something is there already, or there is no place for it.
+        :raises TreeFileError: the path exists already, or cannot be written.
         """
         with self._lock:
             still = self._tree.copy()
-        # The layer that knows bags stands above this one, so nothing here imports it by itself.
+        # The layer for bags is above this one, so a normal import of it is not allowed here.
         importlib.import_module('tf_tree_py.bag.recorder').record(still, path)
 
-    def _frozen(self) -> Frozen:
+    def _frozen(self, *, checksum: bool = False) -> Frozen:
         with self._lock:
             still = self._tree.copy()
-        return freeze(still)
+        return freeze(still, checksum=checksum)
 
     def frames(self) -> list[str]:
         """Return every frame name, in order of first appearance."""
@@ -298,18 +402,18 @@ class Queries(Lookups):
             return list(self._tree.frames)
 
     def edges(self) -> list[EdgeInfo]:
-        """Return every edge that has data, in order of its child's first appearance."""
+        """Return every edge with data, in order of its child's first appearance."""
         with self._lock:
             histories = [self._tree.histories[frame] for frame in self._tree.frames
                          if frame in self._tree.histories]
             return [info_of(history.parent, history)
                     for history in histories if history.parent is not None]
 
-    def parents_at(self, stamp: int) -> dict[str, str]:
+    def parents_at(self, stamp: Stamp) -> dict[str, str]:
         """
-        Return the parent of each frame at a stamp; a frame hangs on none without data for it.
+        Return the parent of each frame at a stamp; frames without data for it have none.
 
-        :param stamp: nanoseconds; 0 is a time here.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
         """
         stamp = self._stamp_of(stamp)
         with self._lock:
@@ -319,34 +423,34 @@ class Queries(Lookups):
 
     def stamps_of(self, frame: str) -> Stamps:
         """
-        Return the stamps of the samples that say where a frame is in its parent.
+        Return the stamps of the samples of a frame's edge to its parent.
 
-        :return: (N,) nanoseconds, in order; none of a static edge, or of a root.
+        :return: (N,) nanoseconds, sorted; none for a static edge or a root.
         """
         with self._lock:
             return stamps_of(self._tree.histories.get(frame))
 
-    def samples_around(self, child_frame: str, stamp: int) -> list[tuple[int, Pose]]:
+    def samples_around(self, child_frame: str, stamp: Stamp) -> list[tuple[int, Pose]]:
         """
         Return the samples of a frame's edge at or next to a stamp, with their own stamps.
 
-        One where the stamp is a sample's, or lies outside of what is stored; two between
-        two samples; none where the edge does not move or is not known.
+        There is one sample if it has exactly this stamp, or if the stamp is outside the stored
+        span; there are two between two samples, and none for a static or unknown edge.
 
-        :param stamp: nanoseconds; 0 is a time here.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
         """
         with self._lock:
-            return samples_around(self._tree.histories.get(child_frame), stamp)
+            return samples_around(self._tree.histories.get(child_frame), self._stamp_of(stamp))
 
     def __repr__(self) -> str:
         return f'<{self._summary()}>'
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the tree."""
+        """Return the tree as HTML for a notebook."""
         return as_html(self._summary(), Queries.edges(self))
 
     def _summary(self) -> str:
-        # ROS's Buffer has an edges() of its own, which may ask the graph for the publishers.
+        # ROS's Buffer overrides edges(), and may query the graph for the publishers there.
         return f'{type(self).__name__}: {summary(len(self.frames()), Queries.edges(self))}'
 
 
@@ -354,18 +458,18 @@ class Snapshot(Queries):
     """
     A buffer's contents at one moment, which never change.
 
-    It answers every question that a buffer answers. All answers agree with each other,
-    whatever arrives in the buffer meanwhile. It can be pickled, to keep it in a file or to
-    send it to another process.
+    It supports all queries of a buffer. All its results are consistent with each other,
+    regardless of new data in the buffer. It can be pickled, to store it in a file or to send
+    it to another process.
     """
 
     def snapshot(self) -> 'Snapshot':
-        """Return this one, for it never changes."""
+        """Return this snapshot, because it never changes."""
         return self
 
-    def _frozen(self) -> Frozen:
-        with self._lock:  # for the caches of histories; the samples never change
-            return freeze(self._tree)
+    def _frozen(self, *, checksum: bool = False) -> Frozen:
+        with self._lock:  # protects the caches of histories; the samples never change
+            return freeze(self._tree, checksum=checksum)
 
     def __getstate__(self) -> dict[str, Any]:
         state = {**self.__dict__, '_tree': self._frozen().as_bytes()}
@@ -374,16 +478,20 @@ class Snapshot(Queries):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state, _tree=thaw(state['_tree']))
-        self._lock = threading.RLock()
+        self._lock = fork_locks.rlock()
 
 
-def load(path: str | os.PathLike[str]) -> Snapshot:
+def load(path: str | os.PathLike[str], *, verify: bool = False) -> Snapshot:
     """
-    Open what ``save`` of a buffer wrote: it answers exactly as the buffer did then.
+    Open a file that ``save`` of a buffer wrote; lookups give the same results as the buffer.
 
-    Opening takes a few milliseconds, whatever the size; what lookups need is read from the
-    file when they need it, so the file has to stay.
+    Opening takes a few milliseconds, regardless of the size; lookups read the data from the
+    file when they need it, so the file must not be removed.
 
-    :raises TreeFileError: nothing that can be read, what is no frozen tree, or half of one.
+    :param verify: whether to read the whole file first, and compare it with the checksum that
+        ``save`` wrote. Without it, a changed bit in a sample gives a wrong number. The checksum
+        detects accidental changes only; a deliberate change can include the checksum.
+    :raises TreeFileError: the file cannot be read, is not a frozen tree, or is incomplete; or,
+        with ``verify``, it has changed since it was written, or has no checksum.
     """
-    return Snapshot(read_tree(path))
+    return Snapshot(read_tree(path, verify=verify))

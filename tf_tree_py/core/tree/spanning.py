@@ -1,54 +1,43 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""All frames at once: the pose of each as one of them sees it, in one pass over the tree."""
+"""The poses of all frames in one of them, computed in one pass over the tree."""
 
-from .ways import Ways
+from .path_finder import PathFinder
 from ..edges.protocol import History
 from ..errors import ExtrapolationException
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
 from ..stamp import LATEST
 
-# An edge, the end that is reached, the end to reach, and whether that is the parent.
+# An edge, the known end, the end to be computed, and whether the latter is the parent.
 _Step = tuple[History, str, str, bool]
 
 
 class Spanning:
-    """The order in which all frames are reached from one; kept while no frame was re-hung."""
+    """The order in which all frames are reached from one; cached while no parent changes."""
 
-    def __init__(self, histories: dict[str, History], ways: Ways) -> None:
+    def __init__(self, histories: dict[str, History], ways: PathFinder) -> None:
         """
-        Begin without any.
+        Begin without orders.
 
-        :param histories: each child frame's samples, as the tree has them at any time.
+        :param histories: the tree's own mapping of each child frame's samples.
         """
         self._histories = histories
         self._ways = ways
         self._steps: dict[str, list[_Step]] = {}
 
     def forget(self) -> None:
-        """Find every order anew: the structure has changed."""
+        """Remove all cached orders, because the structure has changed."""
         self._steps.clear()
 
     def poses_from(self, target: str, stamp: int) -> dict[str, PoseTuple]:
         """
         Return ``target_T_frame`` for every frame that has one at a stamp.
 
-        :param stamp: nanoseconds; 0 is a time here.
-        :raises LookupException: nobody published the target.
-        :raises InvalidArgumentException: a name that cannot be a frame.
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
+        :raises LookupException: the target is unknown.
+        :raises InvalidArgumentException: an invalid frame name.
         """
         self._ways.check_frame('target_frame', target)
         poses = {target: se3.IDENTITY}
@@ -64,14 +53,14 @@ class Spanning:
         return poses
 
     def newest_of_all(self, target: str) -> int:
-        """Return the newest time that all moving edges of a frame's tree have data for, or 0."""
+        """Return the newest time for which all moving edges of a frame's tree have data, or 0."""
         self._ways.check_frame('target_frame', target)
         stamps = [history.latest_stamp for history, *_ in self._steps_from(target, None)
                   if not history.is_static and history.latest_stamp is not None]
         return min(stamps, default=LATEST)
 
     def _steps_from(self, target: str, stamp: int | None) -> list[_Step]:
-        """Return the edges in an order in which one end of each is reached before its turn."""
+        """Return the edges in an order in which one end of each edge is already known."""
         if target in self._steps:
             return self._steps[target]
         fixed = not self._ways.was_rehung

@@ -1,51 +1,43 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Which frames hang on which: the edges, and the rule for them.
+The structure of the tree: the edges, and their rule.
 
-The rule: at any time a frame has one parent, and no edge closes a loop. An edge that
-would close one is refused when it arrives, so no lookup ever meets a loop. The samples
-are kept by ``edges``, poses are composed by ``path``, and the lock is the buffer's.
+The rule: at any time a frame has one parent, and no edge closes a loop. An edge that would
+close one is refused when it arrives, so lookups never encounter loops. ``edges`` stores the
+samples, ``path`` composes poses, and the buffer has the lock.
 """
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from .climb import find_loop, Loop
-from .remarks import loop_closed, Remarks, silent_edge_ended, too_old
+from .path_finder import PathFinder
+from .source_samples import SourceSamples
 from .spanning import Spanning
-from .ways import Ways
-from ..arrivals.incidents import Incident, Kind
-from ..arrivals.sample import bad_name, Batch, is_sound, Sample
+from .tree_incidents import loop_closed, Remarks, silent_edge_ended, too_old
+from .trials import Trials
 from ..edges.aided import aided
-from ..edges.corrected import CorrectedHistory, with_correction
+from ..edges.corrected import CorrectedHistory, with_corrections
+from ..edges.curve import EdgeCurve
+from ..edges.curve_history import CurveHistory, on_curve
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
-from ..edges.spline import Spline
-from ..edges.spline_history import is_spline, SplineHistory
 from ..edges.static import StaticHistory
 from ..edges.uncertainty import Uncertainty
+from ..geometry.poses import is_sound
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
+from ..ingest.incidents import Incident, Kind
+from ..ingest.sample import bad_name, Batch, Sample
 from ..stamp import BEGINNING, FOREVER
 from ..times import Stamps
 
 Edge = tuple[str, str]
 
-# Kinds of message whose edges are remembered, and edges of all of them together. The limits hold
+# How many kinds of message have their edges cached, and how many edges in all. The limits hold
 # even if a hostile publisher sends new ones all the time.
 _MAX_KNOWN = 256
 _MAX_KNOWN_EDGES = 20_000
@@ -55,21 +47,22 @@ class Tree:
     """
     All edges of a buffer, by child frame.
 
-    The parent belongs to the sample, so the tree may change over time. A path on
-    which no edge ever changed its parent is kept until the structure changes;
-    ``version`` counts those changes. A sample that is older than all others of its edge
-    is such a change, too.
+    The parent belongs to the sample, so the tree may change over time. A path on which no edge
+    ever changed its parent is cached until the structure changes; ``version`` counts those
+    changes. A sample older than all others of its edge is such a change, too.
 
-    :ivar corrections: how often an edge went over to another correction or source.
+    :ivar corrections: the number of transitions to another correction or source.
     :ivar histories: each child frame's samples.
+    :ivar sources: the samples of edges that have several sources, by child frame.
+    :ivar trials: the cached errors of earlier predictions, by child frame.
     :ivar frames: every frame name, in order of first appearance.
-    :ivar ways: the way between two frames.
-    :ivar spanning: all frames at once.
+    :ivar ways: finds the path between two frames.
+    :ivar spanning: computes the poses of all frames in one pass.
     """
 
-    # An empty mapping that all trees share, until the first covariance comes.
-    uncertainty: Mapping[str, Uncertainty] = MappingProxyType({})
-    """The covariances of edges, by child frame; only of edges that have some."""
+    # An empty mapping that all trees share until their first covariance.
+    uncertainty: Mapping[Edge, Uncertainty] = MappingProxyType({})
+    """The covariances of edges, by (parent, child); only of edges with covariances."""
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
@@ -79,7 +72,9 @@ class Tree:
         self.frames: dict[str, None] = {}
         self.version = 0
         self.corrections = 0
-        self.ways = Ways(self.histories, self.frames)
+        self.sources: dict[str, SourceSamples] = {}
+        self.trials: dict[str, Trials] = {}
+        self.ways = PathFinder(self.histories, self.frames)
         self.spanning = Spanning(self.histories, self.ways)
         self._remarks = Remarks()
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
@@ -91,7 +86,7 @@ class Tree:
         """
         Take a sample that continues a known edge: the common case.
 
-        :return: False, with nothing done, in all other cases: see ``insert``.
+        :return: False in all other cases, without any change: see ``insert``.
         """
         parent, child, stamp, pose = sample
         history = self.histories.get(child)
@@ -103,7 +98,7 @@ class Tree:
 
     def append_batch(self, batch: Batch, authority: str) -> int:
         """
-        Take the samples of a message that continue known edges: ``append`` for each.
+        Take the samples of a message that continue known edges, as ``append`` for each.
 
         :param batch: with checked poses.
         :return: how many it took: all before the first that does not continue its edge.
@@ -118,8 +113,8 @@ class Tree:
         return taken
 
     def _known_edges(self, edges: Sequence[Edge]) -> list[History | None]:
-        """Return each edge's history if its parent is the same; remembered for the next time."""
-        # The edges are kept beside their histories: while they live, no other object has their id.
+        """Return each edge's history if its parent is the same; cache the result."""
+        # The edges are kept with their histories: while they exist, no other object has their id.
         kept = self._known.get(id(edges))
         if kept is not None:
             return kept[1]
@@ -127,7 +122,7 @@ class Tree:
         for parent, child in edges:
             history = self.histories.get(child)
             known.append(history if history and history.parent == parent else None)
-        # An unknown edge may be refused for ever, and its names may be of any length: not kept.
+        # Not cached with an unknown edge: it may always be refused, and its names may be long.
         if None not in known:
             if (len(self._known) >= _MAX_KNOWN
                     or self._known_count + len(known) > _MAX_KNOWN_EDGES):
@@ -142,7 +137,7 @@ class Tree:
         """
         Take one checked sample (see ``sample``), unless it breaks a rule.
 
-        :return: what was refused or is odd; nearly always empty.
+        :return: refusals and remarks; nearly always empty.
         """
         history = self.histories.get(child)
         if history is not None and history.kind == _kind_of(static) and (
@@ -155,12 +150,12 @@ class Tree:
 
     def history_to_extend(self, parent: str, child: str, stamp: int) -> MovingHistory | None:
         """
-        Return the history of an edge if samples from a stamp on can simply be added.
+        Return the history of an edge if samples from a stamp on can be added directly.
 
-        None if one of them might change the structure, or be refused because of it.
+        It is None if one of them might change the structure, or be refused because of it.
         """
         history = self.histories.get(child)
-        if (not moves(history) or is_spline(history) or not history.fixed_parent
+        if (not moves(history) or not history.takes_samples or not history.fixed_parent
                 or history.parent != parent):
             return None
         began = history.oldest_stamp
@@ -183,42 +178,43 @@ class Tree:
     def set_covariance(self, parent: str, child: str, stamp: int, covariance: Array,
                        authority: str) -> list[Incident]:
         """
-        Take the covariance (6, 6) of an edge at a stamp, which its poses may not have yet.
+        Take the covariance (6, 6) of an edge at a stamp; the edge need not have poses yet.
 
-        :return: what was refused, for its names come from strangers; nearly always empty.
+        :return: refusals, because the names come from messages; nearly always empty.
         """
-        known = self.uncertainty.get(child)
-        if known is None or known.parent != parent:
+        known = self.uncertainty.get((parent, child))
+        if known is None:
             bad = bad_name(parent, child, stamp, authority, self.max_name_bytes)
             if bad:
                 return [bad]
-            if known is None and len(self.uncertainty) >= self.max_frames:
+            if len(self.uncertainty) >= self.max_frames:
                 return [Incident(
                     Kind.TOO_MANY_FRAMES, parent, child, stamp, authority, 'the buffer already '
                     f'has covariances of {len(self.uncertainty)} edges, its limit (max_frames)')]
-            known = Uncertainty(parent)
-            self.uncertainty = {**self.uncertainty, child: known}
+            known = Uncertainty()
+            self.uncertainty = {**self.uncertainty, (parent, child): known}
         known.insert(stamp, covariance, self.cache_time)
         return []
 
-    def aid(self, child: str, stamps: Stamps, rates: Array) -> int:
+    def aid(self, child: str, stamps: Stamps, rates: Array, max_gap: int | None,
+            saturation: float) -> int:
         """
-        Take angular velocities of a child frame, which its poses may not have yet.
+        Take angular velocities of a child frame; it need not have poses yet.
 
         :return: how many were taken; see ``Gyro.extend``.
-        :raises InvalidArgumentException: the edge does not move between its samples.
+        :raises InvalidArgumentException: the edge is not interpolated between its samples.
         """
         known = self.histories.get(child)
         history = aided(known, child, self.cache_time)
-        taken = history.gyro.extend(stamps, rates)
+        taken = history.gyro.extend(stamps, rates, max_gap, saturation)
         if isinstance(known, CorrectedHistory) and not isinstance(history, CorrectedHistory):
-            self.replace(with_correction(history, known.correction))
+            self.replace(with_corrections(history, known.corrections))
         else:
             self.replace(history)
         return taken
 
     def replace(self, history: History) -> None:
-        """Let a history stand in the place of the edge's own, whose samples it has."""
+        """Replace an edge's history by another one with the same samples."""
         if self.histories.get(history.child) is not history:
             self.histories[history.child] = history
             self._structure_changed()
@@ -245,34 +241,32 @@ class Tree:
         self._hung(parent, child)
         return incidents
 
-    def insert_spline(self, parent: str, child: str, spline: Spline,
-                      authority: str) -> list[Incident]:
+    def insert_curve(self, parent: str, child: str, curve: EdgeCurve,
+                     authority: str) -> list[Incident]:
         """
-        Let an edge move on a spline, whatever it was before, unless that breaks a rule.
+        Replace an edge by a curve, whatever its kind, unless that breaks a rule.
 
-        :return: what was refused or is odd; nearly always empty.
+        :return: refusals and remarks; nearly always empty.
         """
         history = self.histories.get(child)
-        if (is_spline(history) and history.parent == parent and history.spline is not None
-                and history.spline.oldest <= spline.oldest):
-            history.spline, history.authority = spline, authority
+        if on_curve(history) and history.parent == parent and history.replace(curve, authority):
             return []
-        incidents = self._let_in(history, parent, child, spline.oldest, authority,
-                                 SplineHistory.kind, (spline.oldest, FOREVER))
+        incidents = self._let_in(history, parent, child, curve.oldest, authority,
+                                 CurveHistory.kind, (curve.oldest, FOREVER))
         if incidents and incidents[-1].refused:
             return incidents
-        self.histories[child] = SplineHistory(child, parent, spline, authority)
+        self.histories[child] = CurveHistory(child, parent, curve, authority)
         self._hung(parent, child)
         return incidents
 
     def _let_in(self, history: History | None, parent: str, child: str, stamp: int,
                 authority: str, kind: str, time: tuple[int, int]) -> list[Incident]:
         """
-        Return why an edge is refused, or what is odd about it.
+        Return the refusal of an edge, or remarks on it.
 
-        Edges that fell silent, and would close a loop with it, end.
+        Silent edges that would close a loop with it are ended.
 
-        :param time: when the parent would be the parent; see ``_close_loop``.
+        :param time: the interval with this parent; see ``_close_loop``.
         """
         unknown = {frame for frame in (parent, child) if frame not in self.frames}
         bad = bad_name(parent, child, stamp, authority, self.max_name_bytes) if unknown else None
@@ -283,7 +277,7 @@ class Tree:
                 Kind.TOO_MANY_FRAMES, parent, child, stamp, authority,
                 f'the buffer already knows {len(self.frames)} frames, its limit (max_frames)')]
         silent: list[MovingHistory] = []
-        if child in self.frames:  # otherwise nothing hangs on it
+        if child in self.frames:  # otherwise it has no children
             loop = self._close_loop(parent, child, time, silent)
             if loop is not None:
                 return [loop_closed(loop, child, stamp, authority)]
@@ -296,7 +290,7 @@ class Tree:
         return incidents + self._remarks.on(history, parent, child, stamp, authority, kind)
 
     def _hung(self, parent: str, child: str) -> None:
-        """Find every way anew, for a frame hangs elsewhere, or as it did not before."""
+        """Add the frames of an edge, and remove all cached paths."""
         self.frames.setdefault(child)
         self.frames.setdefault(parent)
         self._structure_changed()
@@ -305,6 +299,7 @@ class Tree:
         self.version += 1
         self.ways.forget()
         self.spanning.forget()
+        self.trials.clear()
         self._known.clear()
         self._known_count = 0
 
@@ -313,10 +308,10 @@ class Tree:
         """
         Return the loop that a new edge would close at some time, if any.
 
-        If nothing newer is known of the child, an edge of the loop that fell silent may
-        give way to the new one.
+        If the child has no newer samples, a silent edge of the loop may give way to the new
+        one.
 
-        :param time: when the parent would be the parent: from the first stamp up to, but
+        :param time: the interval with the new parent: from the first stamp up to, but
             without, the second.
         :param silent: the edges that give way are added here.
         """
@@ -332,39 +327,43 @@ class Tree:
             silent += gives_way[:1]
 
     def copy(self) -> 'Tree':
-        """Return a tree of its own with the same samples."""
+        """Return an independent tree with the same samples."""
         twin = Tree(self.cache_time, self.max_frames, self.max_name_bytes)
         twin.histories.update(
             (child, history.copy()) for child, history in self.histories.items())
         twin.frames.update(self.frames)
         twin.corrections = self.corrections
+        twin.sources = {child: one.copy() for child, one in self.sources.items()}
         if self.uncertainty:
-            twin.uncertainty = {child: one.copy() for child, one in self.uncertainty.items()}
+            twin.uncertainty = {edge: one.copy() for edge, one in self.uncertainty.items()}
         return twin
 
-    # --- forgetting
+    # --- removing
 
     def clear(self) -> None:
-        """Forget what moves; frame names and static edges stay, as in tf2."""
+        """Remove the samples of moving edges; frame names and static edges stay, as in tf2."""
         for history in self.histories.values():
             history.clear()
+        for sources in self.sources.values():
+            sources.clear()
         if self.uncertainty:
-            self.uncertainty = {child: one for child, one in self.uncertainty.items()
-                                if not moves(self.histories.get(child))}
+            self.uncertainty = {edge: one for edge, one in self.uncertainty.items()
+                                if not moves(self.histories.get(edge[1]))}
         self._structure_changed()
 
     def remove(self, frame: str) -> bool:
         """
-        Forget a frame's edge to its parent, and its name unless something hangs on it.
+        Remove a frame's edge to its parent, and its name unless it has children.
 
-        :return: whether it was there.
+        :return: whether the frame was known.
         """
         if frame not in self.frames:
             return False
         self.histories.pop(frame, None)
-        if frame in self.uncertainty:
-            self.uncertainty = {child: one for child, one in self.uncertainty.items()
-                                if child != frame}
+        self.sources.pop(frame, None)
+        if self.uncertainty:
+            self.uncertainty = {edge: one for edge, one in self.uncertainty.items()
+                                if edge[1] != frame}
         if not any(history.has_named(frame) for history in self.histories.values()):
             del self.frames[frame]
         self._structure_changed()
@@ -376,7 +375,7 @@ def _kind_of(static: bool) -> str:
 
 
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
-    """Return the stretch of time in which a new sample would name the parent."""
+    """Return the interval in which a new sample would determine the parent."""
     if static:
         return BEGINNING, FOREVER
     return stamp, FOREVER if history is None else history.next_stamp(stamp)

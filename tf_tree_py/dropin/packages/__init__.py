@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Packages with tf2's names, which only list what they import from ``tf_tree_py``.
+Packages with tf2's names, which only list their imports from ``tf_tree_py``.
 
-This folder itself is put on Python's path (see ``tf_tree_py.dropin``), so they are
-imported by their own names. Do not import from ``tf_tree_py.dropin.packages``.
+This folder itself is added to Python's path (see ``tf_tree_py.dropin``), so that they are imported
+by their own names. Do not import from ``tf_tree_py.dropin.packages``.
 """

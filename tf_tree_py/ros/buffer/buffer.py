@@ -1,25 +1,15 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 tf2's ``Buffer``: the core with messages, clocks and timeouts.
 
-Only translation happens here; every answer is ``BufferCore``'s. What neither
-waits nor needs a clock is in ``tf2_methods``.
+This class only converts; ``BufferCore`` computes every answer. The methods that neither wait nor
+need a clock are in ``tf2_methods``.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 import threading
 import time
@@ -33,23 +23,23 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.arrivals.observers import Asked, asked, halves
 from tf_tree_py.core.buffer.buffer_core import (
     DEFAULT_AUTHORITY,
     DEFAULT_MAX_FRAMES,
     DEFAULT_MAX_NAME_BYTES,
 )
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.flight_recorder import FlightRecorder, Happened
+from tf_tree_py.core.health.flight_recorder import FlightRecorder, Happened
+from tf_tree_py.core.ingest.observers import Asked, asked, halves
+from tf_tree_py.core.reports.audit import LookupAudit
 from tf_tree_py.core.stamp import LATEST, UNLIMITED
-from tf_tree_py.core.telling.audit import LookupAudit
 
-from .feeds import Feeds
+from .attached_listeners import AttachedListeners
 from .interface import BufferInterface, NO_TIME
 from .tf2_methods import CoreApi
 from .wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
-from ..messages.uncertain import (
+from ..messages.pose_covariances import (
     composed_with,
     pose_with_covariance_stamped,
     predicted_pose,
@@ -64,12 +54,12 @@ Answer = TypeVar('Answer')
 
 class Buffer(CoreApi, BufferInterface):
     """
-    Stores transforms and answers where one frame is in another, at a time.
+    A store of transforms, which returns the pose of one frame in another at a given time.
 
-    Everything that tf2's buffer has, and what ``BufferCore`` adds. With a node it
-    serves ``tf2_frames`` and goes by the node's clock; a ``TransformListener``
-    lends it its own, which ticks even while the node's callbacks block. When the
-    clock jumps back, what moves is forgotten and everybody who waits is told.
+    It has all methods of tf2's buffer and those of ``BufferCore``. With a node it serves
+    ``tf2_frames`` and follows the node's clock. A ``TransformListener`` lends it its own clock,
+    which advances even while the node's callbacks block. When the clock jumps back, the buffer
+    forgets all moving transforms, and all waits fail.
     """
 
     def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,
@@ -82,21 +72,22 @@ class Buffer(CoreApi, BufferInterface):
         """
         Make an empty buffer.
 
-        :param cache_time: how much history each edge keeps; 10 s unless given, and with
-            ``UNLIMITED`` everything.
+        :param cache_time: the length of the history of each edge; 10 s unless given. ``UNLIMITED``
+            keeps everything.
         :param node: serves ``tf2_frames``, logs, and lends its clock.
-        :param max_frames: how many frame names are let in, against a hostile publisher.
-        :param max_name_bytes: how long a frame name may be in UTF-8, likewise.
-        :param wall_guard: with simulated time, the longest that a lookup may wait by
-            the wall, should ``/clock`` stand still; None: as long as it does.
-        :param audit: watch what lookups ask for; ``self.audit`` tells, else it is None.
-        :param max_future: how far ahead of the buffer's clock a stamp may be; what is
-            further is refused. None: it is taken, and told from 10 s on.
-        :param clear_on_jump_back: forget what moves when stamps jump back by more than
-            that, as those of a bag that is played in a loop without ``/clock`` do: more
-            than any publisher is late, less than the bag is long. None: refuse them.
-        :param flight_recorder: keeps what listeners hear, and writes it as a bag on the first
-            lookup that fails after it had worked.
+        :param max_frames: the maximum number of frame names, against a hostile publisher.
+        :param max_name_bytes: the maximum length of a frame name in UTF-8, likewise.
+        :param wall_guard: with simulated time, the longest wait of a lookup in wall time, in case
+            ``/clock`` stands still; None: no limit.
+        :param audit: record the lookups; ``self.audit`` has the results, and is None otherwise.
+        :param max_future: how far a stamp may be ahead of the buffer's clock; a sample further
+            ahead is refused. None: it is accepted, and reported if it is more than 10 s ahead.
+        :param clear_on_jump_back: forget moving transforms when stamps jump back by more than
+            this, as those of a bag do that is played in a loop without ``/clock``. It has to be
+            more than the delay of any publisher, and less than the length of the bag. None: refuse
+            such stamps.
+        :param flight_recorder: keeps the messages that listeners receive, and writes them as a bag
+            when a lookup first fails after it had succeeded.
         """
         if isinstance(cache_time, Node):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
@@ -111,9 +102,10 @@ class Buffer(CoreApi, BufferInterface):
         self.timeouts = Timeouts(
             self.waiting, self._watch,
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
-        self.feeds = Feeds(self.intake, self.waiting, self._watch, self._say_when_empty,
-                           rclpy.logging.get_logger('tf_tree_py'))
-        """All who fill this buffer; listeners enter themselves here."""
+        self.feeds = AttachedListeners(self.intake, self.waiting, self._watch,
+                                       self._say_when_empty,
+                                       rclpy.logging.get_logger('tf_tree_py'))
+        """The listeners that fill this buffer; they register themselves here."""
         if node is not None:
             self.feeds.log_to(node.get_logger())
             self._watch.use_clock(node.get_clock(), node.context)
@@ -126,7 +118,7 @@ class Buffer(CoreApi, BufferInterface):
             self.observers.add(flight_recorder)
 
     def now(self) -> int:
-        """Return the time by the clock that stamps go by, nanoseconds."""
+        """Return the time of the clock that the stamps follow, nanoseconds."""
         simulated = self._watch.simulated_now()
         return time.time_ns() if simulated is None else simulated
 
@@ -135,18 +127,18 @@ class Buffer(CoreApi, BufferInterface):
     def set_transform(self, transform: TransformStamped,
                       authority: str = DEFAULT_AUTHORITY) -> bool:
         """
-        Take a transform that moves.
+        Insert a moving transform.
 
-        :return: whether it was taken; if not, the log and ``statistics()`` say why.
+        :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
         """
         return self.feeds.note(self.intake.take([as_sample(transform)], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
         """
-        Take a transform that is valid at all times.
+        Insert a transform that is valid at all times.
 
-        :return: whether it was taken; if not, the log and ``statistics()`` say why.
+        :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
         """
         return self.feeds.note(self.insert_many(
             [as_sample(transform)], authority, static=True, strict=False))
@@ -155,10 +147,10 @@ class Buffer(CoreApi, BufferInterface):
         self._tree.ways.when_empty = self._when_empty(fed)
 
     def _when_empty(self, fed: bool) -> str:
-        """Return the hint for lookups before anything has come."""
+        """Return the hint for lookups before anything has arrived."""
         if fed:
-            return ('Nothing has been received yet: does anybody publish on /tf or /tf_static, '
-                    'with the same ROS_DOMAIN_ID? tf_doctor also tells of publishers whose '
+            return ('Nothing has been received yet: does any node publish on /tf or /tf_static '
+                    'with the same ROS_DOMAIN_ID? tf_doctor also reports publishers whose '
                     'quality of service does not match')
         return ('Nothing has been received yet, and no listener feeds this buffer: '
                 'TransformListener(buffer, node) does')
@@ -166,7 +158,7 @@ class Buffer(CoreApi, BufferInterface):
     # --- clock
 
     def use_clock(self, clock: Clock) -> None:
-        """Go by a clock from now on: for timeouts, and to forget when it jumps back."""
+        """Follow a clock from now on: for timeouts, and to forget samples when it jumps back."""
         self._watch.use_clock(clock)
         self.intake.read_clock_anew()
 
@@ -175,39 +167,39 @@ class Buffer(CoreApi, BufferInterface):
 
     @property
     def clock(self) -> Clock:
-        """Return the clock that the buffer goes by, the system's if nobody lent one."""
+        """Return the clock that the buffer follows; the system's if none was lent."""
         return self._watch.clock or Clock()
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Forget what moves, for the clock jumped back; called by rclpy."""
+        """Forget moving transforms, because the clock jumped back; called by rclpy."""
         self.start_anew(
             f'The clock jumped by {time_jump.delta.nanoseconds / 1e9:.3f} s, or changed its '
             'source,')
 
-    # --- asking
+    # --- lookups
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
                          timeout: Any = NO_TIME) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
-        :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the
-            latest time for which all edges between the two have data.
-        :param timeout: an rclpy ``Duration`` to wait for it to become possible.
-        :raises LookupException: a frame that nobody published.
-        :raises ConnectivityException: nothing joins the two.
+        :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the latest time
+            for which all edges between the two have data.
+        :param timeout: an rclpy ``Duration`` to wait until the lookup becomes possible.
+        :raises LookupException: a frame that was never published.
+        :raises ConnectivityException: the frames are not connected.
         :raises ExtrapolationException: an edge between them has no data for the time.
-        :raises InvalidArgumentException: a name that cannot be a frame, or a ``Time`` of
-            another clock than that of the stamps.
+        :raises InvalidArgumentException: a name that cannot be a frame, or a ``Time`` of another
+            clock than that of the stamps.
+        :raises TypeError: an argument is not a time or not a duration.
         """
         stamp = as_stamp(time, self._is_simulated)
-
         if timeout is NO_TIME:
             found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
         else:
             found, pose = self._within(
                 timeout, [asked(target_frame, source_frame, stamp)],
-                lambda: self.lookup_stamped(target_frame, source_frame, stamp))
+                partial(self.lookup_stamped, target_frame, source_frame, stamp))
         return transform_stamped(target_frame, source_frame, found, pose)
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
@@ -216,8 +208,9 @@ class Buffer(CoreApi, BufferInterface):
         """
         Return the transform from a source at one time to a target at another.
 
-        Through a frame that stays put meanwhile: (target <- fixed at target_time)
-        (fixed <- source at source_time). Parameters and errors as ``lookup_transform``.
+        It passes through a frame that does not move in the meantime: (target <- fixed at
+        target_time) (fixed <- source at source_time). Parameters and errors are those of
+        ``lookup_transform``.
         """
         stamps = self._as_stamp(target_time), self._as_stamp(source_time)
         found, pose = self._within(
@@ -228,7 +221,7 @@ class Buffer(CoreApi, BufferInterface):
 
     def _within(self, timeout: Any, lookups: Sequence[Asked],
                 query: Callable[[], Answer]) -> Answer:
-        """Answer a query within a timeout by the buffer's clock; observers are told."""
+        """Run a query within a timeout by the buffer's clock, and notify observers."""
         duration = as_nanoseconds(timeout)
         if duration <= 0:
             return query()
@@ -243,7 +236,7 @@ class Buffer(CoreApi, BufferInterface):
             if error.blocked_on is None:
                 raise
             if self.feeds.deliver_in(threading.current_thread()):
-                error.hint = ('Not waited: this very thread delivers the transforms, so waiting '
+                error.hint = ('Did not wait: this thread delivers the transforms, so waiting '
                               'in it would only delay them')
                 raise
         deadline = self.timeouts.deadline(duration)
@@ -268,6 +261,23 @@ class Buffer(CoreApi, BufferInterface):
         return pose_with_covariance_stamped(
             target_frame, found.stamp, found.pose, found.covariance)
 
+    def lookup_uncertain_full(  # type: ignore[override]  # likewise
+            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+            fixed_frame: str, timeout: Any = NO_TIME, *,
+            independent: bool = False) -> PoseWithCovarianceStamped:
+        """
+        Return the pose of ``lookup_transform_full``, with its covariance.
+
+        See ``Queries``. Times, timeout and errors are those of ``lookup_transform_full``.
+        """
+        stamps = self._stamp_of(target_time), self._stamp_of(source_time)
+        found = self._within(
+            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self._lookup_uncertain_full(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame, independent))
+        return pose_with_covariance_stamped(
+            target_frame, found.stamp, found.pose, found.covariance)
+
     def predict(  # type: ignore[override]  # likewise
             self, target_frame: str, source_frame: str, time: Any,
             horizon: Any) -> PredictedPose:
@@ -277,7 +287,7 @@ class Buffer(CoreApi, BufferInterface):
         See ``Queries``.
 
         :param time: an rclpy ``Time``, or a message's.
-        :param horizon: an rclpy ``Duration``; no edge is taken further.
+        :param horizon: an rclpy ``Duration``; no edge is predicted further than that.
         """
         return predicted_pose(target_frame, CoreApi.predict(
             self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon)))
@@ -288,9 +298,9 @@ class Buffer(CoreApi, BufferInterface):
         """
         Return an object in another frame, at its own stamp; see ``BufferInterface``.
 
-        :param uncertain: add what the edges on the way may be off to the covariance of a
-            ``PoseWithCovarianceStamped``, which else is only turned.
-        :raises TypeError: ``uncertain``, and an object of another type or for another one.
+        :param uncertain: add the uncertainty of the edges on the path to the covariance of a
+            ``PoseWithCovarianceStamped``, which is otherwise only rotated.
+        :raises TypeError: ``uncertain`` with another type, with ``new_type`` or with ``header``.
         """
         if not uncertain:
             return super().transform(
@@ -302,17 +312,17 @@ class Buffer(CoreApi, BufferInterface):
             target_frame, object_stamped.header.frame_id, object_stamped.header.stamp, timeout),
             object_stamped)
 
-    # --- asking for later
+    # --- futures
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
                                  timeout: Any = None) -> TransformFuture:
         """
         Return a future of the transform.
 
-        Times, frames and errors are those of ``lookup_transform``, and it may be called
-        from any thread, also from the one that delivers the transforms.
+        Times, frames and errors are those of ``lookup_transform``. It may be called from any
+        thread, including the one that delivers the transforms.
 
-        :param timeout: an rclpy ``Duration``; None waits as long as there is hope.
+        :param timeout: an rclpy ``Duration``; None waits as long as the lookup can still succeed.
         """
         stamp = self._as_stamp(time)
         return TransformFuture(
@@ -363,7 +373,17 @@ def _log_recording(happened: Happened, path: Path | None, why_not: str) -> None:
 
 
 def _cache_time(given: Duration | int | None) -> int | None:
-    return UNLIMITED if given == UNLIMITED else _nanoseconds_or_none(given)
+    if given is None:
+        return None
+    if given == UNLIMITED:
+        return UNLIMITED
+    if isinstance(given, int | float):
+        unit = 'nanoseconds' if isinstance(given, int) and given >= 10**6 else 'seconds'
+        raise TypeError(
+            f'cache_time={given} is not a time, because it has no unit: pass an '
+            'rclpy.duration.Duration, such as '
+            f'Duration({unit}={given}), or UNLIMITED')
+    return as_nanoseconds(given)
 
 
 def _nanoseconds_or_none(duration: Duration | int | None) -> int | None:

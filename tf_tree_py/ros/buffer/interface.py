@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What a buffer in this process and one in another have in common, as in tf2."""
+"""The interface that a buffer in this process and one in another share, as in tf2."""
 
 from collections.abc import Callable
 from functools import cache, cached_property
@@ -22,32 +11,32 @@ from typing import Any
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from std_msgs.msg import Header
-from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 
 from ..messages.convert import as_nanoseconds
 from ..waiting.futures import outcome
 
-# The timeout of whoever gives none; a buffer may recognise it.
+# The default timeout; a buffer may recognise this object.
 NO_TIME = Duration()
 
 
 @cache
 def _registry() -> Any:
-    """Import what can be transformed when it is first needed: that is many messages."""
+    """Import the registry when it is first needed, because it imports many messages."""
     return import_module('tf_tree_py.ros.messages.registry')
 
 
 class BufferInterface:
     """
-    Transforms messages and other objects with whatever lookup a subclass has.
+    Transforms messages and other objects with the lookup of a subclass.
 
-    What can be transformed stands in ``stamped``; a type of one's own is added with
-    ``TransformRegistration``.
+    The types that can be transformed are listed in ``do_transform``; ``TransformRegistration``
+    adds a user's own type.
     """
 
     @cached_property
     def registration(self) -> Any:
-        """Return the registry of what can be transformed, one for all buffers."""
+        """Return the registry of the types that can be transformed, one for all buffers."""
         return _registry().TransformRegistration()
 
     def transform(self, object_stamped: Any, target_frame: str, timeout: Any = NO_TIME,
@@ -58,9 +47,9 @@ class BufferInterface:
         :param object_stamped: has a ``header``, unless one is given.
         :param timeout: an rclpy ``Duration`` to wait for the transform.
         :param new_type: convert the result to this type.
-        :param header: whose frame and stamp to take the object for; a message without
-            header comes back without.
-        :raises TypeException: nobody said how to transform objects of this type.
+        :param header: supplies the frame and the stamp of the object; a message without a header
+            is returned without one.
+        :raises TypeException: no function is registered for objects of this type.
         :raises TransformException: as ``lookup_transform``.
         """
         transformer = self.registration.get(type(object_stamped))
@@ -73,10 +62,10 @@ class BufferInterface:
                        fixed_frame: str, timeout: Any = NO_TIME,
                        new_type: type | None = None, *, header: Header | None = None) -> Any:
         """
-        Return an object in another frame at another time, through a frame that stays put.
+        Return an object in another frame at another time, through a frame that does not move.
 
         :param target_time: an rclpy ``Time``, or a message's.
-        :param fixed_frame: in which the object does not move between the two times.
+        :param fixed_frame: the frame in which the object does not move between the two times.
 
         The other parameters and errors are those of ``transform``.
         """
@@ -88,36 +77,36 @@ class BufferInterface:
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
                          timeout: Any = NO_TIME) -> TransformStamped:
-        """Return the transform from source to target; a subclass says how."""
+        """Return the transform from source to target; a subclass implements it."""
         raise _registry().NotImplementedException()
 
     def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
                               source_time: Any, fixed_frame: str,
                               timeout: Any = NO_TIME) -> TransformStamped:
-        """Return the transform between two times; a subclass says how."""
+        """Return the transform between two times; a subclass implements it."""
         raise _registry().NotImplementedException()
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
                                  timeout: Any = None) -> Any:
-        """Return a future of the transform; a subclass says how."""
+        """Return a future of the transform; a subclass implements it."""
         raise _registry().NotImplementedException()
 
     def wait_for_transform_full_async(
             self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
             fixed_frame: str, timeout: Any = None) -> Any:
-        """Return a future of the transform between two times; a subclass says how."""
+        """Return a future of the transform between two times; a subclass implements it."""
         raise _registry().NotImplementedException()
 
     async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
                                      timeout: Any = None) -> TransformStamped:
-        """Return the transform as soon as it is there."""
+        """Return the transform as soon as it is available."""
         return await outcome(self.wait_for_transform_async(
             target_frame, source_frame, time, timeout))
 
     async def lookup_transform_full_async(
             self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
             fixed_frame: str, timeout: Any = None) -> TransformStamped:
-        """Return the transform between two times as soon as it is there."""
+        """Return the transform between two times as soon as it is available."""
         return await outcome(self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
@@ -127,7 +116,7 @@ class BufferInterface:
         """
         Return whether ``lookup_transform`` would succeed.
 
-        :param return_debug_tuple: return (answer, why not) instead.
+        :param return_debug_tuple: return (answer, reason) instead.
         """
         _check_times(time, timeout)
         return _answered(return_debug_tuple, lambda: self.lookup_transform(
@@ -139,7 +128,7 @@ class BufferInterface:
         """
         Return whether ``lookup_transform_full`` would succeed.
 
-        :param return_debug_tuple: return (answer, why not) instead.
+        :param return_debug_tuple: return (answer, reason) instead.
         """
         _check_times(target_time, source_time, timeout)
         return _answered(return_debug_tuple, lambda: self.lookup_transform_full(
@@ -147,17 +136,19 @@ class BufferInterface:
 
 
 def _check_times(*times: Any) -> None:
-    """Refuse what is no time: answering False to it would hide a mistake in the program."""
+    """Refuse arguments that are not times: the answer False would hide a mistake in the caller."""
     for time in times:
         as_nanoseconds(time)
 
 
-def _answered(tell_why: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
+def _answered(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
     try:
         lookup()
+    except ArgumentTypeException:
+        raise
     except TransformException as error:
-        return (False, str(error)) if tell_why else False
-    return (True, '') if tell_why else True
+        return (False, str(error)) if with_reason else False
+    return (True, '') if with_reason else True
 
 
 def _header_of(object_stamped: Any) -> Header:
@@ -165,6 +156,6 @@ def _header_of(object_stamped: Any) -> Header:
     if header is None:
         name = type(object_stamped).__name__
         raise _registry().TypeException(
-            f'A {name} has no header to say in which frame and when it is: pass header=..., or '
+            f'A {name} has no header with its frame and its stamp: pass header=..., or '
             'Stamped(object, stamp, frame_id)')
     return header

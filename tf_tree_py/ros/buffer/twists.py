@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Velocities of ``core.twist`` as messages."""
 
@@ -26,11 +15,10 @@ def velocity_stamped(velocity: Velocity, tracking_frame: str, observation_frame:
     """
     Return a velocity as a message.
 
-    Its ``body_frame_id`` is the frame that moves, ``reference_frame_id`` the one that
-    it moves relative to (tf2 leaves it empty), and ``header.frame_id`` the one whose
-    axes the numbers are in.
+    Its ``body_frame_id`` is the moving frame, ``reference_frame_id`` the frame it moves relative
+    to (tf2 leaves it empty), and ``header.frame_id`` the frame of the axes.
 
-    :param reference_frame: as it was given to ``lookup_twist``.
+    :param reference_frame: the argument of ``lookup_twist``.
     """
     header = Header(stamp=time_message(velocity.stamp),
                     frame_id=reference_frame or observation_frame)

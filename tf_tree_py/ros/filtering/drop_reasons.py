@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Why a message filter drops messages, and how many."""
+"""The reasons for which a message filter drops messages, and their counts."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -28,14 +17,14 @@ from tf_tree_py.core.errors import (
 
 
 class Drop(Enum):
-    """Why a message was dropped."""
+    """The reason for which a message was dropped."""
 
     EMPTY_FRAME = 'its frame_id is empty'
     IMPOSSIBLE_FRAME = 'its frame_id cannot be the name of a frame'
     TOO_OLD = 'its stamp is older than the buffer keeps'
-    QUEUE_FULL = 'newer messages took its place in the queue'
-    UNKNOWN_FRAME = 'nobody published one of the frames within the timeout'
-    NOT_CONNECTED = 'nothing joined the frames within the timeout'
+    QUEUE_FULL = 'newer messages replaced it in the queue'
+    UNKNOWN_FRAME = 'one of the frames was not published within the timeout'
+    NOT_CONNECTED = 'the frames were not connected within the timeout'
     NO_DATA = 'there was no data for its stamp within the timeout'
     CLOCK_JUMPED = 'the clock jumped back'
     CLOSED = 'the filter was closed, or the last listener of its buffer'
@@ -46,7 +35,7 @@ class FilterStatistics:
     """
     Counts since a filter was made: received = delivered + all dropped + held.
 
-    :ivar held: messages that wait now, for a transform or for the executor.
+    :ivar held: messages that wait at the moment, for a transform or for the executor.
     """
 
     received: int
@@ -59,7 +48,7 @@ def drop_for(error: TransformException, *, released: bool) -> Drop:
     """
     Return the reason for dropping a message whose lookup failed with an error.
 
-    :param released: whether nobody delivers transforms any more.
+    :param released: whether the last listener of the buffer has closed.
     """
     if isinstance(error, ClockJumpException):
         return Drop.CLOCK_JUMPED

@@ -1,23 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Holds messages until they can be transformed, and calls back with both."""
+"""A filter that holds messages until they can be transformed, then calls back with both."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-import threading
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -28,6 +16,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from std_msgs.msg import Header
+from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
@@ -46,15 +35,16 @@ _Answer = list[tuple[str, int, PoseTuple]]
 
 class MessageFilter:
     """
-    Calls back with a message and its transform, once there is one.
+    Calls back with a message and its transform, once the transform is available.
 
-    The callback gets the transform that was found, and need not look it up again: it may
-    be gone by then. Each message is either passed to the callback once, or dropped. Drops
-    are counted by reason, and ``on_drop`` is called with them.
+    The callback receives the transform, so that it need not look it up again; it could be
+    gone by then. Each message is either passed to the callback once, or dropped. Drops are
+    counted by reason, and passed to ``on_drop``.
 
-    Callbacks run in the node's executor, as a subscription's do. Messages of one frame come
-    in the order in which they were added; one whose transform is missing does not hold up
-    those behind it. Messages of different frames come as their transforms are found.
+    Callbacks run in the node's executor, as those of a subscription. Messages of one frame are
+    delivered in the order in which they were added, except that a message without a transform
+    does not delay later ones. Messages of different frames are delivered as their transforms
+    become available.
 
     All methods may be called from any thread. A filter lives as long as its node or
     until ``close()``; it is a context manager.
@@ -69,22 +59,21 @@ class MessageFilter:
         """
         Begin with an empty queue; ``add``, ``subscribe`` and ``connect`` fill it.
 
-        :param node: whose executor calls back.
-        :param target_frames: one, or several that must all be reachable.
-        :param callback: takes a message and its ``TransformStamped``, or with several
-            targets a dict of them by target frame; may be a coroutine function.
+        :param node: the node whose executor runs the callbacks.
+        :param target_frames: one frame, or several that must all be reachable.
+        :param callback: receives a message and its ``TransformStamped``; with several
+            targets, a dict of them by target frame. It may be a coroutine function.
         :param queue_size: how many messages may wait for their transforms, and how many
-            for the executor; beyond that the oldest is dropped. 0: any number.
+            for the executor; beyond that the oldest is dropped. 0: without a limit.
         :param tolerance: an rclpy ``Duration``; there must also be transforms for a time
             that much later than the message's.
         :param timeout: how long a message may wait for its transforms, by the buffer's
             clock; None: until the queue is full.
-        :param on_drop: takes a dropped message, the reason, and a sentence. It runs in the
-            executor as ``callback`` does; ``close``, and ``add`` after it, call it
-            directly.
-        :param header_of: returns a message's header, if that is not its ``header``.
-        :param callback_group: the node's own unless given.
-        :raises TypeError: another buffer than ours, such as tf2's.
+        :param on_drop: receives a dropped message, the reason, and a sentence. It runs in the
+            executor as ``callback`` does; ``close``, and ``add`` after it, call it directly.
+        :param header_of: returns the header of a message without a field ``header``.
+        :param callback_group: the node's default group unless given.
+        :raises TypeError: a buffer of another library, such as tf2's.
         """
         check_is_ours(buffer, Buffer, 'MessageFilter')
         check_places('MessageFilter(buffer, node, target_frames, callback)', node=node)
@@ -106,7 +95,7 @@ class MessageFilter:
         self._group = callback_group
         self._subscriptions: list[Subscription] = []
         # Taken before the buffer's lock, never after it.
-        self._lock = threading.RLock()
+        self._lock = fork_locks.rlock()
         self._closed = False
         self._received = self._delivered = 0
         self._dropped = dict.fromkeys(Drop, 0)
@@ -118,7 +107,7 @@ class MessageFilter:
     # --- filling
 
     def add(self, message: Any) -> None:
-        """Take a message; also as a subscription's callback."""
+        """Add a message; this may be the callback of a subscription."""
         header = message.header if self._header_of is None else self._header_of(message)
         frame, stamp = header.frame_id.removeprefix('/'), as_nanoseconds(header.stamp)
         with self._lock:
@@ -133,16 +122,16 @@ class MessageFilter:
                 held.wait.ask()
                 self._make_room(self._waiting)
         if self._closed:
-            self._tell_drops()
+            self._report_drops()
 
     def subscribe(self, msg_type: Any, topic: str,
                   qos: QoSProfile | int | None = None) -> Subscription:
         """
         Add every message of a topic; the subscription ends with the filter.
 
-        :param qos: best effort, volatile, depth 10 unless given: that matches every
-            publisher. A reliable subscription gets nothing from best-effort sensors. An
-            int is the depth of a reliable one, as in rclpy.
+        :param qos: best effort, volatile and depth 10 unless given, which matches every
+            publisher. A reliable subscription receives nothing from best-effort sensors. An
+            int is the depth of a reliable subscription, as in rclpy.
         """
         subscription = self._node.create_subscription(
             msg_type, topic, self.add, sensor_qos() if qos is None else qos,
@@ -155,13 +144,13 @@ class MessageFilter:
         source.registerCallback(self.add)
 
     def statistics(self) -> FilterStatistics:
-        """Return the counts, all of one moment."""
+        """Return the counts, all taken at the same moment."""
         with self._lock:
             return FilterStatistics(self._received, self._delivered, dict(self._dropped),
                                     len(self._waiting) + len(self._ready))
 
     def close(self) -> None:
-        """Drop all messages that are held, and those that are still added."""
+        """Drop all messages that are held, and all that are added later."""
         with self._lock:
             if self._closed:
                 return
@@ -171,7 +160,7 @@ class MessageFilter:
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._node.destroy_guard_condition(self._bell)
-        self._tell_drops()
+        self._report_drops()
 
     def __enter__(self) -> 'MessageFilter':
         return self
@@ -190,9 +179,9 @@ class MessageFilter:
         return answer
 
     def _found(self, held: '_Held') -> None:
-        """Move a message whose transforms were found to those that are ready."""
-        # The same transform may have completed an earlier message too, whose thread has not
-        # asked again yet. It has to come first.
+        """Mark a message as ready, now that its transforms are available."""
+        # The same transform may have completed an earlier message, too, whose thread has not
+        # run its query again yet. That message has to be delivered first.
         for earlier in list(self._waiting.values()):
             if earlier.number >= held.number:
                 break
@@ -203,9 +192,9 @@ class MessageFilter:
         self._make_room(self._ready)
         self._ring()
 
-    def _make_room(self, line: dict[int, '_Held']) -> None:
-        if 0 < self._queue_size < len(line):
-            self._drop(next(iter(line.values())), Drop.QUEUE_FULL)
+    def _make_room(self, queue: dict[int, '_Held']) -> None:
+        if 0 < self._queue_size < len(queue):
+            self._drop(next(iter(queue.values())), Drop.QUEUE_FULL)
 
     def _drop(self, held: '_Held', drop: Drop, why: str = '') -> None:
         held.wait.end()
@@ -225,7 +214,7 @@ class MessageFilter:
     async def _call_back(self) -> None:
         ready = len(self._ready)
         try:
-            self._tell_drops()
+            self._report_drops()
             for _ in range(ready):
                 held = self._take_ready()
                 if held is not None:
@@ -234,7 +223,7 @@ class MessageFilter:
             if self._ready or self._notices:
                 self._ring()
 
-    def _tell_drops(self) -> None:
+    def _report_drops(self) -> None:
         for _ in range(len(self._notices)):
             try:
                 notice = self._notices.popleft()
@@ -257,7 +246,7 @@ class MessageFilter:
 
 
 class _Held:
-    """A message in a filter; whatever changes it holds the filter's lock."""
+    """A message in a filter; it is changed only with the filter's lock held."""
 
     def __init__(self, owner: MessageFilter, number: int, message: Any, frame: str,
                  stamp: int) -> None:
@@ -270,11 +259,11 @@ class _Held:
                          owner._timeout, owner._lock)
 
     def answered(self, answer: _Answer) -> None:
-        """Be passed on with its answer."""
+        """Deliver the message with its transforms."""
         self.wait.end()
         self.answer = answer
         self._owner._found(self)
 
     def failed(self, error: TransformException) -> None:
-        """Be dropped for this reason."""
+        """Drop the message for this reason."""
         self._owner._drop(self, drop_for(error, released=self.wait.released), str(error))

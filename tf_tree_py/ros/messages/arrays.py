@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Messages as numpy arrays."""
 
@@ -80,10 +69,10 @@ def as_points(message: Any) -> npt.NDArray[Any]:
     """
     Return the points of a message as a new array.
 
-    Positions of a ``Path`` or ``PoseArray``, corners of a ``Polygon``, all points of a
-    ``PointCloud2``, row by row, and those of a ``LaserScan`` that hit something.
+    These are the positions of a ``Path`` or ``PoseArray``, the corners of a ``Polygon``, all
+    points of a ``PointCloud2``, row by row, and the valid points of a ``LaserScan``.
 
-    :return: (N, 3) metres; float64, or float32 of a cloud that has them so.
+    :return: (N, 3) metres; float64, or float32 for a cloud with such fields.
     :raises TypeError: something else.
     """
     points: npt.NDArray[Any] = _found(_POINTS, message)(message)

@@ -1,21 +1,10 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Conversions between ROS messages and core's plain numbers: times, samples, transforms.
 
-The messages that have no part in a lookup are in ``geometry``.
+The messages that lookups do not use are in ``geometry``.
 """
 
 from collections.abc import Callable
@@ -27,12 +16,12 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from std_msgs.msg import Header
-from tf_tree_py.core.arrivals.frame_names import Rename
-from tf_tree_py.core.arrivals.sample import as_sec_nanosec, Sample
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import has_tf2_sign
+from tf_tree_py.core.ingest.frame_names import Rename
+from tf_tree_py.core.ingest.sample import as_sec_nanosec, Sample
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 
 from .fast_messages import whole_maker
@@ -49,7 +38,8 @@ def as_nanoseconds(time: Any) -> int:
 
     :param time: an rclpy ``Time`` or ``Duration``, their messages, or anything with
         ``nanoseconds`` or with ``sec`` and ``nanosec``.
-    :raises InvalidArgumentException: none of these.
+    :raises TypeError: none of these, as in tf2: a caller would take a TransformException for a
+        transform that is not available yet.
     """
     nanoseconds = getattr(time, 'nanoseconds', None)
     # A Timedelta of pandas has an attribute nanoseconds, but it is only the last three digits.
@@ -57,14 +47,14 @@ def as_nanoseconds(time: Any) -> int:
         try:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
         except AttributeError:
-            raise InvalidArgumentException(
-                f'{time!r} is no time: pass an rclpy.time.Time, a header.stamp, '
+            raise TypeError(
+                f'{time!r} is not a time: pass an rclpy.time.Time, a header.stamp, '
                 f'or an rclpy.duration.Duration{_duration_hint(time)}') from None
     return nanoseconds  # type: ignore[no-any-return]
 
 
 def _duration_hint(time: Any) -> str:
-    """Return what to write for a number of seconds."""
+    """Return how to write a number of seconds as a ``Duration``."""
     seconds = time.total_seconds() if isinstance(time, timedelta) else time
     if isinstance(seconds, bool) or not isinstance(seconds, float | int):
         return ''
@@ -78,15 +68,16 @@ def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
     Zero is the latest, whatever its clock.
 
     :param time: an rclpy ``Time``, or a message's, or as ``as_nanoseconds`` takes them.
-    :param is_simulated: tells whether ROS time is another than the system's.
-    :raises InvalidArgumentException: none of these, or a ``Time`` of another clock than
-        that of the stamps.
+    :param is_simulated: returns whether ROS time differs from the system's.
+    :raises TypeError: none of these.
+    :raises InvalidArgumentException: a ``Time`` of another clock than that of the stamps.
     """
     if type(time) is TimeMessage:  # the common case
         return time.sec * NANOSECONDS_PER_SECOND + time.nanosec  # type: ignore[no-any-return]
     stamp = as_nanoseconds(time)
-    # Asking for the clock type costs as much as all else here. Steady time counts from when the
-    # machine started, so it is a small number; system time is wrong only if time is simulated.
+    # Reading the clock type costs as much as the rest of this function. Steady time counts from
+    # the start of the machine, so it is a small number; system time is wrong only if time is
+    # simulated.
     if isinstance(time, Time) and stamp and (stamp < _LONGEST_UPTIME or is_simulated()):
         # Comparing rclpy's enumerations is several times slower.
         kind = time.clock_type.value
@@ -99,8 +90,8 @@ def _other_clock(time: Time) -> str:
     why = ('counts from when the machine started' if time.clock_type.value == _STEADY_TIME
            else 'is not that of the stamps while time is simulated')
     return (f'{time!r} is of a clock that {why}: pass the header.stamp of the message that you '
-            'work on, node.get_clock().now(), or Time() for the latest. A Time that is made by '
-            'hand needs clock_type=ClockType.ROS_TIME')
+            'work on, node.get_clock().now(), or Time() for the latest. A Time that you create '
+            'yourself needs clock_type=ClockType.ROS_TIME')
 
 
 def time_message(stamp: int) -> TimeMessage:
@@ -114,7 +105,7 @@ def time_message(stamp: int) -> TimeMessage:
 
 
 def as_sample(message: TransformStamped) -> Sample:
-    """Return what a ``TransformStamped`` says, its frames without leading slashes."""
+    """Return a ``TransformStamped`` as a sample, with frames without leading slashes."""
     header = message.header
     try:
         stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
@@ -151,7 +142,7 @@ def with_float_fields(message: TransformStamped) -> TransformStamped:
 
 
 def with_frames(message: TransformStamped, names: Rename) -> TransformStamped:
-    """Return the message itself, or, if its frames get other names, a copy with those."""
+    """Return the message itself, or a copy if its frames get other names."""
     header = message.header
     edge = names(header.frame_id, message.child_frame_id)
     if edge is None or edge == (header.frame_id, message.child_frame_id):

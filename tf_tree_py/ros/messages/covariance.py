@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Covariances of six numbers, as pose, twist and accel messages have them.
@@ -33,7 +22,7 @@ def rotate_covariance(covariance: Any, a_q_b: Quaternion) -> Array:
 
 
 def carry_covariance(covariance: Any, a_T_b: PoseTuple) -> Array:
-    """Return the covariance (36,) of a twist that the adjoint carried from b to a."""
+    """Return the covariance (36,) of a twist that the adjoint transforms from b to a."""
     return _congruent(covariance, adjoint(a_T_b))
 
 

@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Point clouds whose sensor moved during the scan, corrected as if taken at one moment."""
 
@@ -27,7 +16,7 @@ from .convert import as_nanoseconds, time_message
 from .point_cloud import copy_of_cloud, points_of, write_points
 from .point_times import point_times
 
-# (frame, reading) pairs that have been logged: the clouds of a driver are all read alike.
+# (frame, reading) pairs that have been logged: all clouds of one driver have the same reading.
 _told: set[tuple[str, str]] = set()
 _MAX_TOLD = 1000
 
@@ -39,16 +28,16 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     """
     Return a cloud with each point where it would have been seen at one time.
 
-    Its layout and all other fields stay. So do the times of the points: they still say
-    when a point was taken, counted from the old stamp. A point without a time becomes
-    NaN. What was assumed about the times is logged once; ``point_times`` returns it.
+    Its layout and all other fields stay. The times of the points stay, too: they still give when a
+    point was taken, relative to the old stamp. A point without a time becomes NaN. The assumptions
+    about the times are logged once; ``point_times`` returns them.
 
     :param buffer: a ``Buffer``, a ``BufferCore`` or a snapshot.
     :param target_frame: None for the cloud's own.
     :param fixed_frame: a frame that does not move or jump: by REP 105 odom, not map.
     :param reference_stamp: an rclpy ``Time`` or a message's; None for the cloud's stamp,
         zero for the newest possible.
-    :param field: which field holds the times, and how: see ``point_times``.
+    :param field: the field that holds the times: see ``point_times``.
     :param unit: likewise.
     :param origin: likewise; an rclpy ``Time`` or a message's.
     :param timeout: an rclpy ``Duration`` to wait for the transforms; needs a ``Buffer``.
@@ -64,7 +53,7 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     if len(points):
         times = point_times(
             cloud, field, unit, None if origin is None else as_nanoseconds(origin), seen)
-        _tell_once(source_frame, times.reading)
+        _warn_once(source_frame, times.reading)
         timed = seen & times.valid
         stamps = times.stamps[timed]
 
@@ -84,7 +73,7 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     return result
 
 
-def _tell_once(frame: str, reading: str) -> None:
+def _warn_once(frame: str, reading: str) -> None:
     if (frame, reading) in _told or len(_told) >= _MAX_TOLD:
         return
     _told.add((frame, reading))

@@ -1,25 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Which function transforms which message: tf2's ``do_transform_*``, and a table of them.
+The functions that transform messages, tf2's ``do_transform_*``, and a table of them.
 
-Everything here is a pure function of a message and a ``TransformStamped``. What it
-returns is in the transform's ``header.frame_id``, has its stamp, and shares nothing
-with the message or the transform, neither of which is changed. The functions for the
-parts of messages are in ``geometry`` and ``point_cloud``. Users register their own
-types in ``registry``.
+Each is a pure function of a message and a ``TransformStamped``. The result is in the transform's
+``header.frame_id`` and has its stamp. It shares nothing with the message or the transform, and
+neither is changed. The functions for the parts of messages are in ``geometry`` and
+``point_cloud``. Users register their own types in ``registry``.
 """
 
 from collections.abc import Callable, Mapping
@@ -63,12 +51,12 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 
+from . import geometry, laser_scan
 from .covariance import rotate_covariance
 from .fast_messages import copy_of, maker
 from .point_cloud import do_transform_cloud
-from ..messages import geometry, laser_scan
 
-# Takes an object and a transform to the object in the transform's target frame.
+# Transforms an object to the target frame of a transform.
 Transformer = Callable[[Any, TransformStamped], Any]
 
 _point_stamped, _vector3_stamped = maker(PointStamped), maker(Vector3Stamped)
@@ -96,26 +84,26 @@ def do_transform(message: Any, transform: TransformStamped) -> Any:
 
 
 def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
-    """Return a point: turned and moved."""
+    """Return a point: rotated and translated."""
     return _point_stamped(_header(transform), geometry.point(point.point, _pose(transform)))
 
 
 def do_transform_vector3(vector3: Vector3Stamped,
                          transform: TransformStamped) -> Vector3Stamped:
-    """Return a free vector: turned, not moved."""
+    """Return a free vector: rotated, not translated."""
     return _vector3_stamped(
         _header(transform), geometry.vector3(vector3.vector, _pose(transform)))
 
 
 def do_transform_quaternion(quaternion: QuaternionStamped,
                             transform: TransformStamped) -> QuaternionStamped:
-    """Return an orientation as seen from the target."""
+    """Return an orientation in the target frame."""
     return _quaternion_stamped(
         _header(transform), geometry.quaternion(quaternion.quaternion, _pose(transform)))
 
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
-    """Return a pose without a header; that is what tf2 has under this name."""
+    """Return a pose without a header, as tf2's function of this name."""
     return geometry.pose(pose, _pose(transform))
 
 
@@ -127,7 +115,7 @@ def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) ->
 def do_transform_pose_with_covariance_stamped(
         pose: PoseWithCovarianceStamped,
         transform: TransformStamped) -> PoseWithCovarianceStamped:
-    """Return a pose and its covariance, turned into the target's axes."""
+    """Return a pose and its covariance, rotated into the target's axes."""
     return _pose_with_covariance_stamped(
         _header(transform), geometry.pose_with_covariance(pose.pose, _pose(transform)))
 
@@ -150,7 +138,7 @@ def do_transform_transform(transform_in: TransformStamped,
 
 def do_transform_polygon_stamped(polygon: PolygonStamped,
                                  transform: TransformStamped) -> PolygonStamped:
-    """Return a polygon, each of its points turned and moved."""
+    """Return a polygon, each of its points rotated and translated."""
     return _polygon_stamped(
         _header(transform), geometry.polygon(polygon.polygon, _pose(transform)))
 
@@ -180,14 +168,14 @@ def do_transform_path(path: Path, transform: TransformStamped) -> Path:
         if pose.header.frame_id not in (source, ''):
             raise InvalidArgumentException(
                 f'poses[{number}] of the path is in {pose.header.frame_id!r}, the path in '
-                f'{source!r}: transform each pose by itself')
+                f'{source!r}: transform each pose separately')
         headers.append(copy_of(pose.header, target))
     poses = geometry.poses([pose.pose for pose in path.poses], _pose(transform))
     return _path(_header(transform), list(map(_pose_stamped, headers, poses)))
 
 
 def do_transform_laser_scan(scan: LaserScan, transform: TransformStamped) -> PointCloud2:
-    """Return where the rays of a scan hit, as a cloud; see ``laser_scan.as_cloud``."""
+    """Return the valid points of a scan as a cloud; see ``laser_scan.as_cloud``."""
     return do_transform_cloud(laser_scan.as_cloud(scan), transform)
 
 
@@ -301,4 +289,4 @@ TRANSFORMERS: Mapping[type, Transformer] = {
     Accel: _bare(geometry.accel),
     AccelWithCovariance: _bare(geometry.accel_with_covariance),
 }
-"""What can be transformed without registration; a message without header stays one."""
+"""The transformers of the types that need no registration; they add no header to a message."""

@@ -1,24 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Messages made of the values of their fields, past constructors and checks.
+Messages made from the values of their fields, without constructors and checks.
 
-A constructor and its checked properties cost ten times what filling the slots
-does. This is the only file that knows the slots of messages. Where a class has
-others than expected, its constructor and its properties are used; a test holds the
-two ways equal.
+A constructor and its checked properties take ten times as long as filling the slots. This is the
+only file that depends on the slots of messages. If a class has other slots than expected, its
+constructor and its properties are used; a test checks that both ways are equal.
 """
 
 from collections.abc import Callable, Iterator
@@ -39,8 +27,8 @@ def maker(kind: type) -> Function:
     """
     Return a function that makes a message of all its fields, given by position.
 
-    Nothing is checked, converted or copied: a float field wants a float, an array
-    field what the message class itself keeps there.
+    Nothing is checked, converted or copied: a float field needs a float, and an array field the
+    type that the message class itself stores.
     """
     return slotted_maker(kind) if slots_are_known(kind) else public_maker(kind)
 
@@ -94,7 +82,7 @@ def kinds_in(kind: type) -> Iterator[type]:
             yield from kinds_in(part)
 
 
-# --- by the public way
+# --- by the public interface
 
 
 def public_maker(kind: type) -> Function:
@@ -124,13 +112,13 @@ def public_many_maker(kind: type) -> Function:
 
 
 def public_reader(kind: type) -> Function:
-    """Return the reader that asks the properties."""
+    """Return the reader that reads the properties."""
     fields = fields_of(kind)
     return lambda messages: [[getattr(message, field) for message in messages]
                              for field in fields]
 
 
-# --- past it, by functions written out for the class, as dataclasses writes them
+# --- by the slots, with functions generated for the class, as dataclasses does
 
 
 def slotted_maker(kind: type) -> Function:
@@ -172,7 +160,7 @@ def slotted_many_maker(kind: type) -> Function:
 
 
 def slotted_reader(kind: type) -> Function:
-    """Return the reader that looks into the slots."""
+    """Return the reader that reads the slots."""
     columns = _list_of('[message._{0} for message in messages]', kind)
     return _compiled(kind, 'def function(messages):', f'    return [{columns}]')
 
@@ -203,6 +191,6 @@ _time, _header = maker(Time), maker(Header)
 
 
 def copy_of(header: Header, frame_id: str | None = None) -> Header:
-    """Return a header of its own with the same stamp, and the same frame unless one is given."""
+    """Return a copy of a header, with another frame if one is given."""
     return _header(_time(header.stamp.sec, header.stamp.nanosec),
                    header.frame_id if frame_id is None else frame_id)

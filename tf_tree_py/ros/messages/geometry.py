@@ -1,25 +1,14 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-What a rigid transform does to each message that has no header.
+The effect of a rigid transform on each message that has no header.
 
-Every function here takes a message in b and the pose ``a_T_b``, and returns a new
-message in a that shares nothing with the first. The fields of the given message may
-hold ints or numpy's numbers; those of the returned one hold floats. A quaternion of a
-pose need not have unit length. One that is all zero counts as no rotation, as in tf2:
-nobody filled that message. Headers are in ``do_transform``.
+Every function here takes a message in b and the pose ``a_T_b``, and returns a new message in a
+that shares nothing with the first. The fields of the given message may hold ints or numpy's
+numbers; those of the returned one hold floats. A quaternion of a pose need not have unit length. A
+quaternion of zeros counts as no rotation, as in tf2: the message was not filled in. Headers are in
+``do_transform``.
 """
 
 from collections.abc import Sequence
@@ -43,11 +32,12 @@ from geometry_msgs.msg import (
     Wrench,
 )
 import numpy as np
-from tf_tree_py.core.arrivals.sample import is_sound, unit_poses
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.poses import is_sound
 from tf_tree_py.core.geometry.screws import carry, Screw
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.ingest.sample import unit_poses
 
 from .covariance import carry_covariance, rotate_covariance
 from .fast_messages import maker, many_maker, reader
@@ -68,28 +58,28 @@ _read_points, _read_quaternions, _read_poses = map(reader, (Point, Quaternion, P
 
 
 def point(message: Point, a_T_b: PoseTuple) -> Point:
-    """Return a point: turned and moved."""
+    """Return a point: rotated and translated."""
     return _point(*se3.apply(a_T_b, _xyz(message)))
 
 
 def point32(message: Point32, a_T_b: PoseTuple) -> Point32:
-    """Return a point of single precision: turned and moved."""
+    """Return a point of single precision: rotated and translated."""
     return _point32(*se3.apply(a_T_b, _xyz(message)))
 
 
 def vector3(message: Vector3, a_T_b: PoseTuple) -> Vector3:
-    """Return a free vector, a direction with a length: turned, not moved."""
+    """Return a free vector, a direction with a length: rotated, not translated."""
     return _vector3(*so3.rotate(a_T_b[3:], _xyz(message)))
 
 
 def quaternion(message: Quaternion, a_T_b: PoseTuple) -> Quaternion:
-    """Return the orientation of the same thing as seen from a: the product, as it comes."""
+    """Return an orientation in a: the product, with its sign and length unchanged."""
     q = (float(message.x), float(message.y), float(message.z), float(message.w))
     return _quaternion(*so3.multiply(a_T_b[3:], q))
 
 
 def polygon(message: Polygon, a_T_b: PoseTuple) -> Polygon:
-    """Return a polygon, each of its points turned and moved."""
+    """Return a polygon, each of its points rotated and translated."""
     x, y, z, *q = a_T_b
     a_R_b = np.array(so3.as_matrix((q[0], q[1], q[2], q[3])))
     moved = a_R_b @ np.array(_read_points(message.points), dtype=float)
@@ -123,8 +113,8 @@ def pose_with_covariance(message: PoseWithCovariance, a_T_b: PoseTuple) -> PoseW
     """
     Return a pose with its covariance, as tf2 does.
 
-    It is the covariance of the position and of a rotation about fixed axes (REP 103), and
-    is only turned. How a rotation about a's origin would move the position is not in it.
+    It is the covariance of the position and of a rotation about fixed axes (REP 103), and is only
+    rotated. The displacement that a rotation about a's origin would cause is not included.
     """
     return _pose_with_covariance(
         pose(message.pose, a_T_b), rotate_covariance(message.covariance, a_T_b[3:]))
@@ -141,12 +131,12 @@ def transform(message: Transform, a_T_b: PoseTuple) -> Transform:
 
 def wrench(message: Wrench, a_T_b: PoseTuple, lever_arm: bool = True) -> Wrench:
     """
-    Return the same wrench about a's origin: what a sensor there would feel.
+    Return the same wrench about a's origin: what a sensor there would measure.
 
-    The force is turned, and the torque too; moving the force from b's origin to a's
-    adds the torque t x F, as in tf2's C++ (ROS 1's Python forgets it).
+    The force is rotated, and so is the torque. Moving the force from b's origin to a's adds the
+    torque t x F, as in tf2's C++ (ROS 1's Python omits it).
 
-    :param lever_arm: False leaves out that part: the torque stays about b's origin.
+    :param lever_arm: False omits that part: the torque stays about b's origin.
     """
     tx, ty, tz, fx, fy, fz = _carried((*_xyz(message.torque), *_xyz(message.force)),
                                       a_T_b, lever_arm)
@@ -157,9 +147,9 @@ def twist(message: Twist, a_T_b: PoseTuple, lever_arm: bool = False) -> Twist:
     """
     Return a twist in a's axes.
 
-    By default both are free vectors, which are only turned into a's axes: the velocity of
-    the point at b's origin, and the angular velocity of its body. A controller that wants
-    base_link's velocity in map means this.
+    By default both are free vectors, which are only rotated into a's axes: the velocity of the
+    point at b's origin, and the angular velocity of its body. This is what a controller needs that
+    uses base_link's velocity in map.
 
     :param lever_arm: True for the velocity of the point of the same rigid body that is at
         a's origin, v + t x w. Use it between frames of one body, such as for the velocity
@@ -187,10 +177,10 @@ def same_twist(message: TwistWithCovariance) -> TwistWithCovariance:
 
 def accel(message: Accel, a_T_b: PoseTuple) -> Accel:
     """
-    Return an acceleration in a's axes: free vectors, only turned.
+    Return an acceleration in a's axes: free vectors, only rotated.
 
-    It stays the acceleration of the point at b's origin. For another point of the body one
-    needs the angular velocity too (w x (w x r)), which the message does not have.
+    It stays the acceleration of the point at b's origin. Another point of the body would need the
+    angular velocity, too (w x (w x r)), which the message does not have.
     """
     return _accel(vector3(message.linear, a_T_b), vector3(message.angular, a_T_b))
 
@@ -226,7 +216,7 @@ def _unit(t: Any, q: Any) -> PoseTuple:
 
 
 def unit(values: PoseTuple) -> PoseTuple:
-    """Return a pose with a unit quaternion: no rotation for zero; what is not finite stays."""
+    """Return a pose with a unit quaternion: no rotation for zeros; not finite ones stay."""
     x, y, z, qx, qy, qz, qw = values
     size = math.hypot(qx, qy, qz, qw)
     if size == 0.0:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""A LaserScan as points: which rays hit something, and where."""
+"""The points of a LaserScan where its rays were reflected."""
 
 from typing import Any
 
@@ -27,15 +16,14 @@ def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
     """
     Return a scan as a cloud in its own frame.
 
-    Fields: x, y, z (FLOAT32); intensity (FLOAT32) where the scan has one for each ray;
-    time (FLOAT32, seconds after the header's stamp) where its rays were not taken at
-    once, so that ``deskew_cloud`` can use it.
+    Fields: x, y, z (FLOAT32); intensity (FLOAT32) if the scan has one for each ray; time (FLOAT32,
+    seconds after the header's stamp) if its rays were not taken at once, so that ``deskew_cloud``
+    can use it.
 
-    A ray is valid if range_min <= range <= range_max, as the message defines it. NaN (an
-    error) and +-inf (nothing seen, or too close: REP 117) are not.
+    A ray is valid if range_min <= range <= range_max, as the message defines it. NaN (an error)
+    and +-inf (nothing seen, or too close: REP 117) are not.
 
-    :param keep_invalid: keep invalid rays too, as NaN, so that the n-th point is the
-        n-th ray.
+    :param keep_invalid: keep invalid rays, too, as NaN, so that the n-th point is the n-th ray.
     """
     points = _points(scan)
     valid = np.isfinite(points[:, 0])
@@ -52,13 +40,13 @@ def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
 
 
 def points_of_scan(scan: LaserScan) -> npt.NDArray[np.float64]:
-    """Return where the rays of a scan hit: (N, 3), in its own frame; see ``as_cloud``."""
+    """Return the points of the valid rays: (N, 3), in the scan's frame; see ``as_cloud``."""
     points = _points(scan)
     return points[np.isfinite(points[:, 0])]
 
 
 def _points(scan: LaserScan) -> npt.NDArray[np.float64]:
-    """Return where each ray ends: (N, 3), NaN where it is invalid."""
+    """Return the end point of each ray: (N, 3), NaN where it is invalid."""
     given = np.array(scan.ranges, dtype=np.float32)
     # Both in single precision: otherwise a range of exactly range_max would not count.
     valid = (np.float32(scan.range_min) <= given) & (given <= np.float32(scan.range_max))

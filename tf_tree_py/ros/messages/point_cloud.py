@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 PointCloud2: its bytes are read, transformed and written in place.
@@ -39,7 +28,7 @@ from .geometry import transform_values
 POINT = ('x', 'y', 'z')
 NORMAL = ('normal_x', 'normal_y', 'normal_z')
 
-# Type codes and byte orders as numpy writes them.
+# Type codes and byte orders in numpy's notation.
 _CODES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
           PointField.UINT16: 'u2', PointField.INT32: 'i4', PointField.UINT32: 'u4',
           PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
@@ -51,7 +40,7 @@ _BLOCK = 8192
 _cloud, _field = maker(PointCloud2), maker(PointField)
 
 
-# --- moving
+# --- transforming
 
 def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamped,
                        rotate_normals: bool = False) -> PointCloud2:
@@ -62,9 +51,9 @@ def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamp
     NaN.
 
     :param transform: a bare ``Transform`` leaves the header as it is.
-    :param rotate_normals: turn normal_x, normal_y and normal_z too.
-    :raises InvalidArgumentException: no x, y and z of a floating type, normals that are
-        asked for and missing, or a layout that contradicts itself.
+    :param rotate_normals: rotate normal_x, normal_y and normal_z, too.
+    :raises InvalidArgumentException: no x, y and z of a floating type, normals that are requested
+        and missing, or a layout that contradicts itself.
     """
     header = transform.header if isinstance(transform, TransformStamped) else cloud.header
     a_T_b = transform_values(getattr(transform, 'transform', transform))
@@ -112,7 +101,7 @@ def points_of(cloud: PointCloud2) -> npt.NDArray[Any]:
     """
     Return a copy of the coordinates, row by row.
 
-    :return: (N, 3), float32 or float64 as the cloud has it.
+    :return: (N, 3), float32 or float64 as in the cloud.
     :raises InvalidArgumentException: no x, y and z of a floating type.
     """
     columns = float_columns(cloud, POINT)
@@ -178,7 +167,7 @@ def _grid(cloud: PointCloud2) -> tuple[int, int, int]:
     if row_step < width * point_step or len(cloud.data) < (height - 1) * row_step + (
             width * point_step):
         raise InvalidArgumentException(
-            f'The cloud says that it has {height} x {width} points of {point_step} bytes, in '
+            f'The cloud declares {height} x {width} points of {point_step} bytes, in '
             f'rows of {cloud.row_step} bytes, and has {len(cloud.data)} bytes of data')
     if row_step == width * point_step:
         return 1, height * width, row_step
@@ -203,7 +192,7 @@ def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[Any]],
     """
     Return an unorganised cloud of columns (N,), packed, in the machine's byte order.
 
-    :param columns: by field name, of types that a PointField knows.
+    :param columns: by field name, of types that a PointField supports.
     """
     kind = np.dtype([(name, values.dtype) for name, values in columns.items()])
     points = np.empty(len(next(iter(columns.values()))), kind)

@@ -1,27 +1,15 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-When each point of a cloud was taken.
+The times at which the points of a cloud were taken.
 
 Drivers use different field names, units and zeros.
 
-Ouster: ``t``, UINT32, nanoseconds after the header's stamp. Velodyne: ``time``,
-FLOAT32, seconds after (or before) it. Livox: ``offset_time``, UINT32, nanoseconds
-after it, or ``timestamp``, FLOAT64, nanoseconds since 1970. Hesai, RoboSense:
-``timestamp``, FLOAT64, seconds since 1970. What the caller does not pass is
-inferred from this.
+Ouster: ``t``, UINT32, nanoseconds after the header's stamp. Velodyne: ``time``, FLOAT32, seconds
+after (or before) it. Livox: ``offset_time``, UINT32, nanoseconds after it, or ``timestamp``,
+FLOAT64, nanoseconds since 1970. Hesai, RoboSense: ``timestamp``, FLOAT64, seconds since 1970.
+Arguments that the caller does not pass are inferred from these conventions.
 """
 
 from collections.abc import Sequence
@@ -41,8 +29,8 @@ FIELDS = ('t', 'time', 'timestamp', 'offset_time')
 
 UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}
 
-# The unit for times up to each limit: a scan takes milliseconds to seconds. Floats are taken
-# for seconds if that is possible, and integers for nanoseconds.
+# The unit for times up to each limit: a scan takes milliseconds to seconds. Floats are read as
+# seconds if that is possible, and integers as nanoseconds.
 _FLOAT_LIMITS = (('s', 10.0), ('ms', 1e4), ('us', 1e7), ('ns', math.inf))
 _INT_LIMITS = (('ms', 1e3), ('us', 1e6), ('ns', math.inf))
 
@@ -54,14 +42,14 @@ _TOO_FAR = 60 * NANOSECONDS_PER_SECOND
 
 class PointTimes(NamedTuple):
     """
-    When the points of a cloud were taken, and how that was read.
+    The times at which the points of a cloud were taken, and how they were read.
 
     :ivar stamps: (N,) nanoseconds, row by row; meaningless where not valid.
     :ivar valid: (N,) whether the point has a time at all.
     :ivar field: the field that was read.
     :ivar unit: 's', 'ms', 'us' or 'ns'.
-    :ivar origin: the stamp, nanoseconds, that the field's zero stands for.
-    :ivar reading: one sentence with all of this, and which parts were assumed.
+    :ivar origin: the stamp, nanoseconds, of the field's zero.
+    :ivar reading: one sentence with all of this, and with the assumptions.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -79,13 +67,13 @@ def point_times(cloud: PointCloud2, field: str | None = None, unit: str | None =
     Return when each point of a cloud was taken.
 
     :param field: None for the first of t, time, timestamp and offset_time that the cloud has.
-    :param unit: 's', 'ms', 'us' or 'ns'; None to infer it from type and range. A scan
-        with few points may be too short for that: pass the unit if you know it.
-    :param origin: the stamp, nanoseconds, that zero stands for: 0 where the field counts
-        from the clock's own zero; None to infer whether it is that or the header's stamp.
+    :param unit: 's', 'ms', 'us' or 'ns'; None to infer it from type and range. A scan with few
+        points may be too short for that: pass the unit if you know it.
+    :param origin: the stamp, nanoseconds, of the field's zero: 0 if the field counts from the
+        clock's own zero; None to infer whether it is that or the header's stamp.
     :param points_valid: (N,) the points from which unit and origin are inferred.
-    :raises InvalidArgumentException: no such field, a unit that is none, or times that
-        cannot belong to the cloud's stamp.
+    :raises InvalidArgumentException: no such field, an unknown unit, or times that cannot belong
+        to the cloud's stamp.
     """
     if unit is not None and unit not in UNITS:
         raise InvalidArgumentException(f'unit is one of {", ".join(UNITS)}, not {unit!r}')
@@ -117,7 +105,7 @@ def _time_field(cloud: PointCloud2) -> str:
             return name
     raise InvalidArgumentException(
         f'The cloud has no time for each point: none of {", ".join(FIELDS)} is among its fields '
-        f'({", ".join(names)}). If another one is it, pass its name')
+        f'({", ".join(names)}). If another field holds the times, pass its name')
 
 
 def _inferred_unit(first: Any, last: Any, name: str, stamp: int,
@@ -145,14 +133,14 @@ def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any,
         begins = format_span(int(origin + first - stamp))
         raise InvalidArgumentException(
             f'The times in the field {name!r}, read as {unit}, begin {begins} from the stamp of '
-            'the cloud. If the unit is another one, pass it; if it counts from another time, '
-            'such as when the sensor was switched on, pass the stamp of that as origin')
+            'the cloud. If the unit is wrong, pass the right one; if the times count from another '
+            'moment, such as the start of the sensor, pass the stamp of that moment as origin')
 
 
 def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64]:
     if values.dtype.kind != 'f':
         return values.astype(np.int64) * size
-    # The whole part is converted by itself, so that a time since 1970 loses no digits here.
+    # The integer part is converted separately, so that a time since 1970 loses no digits here.
     exact = values.astype(float)
     whole = np.floor(exact)
     with np.errstate(invalid='ignore'):  # Invalid points may hold anything.

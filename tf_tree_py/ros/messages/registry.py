@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 The registry of types that users want to transform and convert, as tf2 has it.
 
-The names and what they do are tf2's. The messages of ``do_transform`` need no
-registration; a function that is registered for one of their types is used instead.
+The names and their behaviour are tf2's. The messages of ``do_transform`` need no registration; a
+function that is registered for one of their types takes precedence.
 """
 
 from collections.abc import Callable, Mapping
@@ -72,7 +61,7 @@ def _init(error: Any, errstr: str) -> None:
 
 
 class TransformRegistration:
-    """Which function transforms objects of which type; one registry for all instances."""
+    """The registered transform functions by type; one registry for all instances."""
 
     def print_me(self) -> None:
         """Print the registry."""
@@ -96,14 +85,14 @@ class TransformRegistration:
         if transformer is None:
             ready = ', '.join(kind.__name__ for kind in TRANSFORMERS)
             raise TypeException(
-                f'Type {key} is not loaded or supported: say how it is transformed with '
+                f'Type {key} is not loaded or supported: register how to transform it with '
                 'TransformRegistration().add(type, function), where the function takes an object '
                 f'and a TransformStamped. Ready without that: {ready}')
         return transformer
 
 
 class ConvertRegistration:
-    """Which function converts from one type to another; one registry for all instances."""
+    """The registered conversions between types; one registry for all instances."""
 
     def add_from_msg(self, key: type, callback: Converter) -> None:
         """Register the function that makes an object of a type from a message."""
@@ -150,8 +139,8 @@ class ConvertRegistration:
 
 def _found(registry: dict[Any, Converter], key: type, fix: str) -> Converter:
     if key not in registry:
-        raise TypeException(f'Type {key} is not loaded or supported: say how it is converted '
-                            f'with ConvertRegistration().{fix}(type, function)')
+        raise TypeException(f'Type {key} is not loaded or supported: register how to convert '
+                            f'it with ConvertRegistration().{fix}(type, function)')
     return registry[key]
 
 
@@ -162,8 +151,8 @@ def _itself(message: Any) -> Any:
 def _checked(message: Any, kind: type) -> Any:
     if not isinstance(message, kind):
         raise TypeException(
-            f'A {type(message).__name__} does not become a {kind.__name__}: say how with '
-            'ConvertRegistration().add_convert((type, type), function)')
+            f'A {type(message).__name__} cannot be converted to a {kind.__name__}: register how '
+            'with ConvertRegistration().add_convert((type, type), function)')
     return message
 
 
@@ -171,8 +160,8 @@ def convert(a: Any, b_type: type) -> Any:
     """
     Return an object converted to another type: directly, as a copy, or through a message.
 
-    :raises TypeException: no registered functions convert one to the other. (tf2 returns
-        a message of the wrong type where both are messages.)
+    :raises TypeException: no registered functions convert one to the other. (tf2 returns a message
+        of the wrong type if both are messages.)
     """
     straight = _converters.get((type(a), b_type))
     if straight is not None:
@@ -200,5 +189,5 @@ def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
     try:
         obj.header = header
     except AttributeError:
-        raise TypeException(f'A {type(obj).__name__} cannot bear a header') from None
+        raise TypeException(f'A {type(obj).__name__} cannot have a header') from None
     return obj

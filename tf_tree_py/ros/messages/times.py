@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Stamps as ROS has them, in questions to a buffer and to its snapshots."""
+"""ROS times as the stamps of lookups in a buffer and in its snapshots."""
 
 from collections.abc import Callable
 from typing import Any
@@ -27,9 +16,9 @@ from .convert import as_stamp
 
 def checked_ros_stamp(stamp: Any, is_simulated: Callable[[], bool]) -> int:
     """
-    Return a caller's stamp: what the core takes, or a ``Time`` of rclpy or of a message.
+    Return a caller's stamp: one that the core accepts, or a ``Time`` of rclpy or of a message.
 
-    :param is_simulated: tells whether ROS time is another than the system's.
+    :param is_simulated: returns whether ROS time differs from the system's.
     :raises InvalidArgumentException: none of these, or a time of another clock.
     """
     if isinstance(stamp, Time) or hasattr(stamp, 'nanosec'):
@@ -38,11 +27,11 @@ def checked_ros_stamp(stamp: Any, is_simulated: Callable[[], bool]) -> int:
 
 
 class RosSnapshot(Snapshot):
-    """A buffer's contents at one moment, asked by ROS times."""
+    """A buffer's contents at one moment, with lookups by ROS times."""
 
     def __init__(self, tree: Tree, simulated: bool) -> None:
         """
-        Take a tree that nobody changes any more.
+        Take a tree that does not change any more.
 
         :param simulated: whether time was simulated then.
         """

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""tf2's ``BufferClient``: a buffer that lives in another process."""
+"""tf2's ``BufferClient``: the interface to a buffer in another process."""
 
 from collections.abc import Callable
 from threading import current_thread, Event
@@ -40,15 +29,15 @@ _FOREVER_S = 1e9
 
 class BufferClient(BufferInterface):
     """
-    Asks a buffer server, tf2's or ours, for transforms.
+    A client for the transforms of a buffer server, tf2's or this package's.
 
-    It works from any thread and inside callbacks, also of a single-threaded executor:
-    one thread of the client's own takes the answers. Any number of lookups may be on
-    their way at once; they need no thread each.
+    It works from any thread and inside callbacks, also of a single-threaded executor, because the
+    client has its own thread for the responses. Any number of lookups may be pending at once; none
+    of them needs a thread.
 
-    The client measures timeouts by the wall clock, as tf2's does; a server of ours goes by
-    its own clock. The client lives until ``close()`` or the end of its context; it is a
-    context manager.
+    The client measures timeouts by the wall clock, as tf2's does; this package's server uses its
+    own clock. The client lives until ``close()`` or the end of its context; it is a context
+    manager.
 
     :ivar action_client: has ``wait_for_server`` and ``server_is_ready``.
     """
@@ -56,14 +45,14 @@ class BufferClient(BufferInterface):
     def __init__(self, node: Node, ns: str, check_frequency: float = 10.0,
                  timeout_padding: Any = _PADDING) -> None:
         """
-        Begin to look for the server.
+        Begin to search for the server.
 
-        :param node: whose context, namespace and remappings to use.
+        :param node: supplies the context, the namespace and the remappings.
         :param ns: the action's name, such as ``tf2_buffer_server``.
-        :param check_frequency: how often to check, during a lookup, that the server is
-            still there and the time is not over, Hz.
-        :param timeout_padding: how much longer than the timeout the answer may take; an
-            rclpy ``Duration``, or seconds.
+        :param check_frequency: how often to check, during a lookup, that the server still exists
+            and the time is not over, Hz.
+        :param timeout_padding: how much longer than the timeout the answer may take; an rclpy
+            ``Duration``, or seconds.
         """
         check_places('BufferClient(node, name)', node=node)
         self.node = node
@@ -73,11 +62,11 @@ class BufferClient(BufferInterface):
         weakref.finalize(self, self.action_client.stop)
 
     def close(self) -> None:
-        """End the lookups that are on their way, and stop."""
+        """End the pending lookups, and stop."""
         self.action_client.close()
 
     def destroy(self) -> None:
-        """End the lookups that are on their way, and stop: tf2's name for ``close``."""
+        """End the pending lookups, and stop: tf2's name for ``close``."""
         self.close()
 
     def __enter__(self) -> 'BufferClient':
@@ -88,15 +77,15 @@ class BufferClient(BufferInterface):
 
     def wait_for_server(self, timeout: Any = None) -> bool:
         """
-        Wait until there is a server.
+        Wait until a server is available.
 
-        :param timeout: an rclpy ``Duration``; None: as long as it takes.
-        :return: whether there is one.
+        :param timeout: an rclpy ``Duration``; None: without a limit.
+        :return: whether one is available.
         """
         return self.action_client.wait_for_server(
             None if timeout is None else as_nanoseconds(timeout) / 1e9)
 
-    # --- at once
+    # --- blocking
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
                          timeout: Any = NO_TIME) -> TransformStamped:
@@ -104,9 +93,9 @@ class BufferClient(BufferInterface):
         Return the transform that takes coordinates in source to coordinates in target.
 
         :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the latest.
-        :param timeout: an rclpy ``Duration`` to wait for it, and for a server.
-        :raises TimeoutException: it was not there in time; or there is no server, it went
-            away, or it did not answer: the text says which.
+        :param timeout: an rclpy ``Duration`` to wait for the transform, and for a server.
+        :raises TimeoutException: it was not available in time; or there is no server, it
+            disappeared, or it did not answer: the text names the case.
         :raises TransformException: of the class that the server's buffer raised.
         """
         return self._answer(lambda: self.wait_for_transform_async(
@@ -124,11 +113,11 @@ class BufferClient(BufferInterface):
         return self._answer(lambda: self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
-    # --- later
+    # --- futures
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
                                  timeout: Any = None) -> LookupCall:
-        """Return a future of the transform; a timeout of None waits as long as it takes."""
+        """Return a future of the transform; a timeout of None waits without a limit."""
         return self._begin(simple_goal(target_frame, source_frame, self._as_stamp(time)), timeout)
 
     def wait_for_transform_full_async(
@@ -156,7 +145,7 @@ class BufferClient(BufferInterface):
     def _answer(self, begin: Callable[[], LookupCall]) -> TransformStamped:
         if current_thread() is self.action_client.thread:
             raise TimeoutException(
-                'Not waited: this very thread takes the answers of the buffer server')
+                'Did not wait: this thread receives the answers of the buffer server')
         call = begin()
         ended = Event()
         call.add_done_callback(lambda _: ended.set())

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Lookups for other processes: the action that tf2's ``BufferClient`` and ours ask."""
+"""Lookups for other processes: the action that tf2's ``BufferClient`` and this package's use."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -35,10 +24,10 @@ from ..buffer.wrong_arguments import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds
 from ..waiting.futures import TransformFuture
 
-# How long a result is kept. A client asks for it as soon as its goal is accepted, so this
-# may be short. It should be: whenever a goal changes, rclpy's server publishes the states of
-# all goals that it still knows. With tf2's 10 s and several hundred lookups a second that
-# cuts the rate to a third.
+# How long a result is kept. A client requests it as soon as its goal is accepted, so this may be
+# short. It should be short: whenever a goal changes, rclpy's server publishes the states of all
+# goals that it still keeps. With tf2's 10 s and several hundred lookups a second, that cuts the
+# rate to a third.
 _RESULT_TIMEOUT_S = 2
 
 
@@ -46,22 +35,22 @@ class BufferServer:
     """
     Answers the lookups of other processes from a buffer, as tf2's ``buffer_server`` does.
 
-    Each lookup waits in the buffer, without a thread and without polling, until the
-    transform is there, the timeout is over, or it is clear that it will never be there.
-    Your node's executor sends the answers, so callbacks of yours that block it delay them.
+    Each lookup waits in the buffer, without a thread and without polling, until the transform is
+    available, the timeout is over, or the lookup can no longer succeed. The node's executor sends
+    the answers, so callbacks that block it delay them.
 
-    A lookup that times out is aborted with TIMEOUT_ERROR and the reason. tf2's server
-    aborts it with an identity and no error.
+    A lookup that times out is aborted with TIMEOUT_ERROR and the reason. tf2's server aborts it
+    with an identity and no error.
     """
 
     def __init__(self, buffer: Buffer, node: Node, ns: str = ACTION_NAME) -> None:
         """
         Begin to serve.
 
-        :param buffer: what to look up in; a ``TransformListener`` fills it.
-        :param node: whose executor serves.
+        :param buffer: the buffer for the lookups; a ``TransformListener`` fills it.
+        :param node: its executor serves.
         :param ns: the action's name.
-        :raises TypeError: another buffer than ours, such as tf2's.
+        :raises TypeError: a buffer of another library, such as tf2's.
         """
         check_is_ours(buffer, Buffer, 'BufferServer')
         check_places('BufferServer(buffer, node)', node=node)
@@ -79,7 +68,7 @@ class BufferServer:
             cancel_service_qos_profile=service_qos(), result_timeout=_RESULT_TIMEOUT_S)
 
     def close(self) -> None:
-        """Stop serving; clients that wait find that the server has gone."""
+        """Stop serving; waiting clients find that the server has disappeared."""
         bell, self._bell = self._bell, None
         if bell is None:
             return
@@ -111,8 +100,8 @@ class BufferServer:
             goal.fixed_frame, goal.timeout)
 
     def _note_end(self, handle: ServerGoalHandle, future: Future) -> None:
-        """Let the executor answer: this may be the thread in which transforms arrive."""
-        # rclpy warns of an exception that nobody asked for, should the executor be gone.
+        """Let the executor answer: this may be the thread that receives transforms."""
+        # Read the exception: rclpy warns of an unread one, in case the executor has gone.
         future.exception()
         self._ended.append(handle)
         bell = self._bell
@@ -133,7 +122,7 @@ class BufferServer:
         return CancelResponse.REJECT
 
     def _answer(self, handle: ServerGoalHandle) -> LookupTransform.Result:
-        """Return how a goal's lookup has ended; an empty result once the server is closed."""
+        """Return the outcome of a goal's lookup; an empty result once the server is closed."""
         try:
             return self._end(handle)
         except (InvalidHandle, RCLError):
@@ -150,7 +139,7 @@ class BufferServer:
         if error is None:
             handle.succeed()
             return LookupTransform.Result(transform=future.result())
-        # As tf2's server: without a timeout the goal succeeds, and its result is the error.
+        # As in tf2's server: without a timeout the goal succeeds, and its result is the error.
         may_wait = as_nanoseconds(handle.request.timeout) > 0
         (handle.abort if may_wait else handle.succeed)()
         return error_result(error, may_wait and error.blocked_on is not None)
@@ -160,20 +149,57 @@ class _ClosableServer(ActionServer):
     """
     An action server that may be destroyed while an executor is using it.
 
-    With rclpy's own the executor's ``spin`` would raise, and a goal that is being accepted
+    With rclpy's own server the executor's ``spin`` would raise, and a goal that is being accepted
     at that moment would keep the server alive.
     """
 
     _is_destroyed = False
 
+    def __init__(self, *args: Any, **options: Any) -> None:
+        """Begin to serve; the arguments are those of ``ActionServer``."""
+        # The executors that use the server at this moment, and goals to free after that.
+        self._users = 0
+        self._detached: list[Any] = []
+        super().__init__(*args, **options)
+
     def destroy(self) -> None:
         self._is_destroyed = True
-        self._destroy_goals()
+        self._detach_goals()
         super().destroy()
+        self._free_goals()
 
-    def _destroy_goals(self) -> None:
+    def _detach_goals(self) -> None:
+        """
+        End all goals, and keep their memory.
+
+        rcl's server reads it until it is destroyed itself, and that waits for the executor.
+        """
         while self._goal_handles:
-            self._goal_handles.popitem()[1].destroy()
+            goal = self._goal_handles.popitem()[1]
+            with goal._lock:
+                memory, goal._goal_handle = goal._goal_handle, None
+            if memory is not None:
+                self._detached.append(memory)
+
+    def _free_goals(self) -> None:
+        """Free the goals, without which rcl's server lives on, if no executor uses it."""
+        if not self._users:
+            while self._detached:
+                self._detached.pop().destroy_when_not_in_use()
+
+    def __enter__(self) -> Any:
+        self._users += 1
+        try:
+            return super().__enter__()
+        except InvalidHandle:
+            self._users -= 1
+            raise
+
+    def __exit__(self, *details: Any) -> None:
+        super().__exit__(*details)
+        self._users -= 1
+        if self._is_destroyed:
+            self._free_goals()
 
     def add_to_wait_set(self, wait_set: Any) -> None:
         with self._unless_destroyed():
@@ -193,7 +219,8 @@ class _ClosableServer(ActionServer):
         with self._unless_destroyed():
             await super().execute(taken_data)
         if self._is_destroyed:
-            self._destroy_goals()
+            self._detach_goals()
+            self._free_goals()
 
     @contextmanager
     def _unless_destroyed(self) -> Iterator[None]:

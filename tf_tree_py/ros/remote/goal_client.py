@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Sends ``LookupTransform`` goals from any thread, and sees each through to its end.
+Sends ``LookupTransform`` goals from any thread, and follows each to its end.
 
-An action is three services and two topics. On one topic the server publishes the states of
-all goals whenever one of them changes. rclpy's ``ActionClient`` subscribes to it, and would
-keep a hundred clients busy with nothing else. This client uses the services only.
+An action is three services and two topics. On one topic the server publishes the states of all
+goals whenever one of them changes. rclpy's ``ActionClient`` subscribes to it, which alone would
+keep a hundred clients busy. This client uses only the services.
 """
 
 from collections.abc import Callable, Iterable
@@ -33,51 +22,52 @@ from action_msgs.srv import CancelGoal
 from rclpy.node import Node
 from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
-from tf_tree_py.core.calling import call_all
+from tf_tree_py.core.callbacks import call_all
 from unique_identifier_msgs.msg import UUID
 
 from .goal_state import Action, Event, Goals, State, UNACCEPTED, WANTED
 from .lookup_call import LookupCall
 from .lookup_goal import service_qos
 from .server_watch import GONE, ServerWatch
-from ..threads.companion import companion
+from ..threads.context_state import is_running
+from ..threads.internal_node import internal_node
 from ..threads.response_receiver import Responses
 
 _SendGoal = LookupTransform.Impl.SendGoalService
 _GetResult = LookupTransform.Impl.GetResultService
 
-# So many goals may wait for acceptance at a time: tf2's server has a queue of ten, and
-# loses the goals that do not fit.
+# So many goals may wait for acceptance at a time: tf2's server has a queue of ten, and loses the
+# goals that do not fit.
 _MAX_UNACCEPTED = 8
-# A new server that does not accept is asked again after this time: it may have heard nothing.
-_AGAIN_S = 0.5
-# How long to wait at the end until the server has dropped what was asked of it.
+# The longest wait at the end for the server to drop this client's requests.
 _FAREWELL_S = 1.0
 
 
 class GoalClient:
     """
-    The client side of the action, on a small node with a thread of its own.
+    The client side of the action, on a small node with its own thread.
 
-    So an answer arrives even while a callback of your node waits for it. Every call ends:
-    at the latest one check period after its deadline, or after its server disappeared.
-    When a new server appears, all goals are sent to it.
+    An answer therefore arrives even while a callback of the user's node waits for it. Every call
+    ends: at the latest one check period after its deadline, or after its server disappeared. When
+    a new server appears, all goals are sent to it.
     """
 
     def __init__(self, node: Node, name: str, check_period_s: float) -> None:
         """
         Make the services' clients.
 
-        :param node: whose context, namespace and remappings to use.
-        :param name: the action's, relative to the node or absolute.
+        :param node: supplies the context, the namespace and the remappings.
+        :param name: the action's name, relative to the node or absolute.
         """
         self.name = node.resolve_service_name(name)
         self._period_s = check_period_s
         self._lock = threading.Lock()
         self._goals: Goals[LookupCall] = Goals(_MAX_UNACCEPTED)
         self._closed = threading.Event()
-        self._farewells: list[Future] = []
-        home = companion(node, 'buffer_client_impl', with_clock=False)
+        # After closing: the goals to cancel, and then the requests for that until the responses.
+        self._farewells: set[LookupCall | Future] = set()
+        self._progress = threading.Condition(self._lock)
+        home = internal_node(node, 'buffer_client_impl', with_clock=False)
         self._send, self._fetch, self._cancel = (
             home.create_client(kind, node.resolve_service_name(f'{name}/_action/{service}'),
                                qos_profile=service_qos())
@@ -88,22 +78,22 @@ class GoalClient:
 
     @property
     def thread(self) -> threading.Thread:
-        """Return the thread that takes the answers."""
+        """Return the thread that takes the responses."""
         return self._responses.thread
 
     def server_is_ready(self) -> bool:
-        """Return whether a server is there."""
+        """Return whether a server is available."""
         with suppress(*GONE):
             return self._send.service_is_ready() and self._fetch.service_is_ready()
         return False
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """
-        Wait until a server is there, and return whether it is.
+        Wait until a server is available, and return whether it is.
 
         rclpy has no event for that, so this checks once in a period.
 
-        :param timeout_sec: None waits as long as it takes.
+        :param timeout_sec: None waits without a limit.
         """
         end = math.inf if timeout_sec is None else time.monotonic() + timeout_sec
         while not self.server_is_ready():
@@ -119,7 +109,7 @@ class GoalClient:
             return self._goals.in_state(*states)
 
     def start(self, call: LookupCall) -> LookupCall:
-        """Send a call's goal, now or when it can be; return the call."""
+        """Send a call's goal as soon as possible; return the call."""
         with self._lock:
             if not self._closed.is_set():
                 self._goals.add(call)
@@ -131,10 +121,13 @@ class GoalClient:
         return call
 
     def report(self, call: LookupCall, event: Event) -> None:
-        """Bring a call to its next state, and do what that asks for."""
+        """Move a call to its next state, and carry out the resulting actions."""
         with self._lock:
             actions = self._goals.move(call, event)
             request = call.request
+            if self._closed.is_set() and Action.CANCEL_GOAL in actions:
+                self._farewells.add(call)
+            self._progress.notify_all()
         for action in actions:
             if action is Action.FETCH_RESULT:
                 self._fetch_result(call)
@@ -143,23 +136,32 @@ class GoalClient:
             elif request is not None:
                 request.cancel()
         if event is not Event.CANCELLED:
-            # A server may have room for another, or this one is to be sent again.
+            # A server may have room for another, or this one has to be sent again.
             self._send_next()
 
     def _cancel_goal(self, call: LookupCall) -> None:
-        """Tell the server to drop a call's goal."""
+        """Send the server a request to drop a call's goal."""
         with suppress(*GONE):
             goal = GoalInfo(goal_id=call.goal_id)
             request = self._cancel.call_async(CancelGoal.Request(goal_info=goal))
-            if self._closed.is_set():
-                self._farewells += [
-                    request, self._fetch.call_async(_GetResult.Request(goal_id=call.goal_id))]
+            if call in self._farewells:
+                self._replace_farewell(call, [
+                    request, self._fetch.call_async(_GetResult.Request(goal_id=call.goal_id))])
             else:
-                # Its response changes nothing.
+                # Its response is not needed.
                 self._cancel.remove_pending_request(request)
 
+    def _replace_farewell(self, farewell: LookupCall | Future, requests: list[Future]) -> None:
+        """Let the client wait at its end for these requests instead."""
+        with self._lock:
+            self._farewells.update(requests)
+            self._farewells.discard(farewell)
+            self._progress.notify_all()
+        for request in requests:
+            request.add_done_callback(partial(self._replace_farewell, requests=[]))
+
     def stop(self) -> None:
-        """Tell the thread to end; it ends the calls."""
+        """Signal the thread to end; it ends the calls."""
         self._responses.stop()
 
     def close(self) -> None:
@@ -174,16 +176,15 @@ class GoalClient:
         self.close()
 
     def _take_leave(self) -> None:
-        """Wait for the server's responses: it warns of one that it cannot deliver."""
-        end = time.monotonic() + _FAREWELL_S
-        requests = [call.request for call in self.goals_in(*UNACCEPTED)
-                    if call.request is not None]
-        _wait(requests, end)
-        # The goals that were accepted meanwhile have been cancelled.
-        _wait(self._farewells, end)
+        """Wait for the server's responses: it warns of each that it cannot deliver."""
+        with self._lock:
+            # A goal that is accepted only now is cancelled.
+            self._progress.wait_for(
+                lambda: not self._goals.in_state(*UNACCEPTED) and not self._farewells,
+                _FAREWELL_S)
 
     def _send_next(self) -> None:
-        """Send the next goals, if a server is there and has room for them."""
+        """Send the next goals, if a server is available and has room for them."""
         while True:
             with self._lock:
                 call = self._goals.next_to_send()
@@ -209,7 +210,7 @@ class GoalClient:
 
     def _expect(self, call: LookupCall, goal_id: UUID, request: Future,
                 step: Callable[[LookupCall, Any], None]) -> None:
-        """Take a step when the service answers, unless the call no longer needs it."""
+        """Take a step when the service responds, unless the call no longer needs it."""
         with self._lock:
             is_wanted = call.sent and call.goal_id is goal_id
             if is_wanted:
@@ -236,24 +237,29 @@ class GoalClient:
         """
         Return whether there is a server.
 
-        While DDS discovers a second one, its services are not ready for a moment, nor are
-        those of the first.
+        While DDS discovers a second server, its services are not ready for a moment, nor are those
+        of the first.
         """
         return self.server_is_ready() or self._servers.is_there()
 
     def _move_to_a_new_server(self, calls: Iterable[LookupCall]) -> None:
-        """Send the goals again if a new server has appeared, or may not have heard them."""
+        """Send the goals again if a new server has appeared, or if their requests may be lost."""
         is_new = self._servers.has_new()
-        # Not those that are sent while this goes on: they go to the new server.
+        # Not those that are sent during this loop: they go to the new server.
         for call in [call for call in calls if call.sent]:
             if is_new:
                 self.report(call, Event.SERVER_CHANGED)
-            elif (not call.accepted and call.sent_s() >= _AGAIN_S
-                  and self._servers.may_be_deaf()):
+            elif (not call.accepted and call.left_s()
+                  and self._servers.may_have_lost(call.sent_s(), call.acceptance_s())):
                 self.report(call, Event.LOST)
 
     def _look_after(self, call: LookupCall, is_there: bool) -> None:
-        """End a call that can get no answer any more."""
+        """End a call that can no longer get an answer."""
+        if self._closed.is_set() or not is_running(self._responses.context):
+            # Not TIMED_OUT, after which a goal that is accepted only now would not be cancelled.
+            call.give_up(
+                f'The client of the buffer server {self.name} was closed, or ROS shut down')
+            return
         if is_there and call.is_late() and call.has_late_part():
             self.report(call, Event.PART_LATE)
             return
@@ -264,10 +270,8 @@ class GoalClient:
 
     def _why_hopeless(self, call: LookupCall, is_there: bool) -> str:
         name = self.name
-        if self._closed.is_set() or not self._responses.context.ok():
-            return f'The client of the buffer server {name} was closed, or ROS shut down'
         if is_there and call.is_late():
-            return f'The buffer server {name} is there, and did not answer in time'
+            return f'The buffer server {name} is available, but did not answer in time'
         if not is_there and call.sent:
             return f'The buffer server {name} went away before it answered'
         if not is_there and not call.left_s():
@@ -278,13 +282,5 @@ class GoalClient:
     def _end_calls(self) -> None:
         with self._lock:
             self._closed.set()
-        call_all(partial(call.give_up, self._why_hopeless(call, is_there=False))
+        call_all(partial(self._look_after, call, is_there=False)
                  for call in self.goals_in(*WANTED))
-
-
-def _wait(futures: Iterable[Future], end: float) -> None:
-    """Sleep until all futures have ended, or the monotonic time is up."""
-    for future in futures:
-        ended = threading.Event()
-        future.add_done_callback(lambda _, ended=ended: ended.set())
-        ended.wait(max(0.0, end - time.monotonic()))

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-The states of a goal between a client and its server, and what moves it from one to the next.
+The states of a goal between a client and its server, and the events that change them.
 
-Pure logic: no messages, no threads, no clock. The client reports what happened as an
-``Event`` and carries out the ``Action`` it gets back.
+Pure logic: no messages, no threads, no clock. The client reports each ``Event`` and carries out
+the ``Action`` that is returned.
 """
 
 from enum import auto, Enum
@@ -24,64 +13,65 @@ from typing import Generic, Protocol, TypeVar
 
 
 class State(Enum):
-    """Where a goal stands."""
+    """The state of a goal."""
 
-    #: It waits in line until a server is there that has room for it.
+    #: It waits in the queue until a server with room for it is available.
     TO_BE_SENT = auto()
-    #: A server was asked to accept it.
+    #: A server was requested to accept it.
     SENT = auto()
     #: A server has accepted it and looks the transform up.
     ACCEPTED = auto()
-    #: Nobody wants the answer any more. A server can cancel only what it has accepted.
+    #: The answer is no longer needed. A server can cancel only accepted goals.
     CANCELLING = auto()
     #: Nothing is left to do.
     ENDED = auto()
 
 
 class Event(Enum):
-    """What happened to a goal."""
+    """An event of a goal."""
 
-    #: The client asks a server to accept it.
+    #: The client requests a server to accept it.
     SENT = auto()
     #: The server has accepted it.
     ACCEPTED = auto()
     #: The server has refused it.
     REJECTED = auto()
-    #: The server has said how the lookup ended.
+    #: The server has sent the result of the lookup.
     RESULT = auto()
-    #: The server waited for as long as it was asked to: one part of a longer wait.
+    #: The server waited for the requested time, which was one part of a longer wait.
     PART_OVER = auto()
-    #: That part is over by the clock here, and the server has said nothing: its clock may be slow.
+    #: That part is over by the local clock, without a response: the server's clock may be slow.
     PART_LATE = auto()
-    #: A server that was asked for the result does not know the goal: it is not the one that
+    #: The server that received the request for the result does not have the goal: another
+    #: server accepted it.
     #: accepted it.
     UNKNOWN_THERE = auto()
-    #: The server did not accept it, and may not have heard of it.
+    #: The server did not accept it, and may not have received it.
     LOST = auto()
-    #: Another server has come: the one that has the goal may be dead.
+    #: Another server has appeared: the one that has the goal may be dead.
     SERVER_CHANGED = auto()
-    #: Nobody wants the answer any more.
+    #: The answer is no longer needed.
     CANCELLED = auto()
-    #: The client gives up: the server is gone or too late.
+    #: The client gives up: the server has disappeared or is too late.
     TIMED_OUT = auto()
 
 
 class Action(Enum):
-    """What the client has to do about an event."""
+    """The client's reaction to an event."""
 
-    #: Ask the server for the result.
+    #: Request the result from the server.
     FETCH_RESULT = auto()
-    #: Tell the server to drop the goal.
+    #: Request the server to drop the goal.
     CANCEL_GOAL = auto()
-    #: Expect no response any more to what the server was last asked.
+    #: Ignore the response to the last request.
     DROP_REQUEST = auto()
 
 
-# The server drops the goal; a dead one does not hear that.
+# The server drops the goal; a dead one does not receive that.
 _ABANDON = Action.CANCEL_GOAL, Action.DROP_REQUEST
 
-# An event that a state does not name changes nothing: a response may come too late, and
-# what has ended may be cancelled again.
+# An event that is not listed for a state changes nothing: a response may be too late, and an ended
+# goal may be cancelled again.
 _TRANSITIONS: dict[State, dict[Event, tuple[State, tuple[Action, ...]]]] = {
     State.TO_BE_SENT: {
         Event.SENT: (State.SENT, ()),
@@ -115,16 +105,16 @@ _TRANSITIONS: dict[State, dict[Event, tuple[State, tuple[Action, ...]]]] = {
     State.ENDED: {},
 }
 
-# The states in which a server has the goal, or was asked to take it.
+# The states in which a server has the goal, or the request to accept it.
 AT_A_SERVER = State.SENT, State.ACCEPTED, State.CANCELLING
-# The states in which a server still has to say whether it accepts the goal.
+# The states in which a server has not yet accepted or refused the goal.
 UNACCEPTED = State.SENT, State.CANCELLING
-# The states in which somebody wants the answer.
+# The states in which the answer is still needed.
 WANTED = State.TO_BE_SENT, State.SENT, State.ACCEPTED
 
 
 class Goal(Protocol):
-    """What goes through the states; hashable by identity."""
+    """An object with a state; hashable by identity."""
 
     state: State
 
@@ -134,9 +124,9 @@ Kind = TypeVar('Kind', bound=Goal)
 
 class Goals(Generic[Kind]):
     """
-    All goals of a client, each in its state, in the order in which they came to it.
+    All goals of a client by state, each state in order of arrival.
 
-    The caller holds a lock: an event is one step.
+    The caller holds a lock, so that each event is one atomic step.
     """
 
     def __init__(self, max_unaccepted: int) -> None:
@@ -149,7 +139,7 @@ class Goals(Generic[Kind]):
         self._goals: dict[State, dict[Kind, None]] = {state: {} for state in State}
 
     def add(self, goal: Kind) -> None:
-        """Put a goal at the end of the line of those to be sent."""
+        """Append a goal to the queue of those to be sent."""
         self._goals[goal.state][goal] = None
 
     def in_state(self, *states: State) -> list[Kind]:
@@ -157,13 +147,13 @@ class Goals(Generic[Kind]):
         return [goal for state in states for goal in self._goals[state]]
 
     def next_to_send(self) -> Kind | None:
-        """Return the first goal in line; None: there is none, or no room for it yet."""
+        """Return the first goal in the queue; None: there is none, or no room for it yet."""
         if sum(len(self._goals[state]) for state in UNACCEPTED) >= self._max_unaccepted:
             return None
         return next(iter(self._goals[State.TO_BE_SENT]), None)
 
     def move(self, goal: Kind, event: Event) -> tuple[Action, ...]:
-        """Bring a goal to its next state; return what is to be done about it, in order."""
+        """Move a goal to its next state; return the actions to carry out, in order."""
         before = goal.state
         if event not in _TRANSITIONS[before]:
             return ()

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One lookup on its way to a buffer server and back."""
+"""One lookup that a client sends to a buffer server."""
 
 from __future__ import annotations
 
@@ -31,7 +20,7 @@ from .goal_state import AT_A_SERVER, Event, State
 from .lookup_goal import is_unknown, transform_of
 from ..waiting.awaitable import AwaitableFuture
 
-# A server accepts a goal at once, however long it takes to fulfil it.
+# A server accepts a goal at once, no matter how long the lookup takes.
 _ACCEPTANCE_S = 10.0
 # A longer wait is sent in parts, so that a server forgets the goals of a client that died.
 _LEASE_S = 60.0
@@ -45,27 +34,27 @@ class Client(Protocol):
     """The client that sends the goal of a call."""
 
     def report(self, call: LookupCall, event: Event) -> None:
-        """Bring a call to its next state, and do what that asks for."""
+        """Move a call to its next state, and carry out the resulting actions."""
 
 
 class LookupCall(AwaitableFuture):
     """
     A future of the ``TransformStamped`` that a server finds.
 
-    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. The
-    call lives until it ends, whether or not you keep it.
+    Callbacks run in the client's thread. ``cancel`` cancels the goal at the server. The call lives
+    until it ends, even without a reference to it.
 
-    A wait longer than a minute is sent in parts, each as a goal of its own.
+    A wait longer than a minute is sent in parts, each as a separate goal.
 
-    :ivar state: where its goal stands; moved by the client only.
+    :ivar state: the state of its goal; changed by the client only.
     :ivar goal_id: of the goal that was last sent.
-    :ivar request: the future of what the server was last asked.
+    :ivar request: the future of the last request to the server.
     """
 
     def __init__(self, client: Client, goal: LookupTransform.Goal, timeout_s: float,
                  padding_s: float) -> None:
         """
-        Note what to ask, and how long to wait for the answer.
+        Store the goal, and how long to wait for the answer.
 
         :param goal: its timeout is set when it is sent.
         :param padding_s: how much longer than its timeout the server may take.
@@ -83,7 +72,7 @@ class LookupCall(AwaitableFuture):
 
     @property
     def sent(self) -> bool:
-        """Return whether a server was asked; it may still have to accept."""
+        """Return whether a request was sent to a server, accepted or not."""
         return self.state in AT_A_SERVER
 
     @property
@@ -96,21 +85,25 @@ class LookupCall(AwaitableFuture):
         return max(0.0, self._begin + self._timeout_s - time.monotonic())
 
     def sent_s(self) -> float:
-        """Return how long ago a server was last asked."""
+        """Return the seconds since the last request to a server."""
         return time.monotonic() - self._sent_at if self.sent else 0.0
 
     def is_late(self) -> bool:
-        """Return whether a server that is there should have answered by now."""
+        """Return whether an available server should have answered by now."""
         limit_s = self._lease_s
         if self.sent and not self.accepted:
             limit_s = min(limit_s, _ACCEPTANCE_S)
         return time.monotonic() >= self._sent_at + limit_s + self._padding_s
 
+    def acceptance_s(self) -> float:
+        """Return in how many seconds a server has to accept a request, without the padding."""
+        return min(self._timeout_s, _ACCEPTANCE_S)
+
     def goal(self) -> LookupTransform.Goal:
         """Return the goal to send now, under a new ``goal_id``."""
         self.goal_id = UUID(uuid=list(secrets.token_bytes(16)))
         self._sent_at = time.monotonic()
-        # Without a timeout a server says what is missing, not that the time is over.
+        # Without a timeout a server returns the missing data as the reason, and not the timeout.
         left_s = max(self.left_s(), min(self._timeout_s, _LEAST_S))
         self._lease_s = min(left_s, _LEASE_S)
         self._is_part = self._lease_s < left_s
@@ -120,7 +113,7 @@ class LookupCall(AwaitableFuture):
     def answer(self, response: Any) -> None:
         """End with the transform or the error of a server's response."""
         if is_unknown(response.status, response.result) and self._is_in_time():
-            # A request goes to all servers there are: here one that has just come was first.
+            # A request goes to all servers: here a server that has just appeared responded first.
             self._client.report(self, Event.UNKNOWN_THERE)
             return
         try:
@@ -136,8 +129,8 @@ class LookupCall(AwaitableFuture):
             self.set_result(transform)
 
     def _may_ask_again(self) -> bool:
-        """Return whether the server timed out because it was asked for a part of the time."""
-        # The server goes by its own clock, which may be simulated and fast.
+        """Return whether the server timed out because the request was for a part of the time."""
+        # The server uses its own clock, which may be simulated and fast.
         took_s = time.monotonic() - self._sent_at
         return self._is_part and took_s >= min(self._lease_s, _QUICK_S)
 

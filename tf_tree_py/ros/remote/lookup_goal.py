@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 Goals and results of the ``LookupTransform`` action, and errors as codes in them.
@@ -43,7 +32,7 @@ _EXCEPTIONS: dict[int, type[TransformException]] = {
     TF2Error.EXTRAPOLATION_ERROR: ExtrapolationException,
     TF2Error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
     TF2Error.TIMEOUT_ERROR: TimeoutException,
-    # The base class: every error that is none of the others.
+    # The base class: every other error.
     TF2Error.TRANSFORM_ERROR: TransformException,
 }
 
@@ -76,15 +65,15 @@ def full_goal(target_frame: str, target_stamp: int, source_frame: str, source_st
 
 
 def error_result(error: TransformException, timed_out: bool) -> LookupTransform.Result:
-    """Return the result that says why there is no transform."""
+    """Return the result with the reason why there is no transform."""
     code = TF2Error.TIMEOUT_ERROR if timed_out else next(
         code for code, kind in _EXCEPTIONS.items() if isinstance(error, kind))
     return LookupTransform.Result(error=TF2Error(error=code, error_string=str(error)))
 
 
 def is_unknown(status: int, result: LookupTransform.Result) -> bool:
-    """Return whether a server says that it does not know the goal."""
-    # Other servers may leave the status out; a transform that names its frames is an answer.
+    """Return whether a server reports that it does not have the goal."""
+    # Other servers may omit the status; a transform with frame names is an answer.
     return bool(status == GoalStatus.STATUS_UNKNOWN and not result.transform.child_frame_id
                 and result.error.error == TF2Error.NO_ERROR)
 
@@ -93,8 +82,8 @@ def transform_of(status: int, result: LookupTransform.Result) -> TransformStampe
     """
     Return the transform of a result.
 
-    :param status: of the goal. On a timeout tf2's server aborts the goal with an identity
-        and no error, so the status is all that tells.
+    :param status: of the goal. On a timeout tf2's server aborts the goal with an identity and no
+        error, so that only the status shows it.
     :raises TransformException: of the class that the result names.
     """
     error = result.error
@@ -107,4 +96,4 @@ def transform_of(status: int, result: LookupTransform.Result) -> TransformStampe
     if status == GoalStatus.STATUS_CANCELED:
         raise TransformException('The lookup was canceled at the buffer server')
     raise TransformException(
-        'The buffer server does not know the goal any more that it accepted: was it restarted?')
+        'The buffer server no longer knows the goal that it accepted: was it restarted?')

@@ -1,75 +1,84 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Which servers of the action are there, and whether another one has come."""
+"""Discovery of the action's servers, and of new ones among them."""
 
 from contextlib import suppress
+import math
 import time
 
 from rclpy.action.server import RCLError
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
-# What rclpy raises when a node has been destroyed, or its context has ended.
+# The errors of rclpy when a node has been destroyed, or its context has ended.
 GONE = InvalidHandle, RCLError
 
-# DDS discovers a server part by part: at first it may not hear requests, or not be heard.
+# DDS discovers a server part by part: at first requests or responses may be lost.
 _DISCOVERY_S = 10.0
+# A request to a server that replaces another is sent again after this time without a response.
+_AGAIN_S = 0.5
+# A request to the first server, in parts of the time in which the server has to accept it. That
+# server was completely discovered by the client, so it is more likely slow than deaf: a hundred
+# clients that repeat their requests soon would make it slower still.
+_AGAIN_AT_FIRST = 0.5
 
 
 class ServerWatch:
     """
-    Compares the servers that are there with those that were there before.
+    A comparison of the present servers with the earlier ones.
 
-    A server that was killed seems to be there until its lease with DDS ends, after 20 s or so.
-    The one that was started in its place shows up sooner.
+    A server that was killed seems to be present until its DDS lease ends, after about 20 s. The
+    server that was started in its place shows up sooner.
     """
 
     def __init__(self, node: Node, name: str) -> None:
         """
         Begin without a server.
 
-        :param node: who looks at the graph.
-        :param name: the action's, absolute.
+        :param node: reads the graph.
+        :param name: the action's name, absolute.
         """
         self._node = node
         self._status_topic = f'{name}/_action/status'
         self._known: frozenset[bytes] = frozenset()
-        self._discovered_at = 0.0
+        self._discovered_at = -math.inf
+        self._is_first = True
 
     def is_there(self) -> bool:
-        """Return whether there is a server, though it may not hear requests yet."""
+        """Return whether there is a server, though it may not receive requests yet."""
         return bool(self._find())
 
     def note_first(self) -> None:
-        """Treat the servers that are there as known, if none is known yet."""
+        """Treat the present servers as known, if none is known yet."""
         if not self._known:
             self._known = self._find()
+            self._discovered_at = time.monotonic()
 
     def has_new(self) -> bool:
-        """Return whether a server is there that was not there at the last call."""
+        """Return whether there is a server that was absent at the last call."""
         servers = self._find()
         is_new = bool(self._known and servers - self._known)
         if is_new:
-            self._discovered_at = time.monotonic() + _DISCOVERY_S
+            self._discovered_at = time.monotonic()
+            self._is_first = False
         if servers:
             self._known = servers
         return is_new
 
-    def may_be_deaf(self) -> bool:
-        """Return whether a server is so new that it may not hear requests yet."""
-        return time.monotonic() < self._discovered_at
+    def may_have_lost(self, silent_s: float, acceptance_s: float) -> bool:
+        """
+        Return whether the newest server is so new that a request to it may be lost.
+
+        A server that replaces another is granted twice as much time for each repetition.
+
+        :param silent_s: the seconds since the request, without a response.
+        :param acceptance_s: the seconds in which a server has to accept a request.
+        """
+        age_s = time.monotonic() - self._discovered_at
+        again_s = (_AGAIN_AT_FIRST * acceptance_s if self._is_first
+                   else _AGAIN_S + age_s - silent_s)
+        return age_s < _DISCOVERY_S and silent_s >= again_s
 
     def _find(self) -> frozenset[bytes]:
         """Return an identity of each server: that of its publisher of the goals' states."""

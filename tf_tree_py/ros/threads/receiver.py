@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A thread that takes the messages of a node's subscriptions, and nothing else.
 
-An executor costs about 250 us of CPU a message. Waiting on the subscriptions
-directly and draining them costs less than a third of that. It needs rclpy's
-private ``WaitSet`` and ``take_message``. Only this file and ``response_receiver``
-touch them; where they are missing, an executor of our own spins the node instead.
+An executor needs about 250 us of CPU a message. Waiting on the subscriptions directly and draining
+them costs less than a third of that. It requires rclpy's private ``WaitSet`` and ``take_message``.
+Only this file and ``response_receiver`` use them; if they are missing, an executor spins the small
+node instead.
 """
 
 import atexit
@@ -36,10 +25,10 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerGuardCondition
 from rclpy.subscription import Subscription
 
-from .complaint import Complaint
+from .context_state import is_locked_here, is_running
+from .rate_limited_log import RateLimitedLog
 
 try:
     from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -47,19 +36,23 @@ try:
 except ImportError:  # pragma: no cover - every rclpy so far has it
     HAS_WAIT_SET = False
 
-_FOREVER = -1
-# Ctrl-C wakes the thread just before the context ends; the end itself wakes nobody.
-# So after a wake the thread looks again after this time.
-_AFTER_A_WAKE_NS = 1_000_000_000
+# Ctrl-C ends the context without a callback and without a wake-up, so the thread checks the
+# context this often. rclpy's ``SignalHandlerGuardCondition`` would wake it, but rclpy's signal
+# thread reads its list of them while other threads destroy theirs, which crashes the process
+# (docs/ending.md).
+CHECK_CONTEXT_NS = 1_000_000_000
 _running: 'weakref.WeakSet[Receiver]' = weakref.WeakSet()
 _contexts: 'weakref.WeakSet[Context]' = weakref.WeakSet()
 
-# Waking up is what costs most. Where messages come closer together than _BUSY_S, the
-# thread sleeps for _REST_S between two looks and takes several messages at a time.
+# Wake-ups cost the most. If messages are closer together than _BUSY_S, the thread sleeps for
+# _REST_S between two reads and takes several messages at a time.
 _BUSY_S = 0.005
 _REST_S = 0.004
 # Nothing wakes the thread from these rests, so it goes back to waiting after 0.1 s of them.
 _RESTS = 25
+
+# The longest wait for a thread to end. It ends at once, unless a callback in it hangs.
+_PATIENCE_S = 10.0
 
 # A flood on one topic must not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
@@ -67,10 +60,11 @@ _MAX_TAKEN_AT_ONCE = 100
 
 class Receiver:
     """
-    Serves every subscription of a node that no executor has, in one daemon thread.
+    A daemon thread that serves every subscription of a node that is in no executor.
 
-    The thread ends with ``close``, or when the context shuts down. It owns the
-    node and destroys it at its end, so that nothing is destroyed while in use.
+    The thread ends with ``close``, or when the context shuts down. The node belongs to the
+    receiver, and is destroyed when its subscriptions are no longer read: by the thread, or by the
+    thread that closes the receiver while it shuts down the context.
 
     :ivar thread: the thread.
     """
@@ -81,22 +75,21 @@ class Receiver:
         """
         Begin to serve.
 
-        :param node: whose subscriptions; it now belongs to the receiver.
+        :param node: the node with the subscriptions; it now belongs to the receiver.
         :param on_end: the thread calls it last.
-        :param rest: sleeps for so many seconds, or less if a lookup waits in the buffer;
-            called between messages that come fast.
+        :param rest: sleeps for so many seconds, or less if a lookup waits in the buffer; called
+            between messages in quick succession.
         """
         self._node = node
         self._on_end = on_end
         self._rest = rest
         self._closing = False
-        self._complaint = Complaint(node.get_logger())
-        self._wake: GuardCondition
-        if use_wait_set:
-            # On Ctrl-C the callbacks of context.on_shutdown are not called.
-            self._wake = SignalHandlerGuardCondition(context=node.context)
-        else:
-            self._wake = node.create_guard_condition(lambda: None)
+        # Set when the thread no longer uses the node.
+        self._has_served = threading.Event()
+        self._destroyed = threading.Lock()
+        self._failure_log = RateLimitedLog(node.get_logger())
+        self._wake = (GuardCondition(None, None, context=node.context) if use_wait_set
+                      else node.create_guard_condition(lambda: None))
         self.thread = threading.Thread(
             target=self._run, args=(self._serve if use_wait_set else self._spin,),
             name=f'{node.get_name()} receiver', daemon=True)
@@ -110,21 +103,30 @@ class Receiver:
         return self._node.context
 
     def wake(self) -> None:
-        """Look at the node's subscriptions anew."""
+        """Read the node's list of subscriptions again."""
         # The guard condition is destroyed when the thread ends.
         with suppress(InvalidHandle):
             self._wake.trigger()
 
     def stop(self) -> None:
-        """Tell the thread to end, and do not wait for it."""
+        """Signal the thread to end, and do not wait for it."""
         self._closing = True
         self.wake()
 
     def close(self) -> None:
-        """End the thread, and wait for it unless called from it."""
+        """
+        End the thread, and wait for it unless called from it.
+
+        A thread that shuts the context down holds its lock, without which no other thread can
+        destroy a node. It destroys the node itself, and does not wait for the other thread to end.
+        """
         self.stop()
-        if threading.current_thread() is not self.thread:
-            self.thread.join()
+        if threading.current_thread() is self.thread:
+            return
+        if not is_locked_here(self.context):
+            self.thread.join(_PATIENCE_S)
+        elif self._has_served.wait(_PATIENCE_S):
+            self._destroy()
 
     def _run(self, loop: Callable[[], None]) -> None:
         try:
@@ -134,41 +136,47 @@ class Receiver:
             if self._goes_on():
                 raise
         finally:
+            self._has_served.set()
             try:
-                self._wake.destroy()
-                self._node.destroy_node()
+                self._destroy()
             finally:
                 self._end()
+
+    def _destroy(self) -> None:
+        """Destroy the node, unless another thread does."""
+        if self._destroyed.acquire(blocking=False):
+            self._wake.destroy()
+            self._node.destroy_node()
 
     def _end(self) -> None:
         try:
             self._on_end()
-        except BaseException:  # noqa: B902 - callbacks of those who gave up may raise anything
-            self._complaint.write('a callback')
+        except BaseException:  # noqa: B902 - callbacks of abandoned waits may raise anything
+            self._failure_log.write('a callback')
 
     def _goes_on(self) -> bool:
-        return not self._closing and self.context.ok()
+        return not self._closing and is_running(self.context)
 
     def _spin(self) -> None:
         executor = SingleThreadedExecutor(context=self.context)
         executor.add_node(self._node)
         while self._goes_on():
             try:
-                executor.spin_once(timeout_sec=_AFTER_A_WAKE_NS / 1e9)
+                executor.spin_once(timeout_sec=CHECK_CONTEXT_NS / 1e9)
             except ExternalShutdownException:
                 break
-            except BaseException:  # noqa: B902 - whatever it is, the next must get through
-                self._complain('a callback')
+            except BaseException:  # noqa: B902 - no error may prevent the next callback
+                self._log_failure('a callback')
         executor.shutdown()
 
     def _serve(self) -> None:
         while self._goes_on():
-            # The clock's subscription comes and goes with use_sim_time, at any moment.
+            # The clock's subscription appears and disappears with use_sim_time, at any moment.
             with suppress(InvalidHandle), ExitStack() as in_use:
                 self._serve_these(list(self._node.subscriptions), in_use)
 
     def _serve_these(self, subscriptions: list[Subscription], in_use: ExitStack) -> None:
-        """Serve subscriptions until the thread is woken: then the node may have others."""
+        """Serve subscriptions until the thread is woken, when the node may have others."""
         events: list[Any] = [event for subscription in subscriptions
                              for event in cast('Any', subscription.event_handlers)]
         sources = [(subscription, takes_info(subscription.callback))
@@ -178,12 +186,10 @@ class Receiver:
             in_use.enter_context(entity)
         wait_set: Any = _rclpy.WaitSet(
             len(handles), 1, 0, 0, 0, len(events), self.context.handle)
-        timeout = _AFTER_A_WAKE_NS
         woken = False
         last = time.monotonic()
         while not woken and self._goes_on():
-            self._wait(wait_set, handles, events, timeout)
-            timeout = _FOREVER
+            self._wait(wait_set, handles, events)
             woken = wait_set.is_ready('guard_condition', 0)
             for event in [event for event in events if event.is_ready(wait_set)]:
                 self._tell(event)
@@ -193,20 +199,20 @@ class Receiver:
             for _ in range(_RESTS if busy else 0):
                 if not taken or self._closing:
                     break
-                # Let a few messages gather, unless a lookup waits for them.
+                # Let a few messages accumulate, unless a lookup waits for them.
                 self._rest(_REST_S)
                 taken = self._drain_all(sources)
 
-    def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler],
-              timeout: int) -> None:
-        """Sleep until there is a message or an event, the timeout is over, or ``wake``."""
+    def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler]
+              ) -> None:
+        """Sleep until a message, an event, ``wake``, or the next check of the context."""
         wait_set.clear_entities()
         for handle in handles:
             wait_set.add_subscription(handle)
         for event in events:
             event.add_to_wait_set(wait_set)
         wait_set.add_guard_condition(self._wake.handle)
-        wait_set.wait(timeout)
+        wait_set.wait(CHECK_CONTEXT_NS)
 
     def _drain_all(self, sources: Iterable[tuple[Subscription, bool]]) -> int:
         return sum(self._drain(*source) for source in sources)
@@ -215,11 +221,11 @@ class Receiver:
         """Let rclpy log which publishers do not match, in their QoS or their type."""
         try:
             event.callback(event.take_data())
-        except BaseException:  # noqa: B902 - whatever it is, the next must get through
-            self._complain('an event')
+        except BaseException:  # noqa: B902 - no error may prevent the next callback
+            self._log_failure('an event')
 
     def _drain(self, subscription: Subscription, with_info: bool) -> int:
-        """Take the messages that have arrived; return how many."""
+        """Take the messages that have arrived; return the count."""
         handle: Any = subscription.handle
         take, kind, raw = handle.take_message, subscription.msg_type, subscription.raw
         callback = subscription.callback
@@ -232,14 +238,14 @@ class Receiver:
                     callback(*taken)
                 else:
                     callback(taken[0])
-            except BaseException:  # noqa: B902 - whatever it is, the next must get through
-                self._complain(f'a callback of {subscription.topic_name}')
+            except BaseException:  # noqa: B902 - no error may prevent the next callback
+                self._log_failure(f'a callback of {subscription.topic_name}')
         return _MAX_TAKEN_AT_ONCE
 
-    def _complain(self, what: str) -> None:
+    def _log_failure(self, what: str) -> None:
         # When the context ends, rclpy raises anything.
         if self._goes_on():
-            self._complaint.write(what)
+            self._failure_log.write(what)
 
 
 def takes_info(callback: Callable[..., object]) -> bool:
@@ -255,9 +261,9 @@ def _stop_with(context: Context) -> None:
     """
     Stop a context's receivers when it shuts down.
 
-    One callback is registered for each context, not for each receiver: a context keeps its
-    callbacks for ever, and a weak method of each receiver would print a complaint if the
-    receiver died with the interpreter.
+    One callback is registered for each context, not for each receiver: a context never removes its
+    callbacks, and a weak method of each receiver would print an error if the receiver died with
+    the interpreter.
     """
     def stop_all() -> None:
         for receiver in list(_running):
@@ -272,6 +278,6 @@ def _stop_with(context: Context) -> None:
 
 @atexit.register
 def _close_all() -> None:
-    """End every thread while the interpreter is still whole."""
+    """End every thread while the interpreter is still intact."""
     for receiver in list(_running):
         receiver.close()

@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
 A thread that takes the responses to a node's service clients, and nothing else.
 
-DDS sends each response to every client of the service, and all but one discard it. In an
-executor that costs about 120 us of CPU a client; waiting on the clients directly costs a
-quarter. With a hundred clients, each lookup of one of them costs that a hundred times.
+DDS sends each response to every client of the service, and all but one discard it. An executor
+needs about 120 us of CPU a client for that; waiting on the clients directly needs a quarter. With
+a hundred clients, each lookup of one of them has that cost a hundred times.
 """
 
 from collections.abc import Callable, Iterable
@@ -29,7 +18,7 @@ from rclpy.client import Client
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from .receiver import HAS_WAIT_SET, Receiver
+from .receiver import CHECK_CONTEXT_NS, HAS_WAIT_SET, Receiver
 
 try:
     from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -39,16 +28,13 @@ except (ImportError, AttributeError):  # pragma: no cover - every rclpy so far h
 
 # Nanoseconds, 146 years.
 _NEVER = 2**62
-# Ctrl-C wakes the thread just before the context ends; the end itself wakes nobody.
-# So after a wake the thread looks again after this time.
-_AFTER_A_WAKE_NS = 1_000_000_000
 
 
 class Responses(Receiver):
     """
-    Serves every service client of a node that no executor has, in one daemon thread.
+    A daemon thread that serves every service client of a node that is in no executor.
 
-    Callbacks of the clients' futures run in the thread. All else is as in ``Receiver``.
+    Callbacks of the clients' futures run in the thread. Everything else is as in ``Receiver``.
     """
 
     def __init__(self, node: Node, on_end: Callable[[], object], check: Callable[[], bool],
@@ -56,15 +42,15 @@ class Responses(Receiver):
         """
         Begin to serve.
 
-        :param node: whose clients; it now belongs to this object.
+        :param node: the node with the clients; it now belongs to this object.
         :param on_end: the thread calls it last.
-        :param check: the thread calls it after ``wake``, and then once in a period for
-            as long as it returns True.
+        :param check: the thread calls it after ``wake``, and then once in a period as long as it
+            returns True.
         """
         self._check = check
         self._period_ns = round(period_s * 1e9)
         if not use_wait_set:
-            # It is never cancelled: an executor would have to be woken to see it run again.
+            # It is never cancelled: an executor would have to be woken to notice its restart.
             node.create_timer(period_s, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
         super().__init__(node, on_end, use_wait_set=use_wait_set)
 
@@ -74,7 +60,7 @@ class Responses(Receiver):
             for entity in (self._wake.handle, *(client.handle for client in clients)):
                 in_use.enter_context(entity)
             wait_set: Any = _rclpy.WaitSet(0, 1, 0, len(clients), 0, 0, self.context.handle)
-            check_at, timeout = _NEVER, _AFTER_A_WAKE_NS
+            check_at, timeout = _NEVER, CHECK_CONTEXT_NS
             while self._goes_on():
                 self._sleep(wait_set, clients, timeout)
                 woken = wait_set.is_ready('guard_condition', 0)
@@ -84,13 +70,13 @@ class Responses(Receiver):
                 now = time.monotonic_ns()
                 if woken or now >= check_at:
                     check_at = now + self._period_ns if self._look_after() else _NEVER
-                timeout = min(check_at - now, _AFTER_A_WAKE_NS if woken else _NEVER)
+                timeout = min(check_at - now, CHECK_CONTEXT_NS)
 
     def _look_after(self) -> bool:
         try:
             return self._check()
-        except BaseException:  # noqa: B902 - whatever it is, the next must get through
-            self._complain('a check')
+        except BaseException:  # noqa: B902 - no error may prevent the next check
+            self._log_failure('a check')
             return True
 
     def _sleep(self, wait_set: Any, clients: Iterable[Client], timeout: int) -> None:
@@ -101,7 +87,7 @@ class Responses(Receiver):
         wait_set.wait(timeout)
 
     def _take(self, client: Client) -> None:
-        """Take one response, and give it to the request that waits for it."""
+        """Take one response, and pass it to the request that waits for it."""
         handle: Any = client.handle
         kind: Any = client.srv_type
         try:
@@ -110,5 +96,5 @@ class Responses(Receiver):
                 return  # it was for another client
             with suppress(KeyError):  # the request was cancelled
                 client.get_pending_request(header.request_id.sequence_number).set_result(response)
-        except BaseException:  # noqa: B902 - whatever it is, the next must get through
-            self._complain(f'a response of {client.srv_name}')
+        except BaseException:  # noqa: B902 - no error may prevent the next response
+            self._log_failure(f'a response of {client.srv_name}')

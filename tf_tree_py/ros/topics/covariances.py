@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Covariances of edges, from the topics that have them: odometries and localisations."""
+"""Covariances of edges, from the topics that contain them: odometries and localisations."""
 
 from typing import Any
 
@@ -21,14 +10,14 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from tf_tree_py.core.arrivals.estimate import (
+from tf_tree_py.core.ingest.edge_estimate import (
     Covariances,
     Edge,
-    Estimate,
+    EdgeEstimate,
     not_moved,
     STATIC_COVARIANCE_TOPIC,
 )
-from tf_tree_py.core.arrivals.incidents import Incident
+from tf_tree_py.core.ingest.incidents import Incident
 
 from .qos import sensor_qos, static_listener_qos
 from .side_topics import SideTopics
@@ -38,28 +27,29 @@ from ..messages.convert import as_nanoseconds, as_pose, time_message
 
 _TYPE_NAMES = {Odometry: 'nav_msgs/msg/Odometry',
                PoseWithCovarianceStamped: 'geometry_msgs/msg/PoseWithCovarianceStamped'}
-# How long the way from the pose's frame to the edge's child may take to be known.
+# How long the transform from the pose's frame to the edge's child may be missing.
 _PATIENCE = Duration(seconds=5.0)
 
 
 class CovarianceListener:
     """
-    Fills a buffer with the covariances of edges whose poses it has from ``/tf``.
+    A listener that fills a buffer with the covariances of edges whose poses come from ``/tf``.
 
-    It reads in a thread of its own, on a small node beside yours. From the start it hears
-    what ``static_transform_publisher`` tells of static edges; ``subscribe`` adds topics.
-    It lives until it is let go or ``close()``; it is a context manager.
+    It reads in its own thread, on a small node in addition to the user's. It always subscribes to
+    the covariances of static edges that ``static_transform_publisher`` publishes; ``subscribe``
+    adds topics. It lives until it is garbage collected or until ``close()``; it is a context
+    manager.
     """
 
     def __init__(self, buffer: Buffer, node: Node, *,
                  static_topic: str = STATIC_COVARIANCE_TOPIC) -> None:
         """
-        Begin to listen to covariances of static edges.
+        Subscribe to the covariances of static edges.
 
-        :param buffer: what to fill.
-        :param node: whose names and remappings to use.
-        :param static_topic: where these are published, as Odometry for their two frames.
-        :raises TypeError: another buffer than ours, such as tf2's.
+        :param buffer: the buffer to fill.
+        :param node: supplies the names and remappings.
+        :param static_topic: the topic of these, as Odometry for their two frames.
+        :raises TypeError: a buffer of another library, such as tf2's.
         """
         check_is_ours(buffer, Buffer, 'CovarianceListener')
         check_places('CovarianceListener(buffer, node)', node=node)
@@ -71,13 +61,13 @@ class CovarianceListener:
                   edge: Edge | None = None, with_poses: bool = False, planar: bool = False,
                   qos: QoSProfile | int | None = None) -> None:
         """
-        Take the covariances of a topic for an edge.
+        Read the covariances of a topic for an edge.
 
         :param msg_type: ``Odometry`` or ``PoseWithCovarianceStamped``.
-        :param child: the frame whose pose it is; with ``edge``, ``with_poses`` and ``planar``
-            see ``Covariances``.
+        :param child: the frame of the pose; for it, ``edge``, ``with_poses`` and ``planar`` see
+            ``Covariances``.
         :param qos: best effort unless given, which matches every publisher.
-        :raises ValueError: arguments that do not fit together.
+        :raises ValueError: arguments that contradict each other.
         """
         rules = Covariances(child, edge, with_poses, planar)
         rules.check_type(_TYPE_NAMES.get(msg_type, repr(msg_type)))
@@ -86,7 +76,7 @@ class CovarianceListener:
             msg_type, topic, source.take, qos or sensor_qos())
 
     def close(self) -> None:
-        """Stop listening; what is in the buffer stays there."""
+        """Stop listening; the contents of the buffer stay."""
         self._topics.close()
 
     def __enter__(self) -> 'CovarianceListener':
@@ -97,7 +87,7 @@ class CovarianceListener:
 
 
 class _Source:
-    """One topic and the edge that it tells of."""
+    """One topic and the edge of its covariances."""
 
     def __init__(self, buffer: Buffer, topic: str, rules: Covariances) -> None:
         self.authority = topic
@@ -105,7 +95,7 @@ class _Source:
         self._rules = rules
 
     def take(self, message: Any) -> None:
-        """Take a message of the topic."""
+        """Store a message of the topic."""
         estimate = self._rules.judged(_as_estimate(message), self.authority)
         if isinstance(estimate, Incident):
             self._buffer.feeds.refuse(estimate)
@@ -116,12 +106,12 @@ class _Source:
         else:
             self._store_moved(estimate, carrier)
 
-    def _store(self, estimate: Estimate) -> None:
+    def _store(self, estimate: EdgeEstimate) -> None:
         self._buffer.feeds.note(self._buffer.intake.take_estimate(
             estimate, self._rules.with_poses, self.authority))
 
-    def _store_moved(self, estimate: Estimate, carrier: str) -> None:
-        """Take an estimate for an edge above its frame, once the way there is known."""
+    def _store_moved(self, estimate: EdgeEstimate, carrier: str) -> None:
+        """Store an estimate for an edge above its frame, once the transform to it is available."""
         def store(future: Any) -> None:
             if future.cancelled() or future.exception() is not None:
                 self._buffer.feeds.refuse(
@@ -134,9 +124,9 @@ class _Source:
             _PATIENCE).add_done_callback(store)
 
 
-def _as_estimate(message: Any) -> Estimate:
-    """Return what an Odometry or a PoseWithCovarianceStamped says."""
+def _as_estimate(message: Any) -> EdgeEstimate:
+    """Return the estimate in an Odometry or a PoseWithCovarianceStamped."""
     t, q = message.pose.pose.position, message.pose.pose.orientation
-    return Estimate(message.header.frame_id, getattr(message, 'child_frame_id', ''),
-                    as_nanoseconds(message.header.stamp), (t.x, t.y, t.z, q.x, q.y, q.z, q.w),
-                    message.pose.covariance)
+    return EdgeEstimate(message.header.frame_id, getattr(message, 'child_frame_id', ''),
+                        as_nanoseconds(message.header.stamp), (t.x, t.y, t.z, q.x, q.y, q.z, q.w),
+                        message.pose.covariance)

@@ -1,34 +1,23 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Who publishes and hears topics of transforms, and with which quality of service."""
+"""The publishers and subscriptions of topics of transforms, and their quality of service."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from tf_tree_py.core.arrivals.received import Endpoint
+from tf_tree_py.core.ingest.received_message import Endpoint
 
-from .authority import node_name
+from .publisher_names import node_name
 
 
 def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
     """
-    Return who publishes and hears some topics, as the ROS graph says.
+    Return the publishers and subscriptions of some topics, from the ROS graph.
 
-    :param node: asks the graph; its own subscriptions are among the answers.
+    :param node: reads the graph; its own subscriptions are in the result.
     :param topics: full names, each with whether its transforms are valid at all times.
     """
     return [_endpoint(info, topic, static, publishes)

@@ -1,20 +1,9 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Fills a buffer from /tf and /tf_static."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 import functools
 import threading
 from typing import Any, cast
@@ -26,33 +15,38 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.arrivals.frame_names import FrameFilter, Rename, rename
-from tf_tree_py.core.arrivals.incidents import Incident
-from tf_tree_py.core.arrivals.received import Received
-from tf_tree_py.core.arrivals.wire import WireReader
+from tf_tree_py.core.ingest.frame_names import FrameFilter, Rename, rename
+from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.ingest.received_message import ReceivedMessage
+from tf_tree_py.core.ingest.wire import WireReader
 
-from .authority import Authority
-from .qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
-from .rivals import Rivals
+from .duplicate_publishers import DuplicatePublishers
+from .publisher_names import PublisherNames
+from .qos import dynamic_qos, overriding, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from ..buffer.buffer import Buffer
 from ..buffer.wrong_arguments import check_is_ours, check_places
-from ..threads.companion import companion, node_of_its_own, USE_SIM_TIME
+from ..threads.internal_node import internal_node, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
 
-_NAME = 'transform_listener_impl'
+NAME = 'transform_listener_impl'
+"""The name of the small nodes of listeners, without its hidden prefix and random digits."""
+# More layouts of messages than this come only from a publisher that invents names.
+_MAX_LAYOUTS = 1_000
+
+Edge = tuple[str, str]
 
 
 class TransformListener:
     """
-    Fills a buffer with what is published on ``/tf`` and ``/tf_static``.
+    Fills a buffer with the transforms on ``/tf`` and ``/tf_static``.
 
-    It reads in a thread of its own, on a small node of its own beside yours, and never
-    spins your node. The small node has your node's context, namespace, remappings and
-    clock. So a lookup with a timeout works inside a callback, also of a single-threaded
-    executor: transforms go on arriving while it waits.
+    It reads in its own thread, on a small node in addition to the user's, and never spins the
+    user's node. The small node has the context, namespace, remappings and clock of the user's
+    node. A lookup with a timeout therefore works inside a callback, also of a single-threaded
+    executor: transforms still arrive while it waits.
 
-    It lives as long as your node (without one, as ROS) or until ``close()``; it is a
-    context manager. Several may fill one buffer.
+    It lives as long as the user's node (without one, as long as ROS) or until ``close()``; it is a
+    context manager. Several listeners may fill one buffer.
     """
 
     def __init__(self, buffer: Buffer, node: Node | None = None, *, spin_thread: bool = True,
@@ -65,42 +59,40 @@ class TransformListener:
         """
         Begin to listen.
 
-        :param buffer: what to fill.
-        :param node: whose names, remappings and clock to use; None: those of the
-            command line.
-        :param spin_thread: read in a thread of its own. False puts the subscriptions
-            on your node for your executor to serve. Then a lookup that waits in a callback
-            of a single-threaded executor would block its own transforms: it fails at once.
+        :param buffer: the buffer to fill.
+        :param node: supplies the names, remappings and clock; None: those of the command line.
+        :param spin_thread: read in a separate thread. False adds the subscriptions to the user's
+            node, for its executor to serve. Then a lookup that waits in a callback of a
+            single-threaded executor would block its own transforms: it fails at once.
         :param qos: of ``/tf``; reliable, volatile, depth 100 unless given.
         :param static_qos: of ``/tf_static``; reliable, transient local, depth 100.
-        :param tf_topic: where moving transforms are published.
-        :param tf_static_topic: where static ones are.
-        :param static_only: leave ``/tf`` alone.
-        :param frame_prefix: put in front of every frame, such as ``robot1/``.
-        :param strip_frame_prefix: taken from the front before that; an edge of a frame
-            that does not have it is left out.
-        :param shared_frames: keep their name all the same, such as ``map``.
-        :param frame_filter: whether to take (parent, child), or the frames to take: an
-            edge between two of them. It is called with names as they arrive, and not for
-            every message, so it has to give the same answer every time.
-        :raises TypeError: another buffer than ours, such as tf2's.
+        :param tf_topic: the topic of moving transforms.
+        :param tf_static_topic: the topic of static transforms.
+        :param static_only: do not subscribe to ``/tf``.
+        :param frame_prefix: prepended to every frame, such as ``robot1/``.
+        :param strip_frame_prefix: removed before that; an edge of a frame without it is ignored.
+        :param shared_frames: frames whose names stay unchanged, such as ``map``.
+        :param frame_filter: returns whether to keep (parent, child); or the frames to keep: only
+            edges between two of them are stored. It is called with the names as received, and not
+            for every message, so it has to return the same result every time.
+        :raises TypeError: a buffer of another library, such as tf2's.
         :raises RuntimeError: there is no node, and ROS is not initialised.
-        :raises ValueError: ``spin_thread=False`` and no node to spin, or a string where
-            a collection of frames belongs.
+        :raises ValueError: ``spin_thread=False`` without a node, or a string instead of a
+            collection of frames.
         """
         check_is_ours(buffer, Buffer, 'TransformListener')
         names = rename(frame_prefix=frame_prefix, strip_frame_prefix=strip_frame_prefix,
                        shared_frames=shared_frames, frame_filter=frame_filter)
         check_places('TransformListener(buffer, node)', node=node)
         lives_with_node = node is not None
-        self._home = _home(node, spin_thread)
+        self._home = self._make_home(node, spin_thread)
         self.node = node = node or self._home
         self.buffer = buffer
         self._receiver: Receiver | None = None
         self._spinner = _Spinner(buffer, self._home)
         topics = [(tf_topic, False, qos or dynamic_qos()),
                   (tf_static_topic, True, static_qos or static_listener_qos())]
-        # All names are resolved before the first subscription: a bad one must leave none behind.
+        # All names are resolved before the first subscription: an error must leave none of them.
         resolved = [(node.resolve_topic_name(topic), static, profile)
                     for topic, static, profile in topics if static or not static_only]
         buffer.feeds.log_to(node.get_logger())
@@ -119,7 +111,7 @@ class TransformListener:
                 weakref.finalize(self, self._receiver.stop)
 
     def close(self) -> None:
-        """Stop listening; what is in the buffer stays there."""
+        """Stop listening; the contents of the buffer stay."""
         feeds, self._feeds = self._feeds, []
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
@@ -142,6 +134,14 @@ class TransformListener:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _make_home(self, node: Node | None, spin_thread: bool) -> Node:
+        """Return the node that gets the subscriptions."""
+        if node is None and not spin_thread:
+            raise ValueError('spin_thread=False needs a node of yours, for you to spin')
+        if node is None:
+            return node_of_its_own(NAME)
+        return internal_node(node, NAME) if spin_thread else node
+
     def _switch_clock(self, parameters: list[Parameter]) -> None:
         """Switch to simulated time and back when the node does."""
         changed = [parameter for parameter in parameters if parameter.name == USE_SIM_TIME]
@@ -153,10 +153,10 @@ class TransformListener:
 
 class _Spinner:
     """
-    Notes which thread runs a node's single-threaded executor, and so delivers transforms.
+    A record of the thread that runs a node's single-threaded executor and delivers transforms.
 
-    A program may spin its node first in one thread and then in another; the first then
-    delivers nothing any more.
+    A program may spin its node first in one thread and then in another; the first then no longer
+    delivers.
     """
 
     def __init__(self, buffer: Buffer, node: Node) -> None:
@@ -165,7 +165,7 @@ class _Spinner:
         self._thread: threading.Thread | None = None
 
     def note(self) -> None:
-        """Note that the current thread delivers."""
+        """Record that the current thread delivers transforms."""
         alone = isinstance(self._node.executor, SingleThreadedExecutor)
         thread = threading.current_thread() if alone else None
         if thread is not self._thread:
@@ -175,14 +175,14 @@ class _Spinner:
             self._buffer.feeds.add_thread(thread)
 
     def forget(self) -> None:
-        """Allow the noted thread to wait for transforms again."""
+        """Allow the recorded thread to wait for transforms again."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._buffer.feeds.remove_thread(thread)
 
 
 class _Feed:
-    """Takes the messages of one topic into the buffer."""
+    """Stores the messages of one topic in the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
                  qos: QoSProfile | int, names: Rename, spinner: _Spinner) -> None:
@@ -192,13 +192,16 @@ class _Feed:
         self._spinner = spinner
         self._reader = WireReader(names)
         self._topic = topic
-        self._authority = Authority(node, topic)
-        self._rivals = Rivals(self._authority, static)
+        self._authority = PublisherNames(node, topic)
+        self._duplicates = DuplicatePublishers(self._authority, static)
+        # The edges of earlier messages; all messages of one layout share the object.
+        self._known: dict[int, Sequence[Edge]] = {}
         buffer.feeds.name_later(self._authority)
-        # In a callback group of its own: another callback of the node may block on a lookup.
+        # In a separate callback group: another callback of the node may block on a lookup.
         self._subscription = node.create_subscription(
             TFMessage, topic, cast('Any', self._receive), qos, raw=True,
-            callback_group=MutuallyExclusiveCallbackGroup())
+            callback_group=MutuallyExclusiveCallbackGroup(),
+            qos_overriding_options=overriding(node, topic, 'subscription', static))
 
     def close(self) -> None:
         """Stop receiving; needed where the subscription is on the user's node."""
@@ -211,20 +214,26 @@ class _Feed:
         if isinstance(batch, Incident):
             self._buffer.feeds.refuse(*self._authority.correct([batch]))
         elif batch.edges:
+            if id(batch.edges) not in self._known:
+                authority = self._authority_of_new(batch.edges)
             if self._buffer.observers.of_messages:
-                self._buffer.observers.tell_received(Received(
+                self._buffer.observers.notify_received(ReceivedMessage(
                     batch, self._buffer.now(), self._topic, self._static,
                     '' if authority == self._authority.placeholder else authority))
-            incidents = self._buffer.insert_batch(batch, authority, self._static)
+            incidents = self._buffer.insert_batch(
+                batch, authority, self._static, announced=True)
             self._buffer.feeds.note(self._authority.correct(incidents))
-            for rivalry in self._rivals.judge(batch, info):
+            for rivalry in self._duplicates.judge(batch, info):
                 self._buffer.feeds.refuse(rivalry)
 
+    def _authority_of_new(self, edges: Sequence[Edge]) -> str:
+        """
+        Return the publisher of edges that arrive for the first time.
 
-def _home(node: Node | None, spin_thread: bool) -> Node:
-    """Return the node to put the subscriptions on."""
-    if node is None and not spin_thread:
-        raise ValueError('spin_thread=False needs a node of yours, for you to spin')
-    if node is None:
-        return node_of_its_own(_NAME)
-    return companion(node, _NAME) if spin_thread else node
+        Their publisher may have started after the last query of the graph. Without a new query its
+        edges would be attributed to the publisher that was the only one before.
+        """
+        if len(self._known) >= _MAX_LAYOUTS:
+            self._known.clear()
+        self._known[id(edges)] = edges
+        return self._authority.present_name()

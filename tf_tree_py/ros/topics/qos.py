@@ -1,20 +1,16 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The QoS profiles of /tf and /tf_static, as tf2 has them, and of sensors."""
+"""The QoS profiles of /tf and /tf_static as in tf2, of sensors, and their overrides."""
 
+from typing import Any, Literal
+
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions, QoSPolicyKind
+from tf2_msgs.msg import TFMessage
+
+from ..threads.internal_node import qos_overrides_of
 
 TF_TOPIC = '/tf'
 TF_STATIC_TOPIC = '/tf_static'
@@ -33,7 +29,7 @@ def static_listener_qos() -> QoSProfile:
 
 
 def static_broadcaster_qos() -> QoSProfile:
-    """Return the publisher's: the last message only, as each holds everything ever sent."""
+    """Return the publisher's profile: only the last message, since each holds all transforms."""
     return _static_qos(1)
 
 
@@ -43,10 +39,33 @@ def static_covariance_qos(count: int) -> QoSProfile:
 
 
 def sensor_qos(depth: int = 10) -> QoSProfile:
-    """Return a subscriber's profile that matches every publisher, best-effort sensors too."""
+    """Return a subscriber's profile that matches every publisher, also best-effort sensors."""
     return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
                       reliability=ReliabilityPolicy.BEST_EFFORT,
                       durability=DurabilityPolicy.VOLATILE)
+
+
+def overriding(node: Node, topic: str, kind: Literal['publisher', 'subscription'],
+               static: bool) -> QoSOverridingOptions | None:
+    """
+    Return the options that let parameters of a node override a profile, as in tf2's C++ nodes.
+
+    An example is ``-p qos_overrides./tf.publisher.depth:=10``. The parameters are declared only if
+    one of them was given, so all other nodes have only the parameters that they declare.
+
+    :param topic: fully resolved.
+    """
+    begin = f'qos_overrides.{topic}.{kind}.'
+    if not any(parameter.name.startswith(begin) for parameter in qos_overrides_of(node)):
+        return None
+    policies = [QoSPolicyKind.DEPTH, QoSPolicyKind.HISTORY, QoSPolicyKind.RELIABILITY]
+    return QoSOverridingOptions(policies if static else [*policies, QoSPolicyKind.DURABILITY])
+
+
+def tf_publisher(node: Node, topic: str, qos: QoSProfile | int, static: bool) -> Any:
+    """Return a publisher of TFMessages; parameters of the node may override its profile."""
+    return node.create_publisher(TFMessage, topic, qos, qos_overriding_options=overriding(
+        node, node.resolve_topic_name(topic), 'publisher', static))
 
 
 def _static_qos(depth: int) -> QoSProfile:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Calling back when the clock that a buffer goes by reaches a time: one thread for all."""
+"""Callbacks at times of the clock that a buffer follows: one thread serves them all."""
 
 from collections.abc import Callable
 import heapq
@@ -25,43 +14,44 @@ from typing import Any, Protocol
 import weakref
 
 import rclpy.logging
+from tf_tree_py.core import fork_locks
 
 from .clock import ClockDeadline, ClockWatch
-from ..threads.complaint import Complaint
+from ..threads.rate_limited_log import RateLimitedLog
 
 _LINGER_S = 1.0
 _MIN_DEAD = 64
 
 
 class AlarmDeadline(ClockDeadline):
-    """A ``ClockDeadline`` for those who do not sleep by it: an alarm calls them back."""
+    """A ``ClockDeadline`` for waits without a thread: an alarm ends them."""
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Return the monotonic time and the simulated one when it is over; inf: never."""
+        """Return the monotonic time and the simulated time of its end; inf: never."""
         return math.inf if self._wall_end is None else self._wall_end, self._end
 
     @property
     def released(self) -> bool:
-        """Whether whoever was to deliver what is waited for is gone."""
+        """Return whether the last source of the awaited data has gone."""
         return self._watch.released != self._released
 
     def is_over(self) -> bool:
-        """Return whether there is no more to wait for; ``why_early`` then tells."""
+        """Return whether the wait is over; ``why_early`` is the reason if it ended early."""
         if self._is_over():
             return True
         if time.monotonic() < self.ends[0]:
             return False
         if self._begin is not None:
-            self.why_early = 'Given up by the wall_guard: is anybody publishing /clock?'
+            self.why_early = 'Given up because of the wall_guard: is any node publishing /clock?'
         return True
 
 
 class Sleeper(Protocol):
-    """Who can be called back; known by weak reference, so it may die before."""
+    """The owner of an alarm; the reference to it is weak, so it may be gone by then."""
 
     def expire(self) -> None:
-        """Give up: time is up."""
+        """Give up, since the time is over."""
 
 
 _Entry = tuple[float, int, 'weakref.ref[Sleeper]']
@@ -69,39 +59,45 @@ _Entry = tuple[float, int, 'weakref.ref[Sleeper]']
 
 class Alarms:
     """
-    The deadlines of any number of sleepers, and one daemon thread that watches them.
+    The deadlines of any number of sleepers, and one daemon thread that waits for them.
 
-    The thread begins with the first alarm, and ends a second after the last is gone.
-    Setting an alarm costs O(log n), forgetting it O(1) amortised; what is kept is
-    proportional to the alarms that are set.
+    The thread starts with the first alarm and ends a second after the last one is gone.
+    Setting an alarm costs O(log n), cancelling it O(1) amortised. Memory is proportional to
+    the number of alarms that are set.
     """
 
     def __init__(self, watch: ClockWatch, on_wake: Callable[[], None]) -> None:
         """
-        Watch nothing yet.
+        Begin without alarms.
 
-        :param watch: the clock to go by.
-        :param on_wake: called by the thread whenever it looks around.
+        :param watch: the clock to follow.
+        :param on_wake: called by the thread each time it wakes up.
         """
         self._watch = watch
         self._on_wake = on_wake
-        self._lock = threading.Lock()
+        self._lock = fork_locks.lock()
         self._bell = _Bell()
         self._numbers = itertools.count()
         self._by_wall: list[_Entry] = []
         self._by_simulation: list[_Entry] = []
         self._pending: set[int] = set()
         self._thread: threading.Thread | None = None
-        self._complaint = Complaint(rclpy.logging.get_logger('tf_tree_py'))
+        fork_locks.repair(self)
+        self._failure_log = RateLimitedLog(rclpy.logging.get_logger('tf_tree_py'))
 
     def __len__(self) -> int:
         return len(self._pending)
+
+    def repair_in_child(self) -> None:
+        """Forget the thread, which exists only in the parent: the next alarm starts another."""
+        self._thread = None
+        self._bell = _Bell()
 
     def add(self, sleeper: Sleeper, deadline: AlarmDeadline) -> int:
         """
         Call a sleeper's ``expire`` when its deadline is over.
 
-        :return: the number by which to forget it.
+        :return: the number that cancels it.
         """
         reference = weakref.ref(sleeper)
         with self._lock:
@@ -119,7 +115,7 @@ class Alarms:
         return number
 
     def forget(self, number: int) -> None:
-        """Let an alarm be; it may have rung already."""
+        """Cancel an alarm; it may have fired already."""
         with self._lock:
             self._pending.discard(number)
             kept = sum(map(len, self._heaps()))
@@ -130,7 +126,7 @@ class Alarms:
                 self._bell.ring()
 
     def ring(self) -> None:
-        """Make the thread look around, if there is one; takes no lock."""
+        """Wake the thread, if there is one; takes no lock."""
         self._bell.ring()
 
     def _heaps(self) -> tuple[list[_Entry], list[_Entry]]:
@@ -148,13 +144,13 @@ class Alarms:
                 if self._pending:
                     self._sleep()
         except BaseException:
-            # Whatever it was, the next alarm gets another thread.
+            # After any error, the next alarm starts another thread.
             with self._lock:
                 self._thread = None
             raise
 
     def _is_done(self) -> bool:
-        """Linger while there is nothing to do; return whether that was long enough."""
+        """Wait a while for an alarm; return whether the thread may end."""
         if self._pending or self._bell.wait(_LINGER_S):
             return False
         with self._lock:
@@ -167,12 +163,12 @@ class Alarms:
         with self._lock:
             wall_end, simulated_end = (heap[0][0] if heap else math.inf for heap in self._heaps())
         with self._watch.waking(self._bell.ring, simulated_end):
-            # The clock may have ticked before it knew of us.
+            # The clock may have ticked before the bell was registered.
             if not self._simulation_reached(simulated_end):
                 self._bell.wait(wall_end - time.monotonic())
 
     def _simulation_reached(self, end: float) -> bool:
-        """Return whether the simulated time is there, or nobody drives it any more."""
+        """Return whether the simulated time has been reached, or is no longer published."""
         if end == math.inf:
             return False
         now = self._watch.simulated_now()
@@ -194,16 +190,16 @@ class Alarms:
             try:
                 if sleeper is not None:
                     sleeper.expire()
-            except BaseException:  # noqa: B902 - whatever it is, the next must be called back
-                self._complaint.write('a callback after a timeout')
+            except BaseException:  # noqa: B902 - no error may prevent the next callback
+                self._failure_log.write('a callback after a timeout')
 
 
 class _Bell:
     """
-    What an ``Event`` is for one thread; it can be rung in a finalizer.
+    An ``Event`` for one thread, which a finalizer may set.
 
-    A finalizer may run in the middle of ``Event.set``, whose lock it would then wait
-    for; ``SimpleQueue`` is made for that.
+    A finalizer may run in the middle of ``Event.set``, and would then wait for its lock without
+    end. ``SimpleQueue.put`` is re-entrant.
     """
 
     def __init__(self) -> None:
@@ -213,7 +209,7 @@ class _Bell:
         self._rings.put(None)
 
     def wait(self, timeout_s: float) -> bool:
-        """Sleep until it rings (True) or time is up (False)."""
+        """Block until it rings (True) or the time is over (False)."""
         try:
             self._rings.get(timeout=min(max(0.0, timeout_s), threading.TIMEOUT_MAX))
         except Empty:

@@ -1,23 +1,12 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-rclpy's future, fit for results that come from a thread which is not the executor's.
+A future of rclpy whose result may come from a thread outside the executor.
 
-Which executor runs the coroutine that awaits, rclpy does not tell; only this file
-looks for it, on the stack. Where it cannot be found, the coroutine goes on when its
-executor next has something to do, as with rclpy's own futures.
+rclpy does not reveal which executor runs the coroutine that awaits a future. Only this file
+searches for it on the stack. If it finds none, the coroutine continues at the next activity of its
+executor, as with rclpy's own futures.
 """
 
 from collections.abc import Callable, Generator
@@ -36,17 +25,17 @@ from rclpy.task import Future, Task
 from tf_tree_py.core.errors import TransformException
 
 _STEP_OF_TASK = Task.__call__.__code__
-# An executor that looked away looks back at once: it never takes more than a few.
+# A limit that is never reached: the executor checks the task again after a few.
 _MAX_NUDGES = 100
 
 
 class AwaitableFuture(Future):
     """
-    A future that ends once, from any thread, and wakes whoever awaits it.
+    A future that ends once, from any thread, and wakes the coroutine that awaits it.
 
-    It can be awaited in every rclpy executor and in asyncio, and spun for. Callbacks
-    of ``add_done_callback`` run in the thread that ends it. What ``result`` raises is
-    a copy, so that threads do not share a traceback.
+    It can be awaited in every rclpy executor and in asyncio, and used with
+    ``spin_until_future_complete``. Callbacks of ``add_done_callback`` run in the thread that
+    ends it. ``result`` raises a copy of the error, so that threads do not share a traceback.
     """
 
     def __init__(self) -> None:
@@ -55,7 +44,7 @@ class AwaitableFuture(Future):
         self._raised: list[BaseException] = []
 
     def _end(self) -> bool:
-        """Return whether nobody has ended it before."""
+        """End it; return False if it had ended already."""
         return self._ending.acquire(blocking=False)
 
     def set_result(self, result: Any) -> None:
@@ -82,7 +71,7 @@ class AwaitableFuture(Future):
         self._raise()
 
     def _raise(self) -> None:
-        """Raise what a callback raised, now that all were called."""
+        """Raise the error of a callback, after all callbacks were called."""
         if self._raised:
             raise self._raised.pop(0)
 
@@ -90,7 +79,7 @@ class AwaitableFuture(Future):
         """
         Return the result; None while there is none.
 
-        :raises CancelledError: it was cancelled; that of ``concurrent.futures``.
+        :raises CancelledError: it was cancelled; the class of ``concurrent.futures``.
         """
         if self.cancelled():
             raise CancelledError
@@ -110,8 +99,9 @@ class AwaitableFuture(Future):
 
     def _await_in_executor(self, task: Task) -> Generator[Any, Any, Any]:
         awaiter = _Awaiter(task)
-        # Not by a method of our own, which may keep the future alive for its callbacks:
-        # the coroutine keeps this one, and when it is dropped so are we.
+        # Not by this class's own method, which may keep the future alive for its callbacks. Here
+        # the coroutine keeps the future: when the coroutine is dropped, the future has to end,
+        # too.
         super().add_done_callback(awaiter)
         try:
             return (yield from super().__await__())
@@ -122,28 +112,28 @@ class AwaitableFuture(Future):
     def _await_in_loop(self, loop: Any) -> Generator[Any, Any, Any]:
         ended = loop.create_future()
 
-        def tell() -> None:
+        def end() -> None:
             if not ended.done():
                 ended.set_result(None)
 
-        def tell_loop(_: Future) -> None:
-            with suppress(RuntimeError):  # the loop was closed meanwhile
-                loop.call_soon_threadsafe(tell)
+        def wake_loop(_: Future) -> None:
+            with suppress(RuntimeError):  # the loop was closed in the meantime
+                loop.call_soon_threadsafe(end)
 
-        self.add_done_callback(tell_loop)
+        self.add_done_callback(wake_loop)
         try:
             yield from ended
         finally:
-            # As in asyncio: who is cancelled cancels what it awaits.
+            # As in asyncio: a task that is cancelled cancels the future that it awaits.
             self.cancel()
         return self.result()
 
 
 class _DoneCallback:
     """
-    A callback that cannot keep those behind it from being called.
+    A callback that cannot prevent the calls of later ones.
 
-    rclpy warns of an ``Exception`` and goes on, but ``sys.exit()`` goes past it.
+    rclpy logs an ``Exception`` and continues, but it does not catch ``SystemExit``.
     """
 
     def __init__(self, callback: Callable[[Future], Any], raised: list[BaseException]) -> None:
@@ -159,7 +149,7 @@ class _DoneCallback:
             self._raised.append(error)
 
     def __eq__(self, other: object) -> bool:
-        # By its own callback, for that is what remove_done_callback is given.
+        # Equal to the callback, because remove_done_callback receives that.
         return self is other or self._callback == other
 
     __hash__ = None  # type: ignore[assignment]
@@ -167,10 +157,10 @@ class _DoneCallback:
 
 class _Awaiter:
     """
-    Makes an executor go on with a task, once what the task awaits has ended.
+    Makes an executor resume a task after the future that it awaits has ended.
 
-    A ``MultiThreadedExecutor`` that is woken passes over a task whose last step has not
-    quite returned, and sleeps again: then it is nudged until the task was resumed.
+    A ``MultiThreadedExecutor`` that wakes up skips a task whose last step has not quite
+    returned, and sleeps again. In this case it is woken until it has resumed the task.
     """
 
     def __init__(self, task: Task) -> None:
@@ -184,10 +174,10 @@ class _Awaiter:
         if executor is None or task is None:
             return
         if not isinstance(executor, Executor):
-            # An EventsExecutor, which does not look at its tasks when it is woken.
+            # An EventsExecutor, which does not check its tasks when it wakes up.
             executor.create_task(task)
             return
-        # It may be shut down just now, and then has nothing left to wake.
+        # If it is being shut down, there is nothing left to wake.
         with suppress(AttributeError, InvalidHandle):
             executor.wake()
             if task.executing():
@@ -205,7 +195,7 @@ def _who_awaits() -> Any:
     asyncio = sys.modules.get('asyncio')
     step_of_loop = None if asyncio is None else asyncio.Handle._run.__code__
     frame: FrameType | None = sys._getframe(2)
-    # Either may run inside the other: the inner one counts.
+    # Either may run inside the other; the inner one is the right one.
     while frame is not None and frame.f_code is not step_of_loop:
         if frame.f_code is _STEP_OF_TASK:
             return frame.f_locals['self']

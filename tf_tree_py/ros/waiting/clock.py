@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Waiting by a ROS clock, which may stand still, run at its own pace, or jump back."""
+"""Waits by a ROS clock, which may stand still, run at its own pace, or jump back."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -24,7 +13,10 @@ import weakref
 from rclpy.clock import Clock, ClockChange, JumpHandle, JumpThreshold, ROSClock, TimeJump
 from rclpy.context import Context
 from rclpy.duration import Duration
+from tf_tree_py.core import fork_locks
 from tf_tree_py.core.stamp import as_seconds
+
+from ..threads.context_state import is_running
 
 _EVERY_TICK = JumpThreshold(min_forward=Duration(nanoseconds=1),
                             min_backward=Duration(nanoseconds=-1))
@@ -32,42 +24,47 @@ _EVERY_TICK = JumpThreshold(min_forward=Duration(nanoseconds=1),
 
 class ClockWatch:
     """
-    The clock that a buffer goes by, and those who sleep by it.
+    The clock that a buffer follows, and the waits that it ends.
 
-    Clocks come and go with the nodes that drive them; the newest counts. There is one
-    jump callback for everybody, because rclpy walks through a clock's callbacks by
-    index: one that is removed in the middle of a tick makes it skip another.
+    Clocks are added and removed with the nodes that drive them; the newest one is in use. All
+    waits share one jump callback: rclpy iterates over a clock's callbacks by index, so a removal
+    during a tick makes it skip another callback.
     """
 
     def __init__(self, on_jump_back: Callable[[TimeJump], None]) -> None:
         self._on_jump_back = on_jump_back
-        self._lock = threading.Lock()
+        self._lock = fork_locks.lock()
         self._clocks: list[tuple[Clock, Context | None]] = []
         self._clock: tuple[Clock | None, Context | None] = (None, None)
         self._handles: list[JumpHandle] = []
-        # A clock has no more than a bare pointer to its handle, which dies with us.
+        # A clock has only a raw pointer to its jump handle, which ends with this object.
         weakref.finalize(self, _unregister, self._handles).atexit = False
         self._sleepers: dict[Callable[[], None], float] = {}
         self.simulated = False
-        """Whether the clock is driven by somebody else than the system."""
+        """Whether the time comes from ``/clock`` and not from the system."""
         self.released = 0
         """How often ``release`` was called."""
+        fork_locks.repair(self)
+
+    def repair_in_child(self) -> None:
+        """Forget the waits of the parent process."""
+        self._sleepers.clear()
 
     def use_clock(self, clock: Clock, context: Context | None = None) -> None:
-        """Go by a clock from now on, as long as the context that drives it is alive."""
+        """Follow a clock from now on, as long as the context that drives it is alive."""
         with self._lock:
             self._clocks.append((clock, context))
             self._attend()
 
     def leave(self, clock: Clock, context: Context | None = None) -> None:
-        """Go by the clock before again, if there was one."""
+        """Stop following a clock, and use the one before it again, if there is one."""
         with self._lock:
             self._clocks.remove((clock, context))
             self._attend()
 
     @property
     def clock(self) -> Clock | None:
-        """Return the clock to go by; None if nobody lent one."""
+        """Return the clock in use; None if there is none."""
         return self._clock[0]
 
     def simulated_now(self) -> int | None:
@@ -75,12 +72,12 @@ class ClockWatch:
         clock, context = self._clock
         if clock is None or not _is_simulated(clock):
             return None
-        # What nobody drives any more would stand still for ever.
-        return clock.now().nanoseconds if context is None or context.ok() else None
+        # After its context has ended, the clock would never advance.
+        return clock.now().nanoseconds if context is None or is_running(context) else None
 
     @contextmanager
     def waking(self, wake: Callable[[], None], end: float) -> Iterator[None]:
-        """Call ``wake`` when the simulated time reaches the end, or another clock counts."""
+        """Call ``wake`` when the simulated time reaches the end, or another clock is in use."""
         self._sleepers[wake] = end
         try:
             yield
@@ -93,7 +90,7 @@ class ClockWatch:
         self._wake_until(math.inf)
 
     def _attend(self) -> None:
-        """Be called by the newest clock alone, so that a jump is told once."""
+        """Use the newest clock, and receive jumps from that one only."""
         _unregister(self._handles)
         self._clock = self._clocks[-1] if self._clocks else (None, None)
         clock = self._clock[0]
@@ -105,7 +102,7 @@ class ClockWatch:
 
     def _on_tick(self, jump: TimeJump) -> None:
         if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
-            # Another clock may just be taking this one's place.
+            # Another thread may be replacing this clock.
             with self._lock:
                 self.simulated = _is_simulated(self._clock[0])
         clock = self._clock[0]
@@ -124,12 +121,12 @@ class ClockWatch:
 
 class ClockDeadline:
     """
-    A timeout by the clock that a buffer goes by.
+    A timeout by the clock that a buffer follows.
 
-    Simulated time times out at its own pace, and not at all while it stands still;
-    otherwise it is the wall's monotonic time. Nothing is polled.
+    With simulated time it follows ``/clock``, and does not pass while that stands still.
+    Otherwise it follows the monotonic system clock. Nothing polls.
 
-    :ivar why_early: why the wait ended before its time, '' if it did not.
+    :ivar why_early: why the wait ended before its timeout; '' if it did not.
     """
 
     def __init__(self, watch: ClockWatch, timeout: int, wall_guard_s: float | None) -> None:
@@ -137,8 +134,8 @@ class ClockDeadline:
         Begin now.
 
         :param timeout: nanoseconds of the clock.
-        :param wall_guard_s: give up after so many seconds of wall time whatever a
-            simulated clock does; None: never.
+        :param wall_guard_s: with simulated time, the longest wait in seconds of wall time;
+            None: without a limit.
         """
         self.why_early = ''
         self._watch = watch
@@ -150,7 +147,7 @@ class ClockDeadline:
         self._end = math.inf if self._begin is None else self._begin + timeout
 
     def wait(self, event: threading.Event) -> bool:
-        """Sleep until there is reason to look again (True), or time is up (False)."""
+        """Block until the event is set (True) or the time is over (False)."""
         with self._watch.waking(event.set, self._end):
             if self._is_over():
                 return event.is_set()
@@ -161,11 +158,11 @@ class ClockDeadline:
                 return True
             if self._begin is not None:
                 self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
-                                  'wall time, the wall_guard: is anybody publishing /clock?')
+                                  'wall time, the wall_guard: is any node publishing /clock?')
             return False
 
     def elapsed_s(self) -> float:
-        """Return the seconds since the wait began, simulated ones if time is."""
+        """Return the seconds since the wait began, of simulated time where that is in use."""
         if self._begin is None or self._now is None:
             return time.monotonic() - self._wall_begin
         return as_seconds(self._now - self._begin)

@@ -1,22 +1,11 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """
-Waiting for a limited time without a thread of one's own: one query, until it ends.
+Waits with a timeout that block no thread, for futures and message filters.
 
-A ``Wait`` stands in the buffer's line of those who wait, as a sleeping thread does. Whoever
-changes what blocks it asks again on its behalf. Nothing polls.
+A ``Wait`` has a place in the buffer's queue of waiters, as a sleeping thread has. The thread that
+inserts the missing data runs the query again. Nothing polls.
 """
 
 from collections import deque
@@ -25,9 +14,9 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any, Generic, Protocol, TypeVar
 import weakref
 
-from tf_tree_py.core.arrivals.observers import Observers
 from tf_tree_py.core.buffer.waiting import Inquiry, Pending, Waiting
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.ingest.observers import Observers
 
 from .alarm_clock import AlarmDeadline, Alarms
 from .clock import ClockDeadline, ClockWatch
@@ -41,27 +30,26 @@ _FOREVER = 2**62
 
 class Timeouts:
     """
-    How long waits at a buffer may last: by its clock, and by its wall guard.
+    The deadlines of all waits at one buffer, by its clock and by its wall guard.
 
-    :ivar waiting: the line that they stand in.
-    :ivar watch: the clock to go by.
-    :ivar observers: those of the buffer.
+    :ivar waiting: the buffer's queue of waiters.
+    :ivar watch: the clock that deadlines follow.
+    :ivar observers: the buffer's observers.
     """
 
     def __init__(self, waiting: Waiting, watch: ClockWatch, wall_guard_s: float | None,
                  observers: Observers) -> None:
         """
-        Begin with nobody.
+        Begin without any wait.
 
-        :param wall_guard_s: with simulated time, the longest wait by the wall, seconds.
+        :param wall_guard_s: with simulated time, the longest wait in wall time, seconds.
         """
         self.waiting = waiting
         self.watch = watch
         self.observers = observers
         self._wall_guard_s = wall_guard_s
         self._alarms = Alarms(watch, self.forget_orphans)
-        # The remains of waits that nobody refers to any more.
-        self._orphans: deque[tuple[Inquiry[Any], int | None]] = deque()
+        self._orphans: deque[_Registration] = deque()
 
     @property
     def alarms(self) -> int:
@@ -69,73 +57,67 @@ class Timeouts:
         return len(self._alarms)
 
     def deadline(self, timeout: int) -> ClockDeadline:
-        """Return a deadline for a thread that sleeps by it, from now on, nanoseconds."""
+        """Return a deadline for a thread that sleeps, nanoseconds from now."""
         return ClockDeadline(self.watch, timeout, self._wall_guard_s)
 
     def deadline_without_thread(self, timeout: int | None) -> AlarmDeadline:
-        """Return a deadline for one who does not sleep by it; None: as long as it takes."""
+        """Return a deadline that needs an alarm, nanoseconds from now; None: it never ends."""
         if timeout is None:
             return AlarmDeadline(self.watch, _FOREVER, None)
         return AlarmDeadline(self.watch, timeout, self._wall_guard_s)
 
     def set_alarm(self, wait: 'Wait[Any]', deadline: AlarmDeadline) -> int:
-        """Let a wait expire at its deadline; return the alarm's number."""
+        """Call a wait's ``expire`` at its deadline; return the number of the alarm."""
         return self._alarms.add(wait, deadline)
 
     def forget_alarm(self, number: int) -> None:
-        """Let an alarm be; it may have rung already."""
+        """Cancel an alarm; it may have fired already."""
         self._alarms.forget(number)
 
-    def leave_orphan(self, inquiry: Inquiry[Any], alarm: int | None) -> None:
-        """Note the remains of a wait; takes no lock, for finalizers call it."""
-        self._orphans.append((inquiry, alarm))
-        if alarm is not None:
+    def leave_orphan(self, registration: '_Registration') -> None:
+        """Schedule a registration for removal; takes no lock, because finalizers call it."""
+        self._orphans.append(registration)
+        if registration.alarm is not None:
             self._alarms.ring()
 
     def forget_orphans(self) -> None:
-        """Take waits out of the line that nobody refers to any more."""
+        """Remove garbage-collected waits from the queue."""
         with suppress(IndexError):
             while True:
-                inquiry, alarm = self._orphans.popleft()
-                inquiry.end()
-                if alarm is not None:
-                    self._alarms.forget(alarm)
+                self._orphans.popleft().end()
 
 
 class Asker(Protocol[Taken]):
-    """The one that a wait is for; it ends the wait in both methods."""
+    """The owner of a wait. It has to end the wait in both methods."""
 
     def answered(self, answer: Taken) -> None:
-        """Take the answer; in the thread that asked."""
+        """Receive the answer, in the thread that ran the query."""
 
     def failed(self, error: TransformException) -> None:
-        """Take the reason why there will be no answer; likewise."""
+        """Receive the reason why there will be no answer, in the same thread."""
 
 
 class Wait(Generic[Answer]):
     """
-    A query that is asked until it has an answer, cannot have one any more, or time is up.
+    A query that runs until it has an answer, can no longer have one, or times out.
 
-    The first time it is asked by ``ask``; then by whoever inserts what blocked it, in
-    their thread, without the buffer's lock. It is over once ``end`` was called.
+    ``ask`` runs it for the first time. After that, the thread that inserts the missing data runs
+    it, without the buffer's lock. ``end`` ends the wait.
 
-    The buffer keeps neither it nor its asker alive; the asker has to keep it. A wait that
-    nobody refers to is forgotten, at the latest when the next one is made, unless
-    ``keep_alive`` was called.
+    The buffer keeps neither the wait nor its owner alive: the owner has to keep a reference to
+    the wait. A wait without references is forgotten when the next one is made or earlier,
+    unless ``keep_alive`` was called.
     """
-
-    # Whether something may be left behind in the line or among the alarms.
-    _made = False
 
     def __init__(self, timeouts: Timeouts, asker: Asker[Answer], query: Callable[[], Answer],
                  timeout: int | None,
                  lock: AbstractContextManager[Any] | None = None) -> None:
         """
-        Take a query.
+        Register a query.
 
         :param query: raises a ``TransformException`` as long as it has no answer.
-        :param timeout: nanoseconds of the buffer's clock; None: as long as it takes.
-        :param lock: held while it is asked and answered, and taken before the buffer's.
+        :param timeout: nanoseconds of the buffer's clock; None: without a limit.
+        :param lock: held while the query runs and is answered; acquired before the buffer's.
         """
         self._timeouts = timeouts
         self._asker = weakref.ref(asker)
@@ -143,77 +125,103 @@ class Wait(Generic[Answer]):
         self._timeout = timeout
         self._lock = lock or nullcontext()
         self._deadline: AlarmDeadline | None = None
-        self._alarm: int | None = None
         self._inquiry = Inquiry(timeouts.waiting, query, _ask_if_alive(self))
-        self._made = True
+        self._registration = _Registration(timeouts, self._inquiry)
 
     @property
     def released(self) -> bool:
-        """Return whether whoever was to deliver what is waited for is gone."""
+        """Return whether the last source of the awaited data has gone."""
         return self._deadline is not None and self._deadline.released
 
     @property
     def is_being_woken(self) -> bool:
-        """Return whether what blocked it has changed and it has not asked again yet."""
+        """Return whether the query is due to run again, because the missing data has arrived."""
         return not self._inquiry.waits
 
     def ask(self, *, once_more: bool = True) -> None:
         """
-        Answer the query, or stand under what blocks it.
+        Run the query, and wait if it lacks data that may still arrive.
 
-        :param once_more: stand; otherwise what blocks it is the reason to fail.
+        :param once_more: whether it may wait; if not, the query's error is final.
         """
         asker = self._asker()
         if asker is None:
             return
         with self._lock:
-            deadline = self._deadline
-            if deadline is not None and deadline.is_over():
-                once_more = False
+            # Always called: the deadline records how long the wait has lasted, and why it ended.
+            may_wait = not self._is_over() and once_more
             try:
-                # Observers are told when a lookup begins, and not whenever it tries again.
+                # Observers count a lookup once, however often its query runs.
                 with self._timeouts.observers.quiet():
-                    answer = self._inquiry.ask(once_more=once_more, may_wait=self._may_wait)
+                    answer = self._inquiry.ask(once_more=may_wait,
+                                               before_waiting=self._set_deadline)
             except TransformException as error:
-                if deadline is not None:
-                    error.waited_s = deadline.elapsed_s()
-                    error.hint = deadline.why_early or error.hint
-                # The traceback leads back here: a cycle, which only a collection would find.
+                self._add_waited_time(error)
+                # The traceback refers to this frame: a cycle that only a collection would free.
                 asker.failed(error.with_traceback(None))
             else:
                 if not isinstance(answer, Pending):
                     asker.answered(answer)
 
     def expire(self) -> None:
-        """Ask for the last time."""
+        """Run the query for the last time."""
         self.ask(once_more=False)
 
-    def _may_wait(self) -> bool:
-        """Set the deadline, if there is none yet; return whether there is one to wait for."""
-        timeout = self._timeout
-        if self._deadline is None and (timeout is None or timeout > 0):
-            self._deadline = self._timeouts.deadline_without_thread(timeout)
-            if timeout is not None:
-                self._alarm = self._timeouts.set_alarm(self, self._deadline)
-        return self._deadline is not None
-
-    def end(self) -> bool:
-        """Stop waiting; return whether nobody else did so before."""
-        first = self._inquiry.end()
+    def end(self) -> None:
+        """Stop waiting."""
+        self._registration.end()
         self._kept = None
-        if first and self._alarm is not None:
-            self._timeouts.forget_alarm(self._alarm)
-        return first
 
     def keep_alive(self) -> None:
-        """Let the buffer keep it and its asker alive until it is over."""
+        """Let the buffer keep the wait and its owner alive until the wait is over."""
         self._kept = self._asker()
         if not self._inquiry.wake_by(self.ask):
             self._kept = None
 
     def __del__(self) -> None:
-        if self._made and not self._inquiry.over:
-            self._timeouts.leave_orphan(self._inquiry, self._alarm)
+        # No ``weakref.finalize``: its registry would keep the query alive, and so the buffer.
+        if hasattr(self, '_registration') and not self._registration.over:
+            self._timeouts.leave_orphan(self._registration)
+
+    def _is_over(self) -> bool:
+        if self._deadline is not None:
+            return self._deadline.is_over()
+        return self._timeout is not None and self._timeout <= 0
+
+    def _set_deadline(self) -> None:
+        """Start the clock of the timeout, before the first wait."""
+        if self._deadline is None:
+            self._deadline = self._timeouts.deadline_without_thread(self._timeout)
+            if self._timeout is not None:
+                self._registration.alarm = self._timeouts.set_alarm(self, self._deadline)
+
+    def _add_waited_time(self, error: TransformException) -> None:
+        deadline = self._deadline
+        if deadline is not None:
+            error.waited_s = deadline.elapsed_s()
+            error.hint = deadline.why_early or error.hint
+
+
+class _Registration:
+    """The resources of a wait: its place in the queue, and an alarm. It outlives the wait."""
+
+    __slots__ = ('_timeouts', '_inquiry', 'alarm')
+
+    def __init__(self, timeouts: Timeouts, inquiry: Inquiry[Any]) -> None:
+        self._timeouts = timeouts
+        self._inquiry = inquiry
+        self.alarm: int | None = None
+
+    @property
+    def over(self) -> bool:
+        """Return whether both are released."""
+        return self._inquiry.over
+
+    def end(self) -> None:
+        """Release both."""
+        self._inquiry.end()
+        if self.alarm is not None:
+            self._timeouts.forget_alarm(self.alarm)
 
 
 def _ask_if_alive(wait: Wait[Any]) -> Callable[[], None]:

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Which bags there are, on this machine or wherever fsspec looks, and a copy to read."""
+"""Finds bags, on this machine or with fsspec, and copies remote ones to read them."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,17 +13,16 @@ import re
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from tf_tree_py.bag.files.finding import INDEX, names_messages
-
-from ..endings import Cannot, needs
+from tf_tree_py.bag.files.discovery import INDEX, names_messages
+from tf_tree_py.command.endings import Cannot, needs
 
 
 class BagPath(NamedTuple):
     """
-    Where a bag is.
+    The place of a bag.
 
     :ivar path: absolute, or a URL.
-    :ivar version: another text whenever the bag has changed; '' where nobody knows.
+    :ivar version: a text that differs whenever the bag has changed; '' if it is unknown.
     """
 
     path: str
@@ -42,7 +30,7 @@ class BagPath(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return a name for files, the bag's own in front, that no other bag has."""
+        """Return a unique name for files, which begins with the bag's own."""
         digest = hashlib.sha256(self.path.encode(errors='surrogateescape')).hexdigest()[:12]
         own = re.sub(r'[^\w.-]', '_', self.path.rstrip('/').rpartition('/')[2])[:80]
         return f'{own}-{digest}'
@@ -50,12 +38,12 @@ class BagPath(NamedTuple):
 
 def bags_in(patterns: Sequence[str]) -> list[BagPath]:
     """
-    Return the bags that patterns match, in order, each once.
+    Return the bags that match patterns, in order, each once.
 
-    A path without ``*``, ``?`` and ``[`` is taken whether something is there or not. What a
-    pattern matches and is no bag is left out; the splits of a bag are one.
+    A path without ``*``, ``?`` and ``[`` is returned whether it exists or not. Matches that are
+    not bags are left out; the splits of a bag count as one.
 
-    :raises Cannot: nothing at all matches, or fsspec is needed and cannot.
+    :raises Cannot: nothing matches, or fsspec is needed and fails.
     """
     found = [bag for pattern in patterns
              for bag in (_remote if is_remote(pattern) else _local)(pattern)]
@@ -65,7 +53,7 @@ def bags_in(patterns: Sequence[str]) -> list[BagPath]:
 
 
 def is_remote(path: str) -> bool:
-    """Return whether fsspec is to open it."""
+    """Return whether fsspec has to open it."""
     return '://' in path or '::' in path
 
 
@@ -93,14 +81,14 @@ def _remote(pattern: str) -> list[BagPath]:
             paths = _bags_of(sorted(system.glob(path)), system.isdir, system.exists)
         return [BagPath(system.unstrip_protocol(path) + behind, _remote_version(system, path))
                 for path in paths]
-    except Exception as error:  # noqa: B902 - each file system has errors of its own
-        raise Cannot(f'{pattern} cannot be looked at: {type(error).__name__}: {error}') from error
+    except Exception as error:  # noqa: B902 - each file system has its own errors
+        raise Cannot(f'{pattern} cannot be listed: {type(error).__name__}: {error}') from error
 
 
 def _system_of(url: str) -> tuple[Any, str, str]:
-    """Return fsspec's file system for a URL, the path in it, and what it lies in."""
+    """Return fsspec's file system for a URL, the path in it, and the chained outer URL."""
     try:
-        system, path = needs('fsspec.core', 'fsspec', 'archive').url_to_fs(url)
+        system, path = needs('fsspec.core', 'fsspec').url_to_fs(url)
     except (ImportError, ValueError, OSError) as error:
         raise Cannot(f'{url} cannot be opened: {error}') from error
     _, chained, outer = url.partition('::')
@@ -116,7 +104,7 @@ def _remote_version(system: Any, path: str) -> str:
 
 def _bags_of(paths: Sequence[str], is_folder: Callable[[str], bool],
              exists: Callable[[str], bool]) -> list[str]:
-    """Return the bags among what was matched: files, and folders as rosbag2 writes them."""
+    """Return the bags among the matches: files, and folders as rosbag2 writes them."""
     bags = list[str]()
     for path in (path.rstrip('/') for path in paths):
         folder = path if is_folder(path) else path.rpartition('/')[0]
@@ -129,7 +117,7 @@ def _bags_of(paths: Sequence[str], is_folder: Callable[[str], bool],
 
 @contextmanager
 def local_copy(path: str) -> Iterator[Path]:
-    """Return where a bag can be read on this machine; a copy is deleted afterwards."""
+    """Yield the path of a bag on this machine; a copy is deleted afterwards."""
     if not is_remote(path):
         yield Path(path)
         return

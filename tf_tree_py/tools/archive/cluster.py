@@ -1,30 +1,20 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The processes that read bags: some of our own on this machine, or an existing cluster."""
+"""The processes that read bags: local workers, or an existing cluster."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 import logging
 from typing import Any
 
-from . import shielding
-from ..endings import Cannot, needs
+from tf_tree_py.command.endings import Cannot, needs
+
+from . import ignore_ctrl_c
 
 # A bag whose workers were killed this often is given up.
 _TRIES = 2
-# Nobody but this machine is to reach them, nor their dashboards.
+# Only this machine may reach the workers and their dashboards.
 _HERE = '127.0.0.1'
 
 
@@ -33,11 +23,12 @@ def client_of(scheduler: str | None, workers: int) -> Iterator[Any]:
     """
     Return a client of dask.
 
-    :param scheduler: of an existing cluster, such as ``tcp://host:8786``; None: so many
-        workers of our own, which end with the client.
-    :raises Cannot: dask is not installed, or nobody answers there.
+    :param scheduler: of an existing cluster, such as ``tcp://host:8786``; None: local workers,
+        which end with the client.
+    :param workers: the number of local workers.
+    :raises Cannot: dask is not installed, or no scheduler answers.
     """
-    distributed = needs('distributed', 'distributed', 'archive')
+    distributed = needs('distributed', 'distributed')
     if scheduler is not None:
         try:
             client = distributed.Client(scheduler)
@@ -48,16 +39,19 @@ def client_of(scheduler: str | None, workers: int) -> Iterator[Any]:
         return
     own = {'n_workers': workers, 'threads_per_worker': 1, 'host': _HERE,
            'dashboard_address': f'{_HERE}:0', 'worker_dashboard_address': f'{_HERE}:0',
-           'preload': [shielding.__name__], 'silence_logs': logging.CRITICAL}
+           'preload': [ignore_ctrl_c.__name__], 'silence_logs': logging.CRITICAL}
     with (_settings(), distributed.LocalCluster(**own) as cluster,
           distributed.Client(cluster) as client):
         yield client
 
 
 def _settings() -> Any:
-    return needs('dask', 'dask', 'archive').config.set({
+    return needs('dask', 'dask').config.set({
         'distributed.scheduler.allowed-failures': _TRIES - 1,
-        # A worker holds one bag at a time, so one that is killed tells nothing of the others.
+        # A worker holds one bag at a time, so the loss of a worker affects only one bag.
         'distributed.scheduler.worker-saturation': 1.0,
         'distributed.worker.profile.enabled': False,
+        # By default dask gives up a worker that was killed and is not back after 15 s. On a busy
+        # machine all of them would go, and the rest of the bags would wait forever.
+        'distributed.deploy.lost-worker-timeout': '1 day',
     })

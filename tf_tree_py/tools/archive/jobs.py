@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What is done with one bag, in a process that may be anywhere."""
+"""The jobs for one bag, in a process on any machine."""
 
 from argparse import Namespace
 from collections.abc import Callable
@@ -23,34 +12,34 @@ import time
 from typing import Any, NamedTuple
 
 from tf_tree_py.bag import BagError
-from tf_tree_py.core.doctor import Doctor
+from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.core.health.measures.thresholds import Thresholds
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.core.vitals.limits import Limits
 
 from .bags import local_copy
 from .page import report_page
 from ..doctor_report import judged
-from ..endings import Cannot
 from ..export.formats import FORMATS
 from ..export.plan import Plan
-from ..recording import Recording
+from ..recorded_tree import RecordedTree
 
 FINE, WARNING, ERROR = 'fine', 'warning', 'error'
 BROKEN = 'broken'
-"""Nothing can be had of the bag, and another try would not help."""
+"""The bag yields no result, and another try would not help."""
 LOST = 'lost'
-"""What happened has nothing to do with the bag, and another try may help."""
+"""The bag did not cause the failure, and another try may help."""
 
 Row = dict[str, Any]
 
 
 class Result(NamedTuple):
     """
-    What came of a bag.
+    The result of a job for one bag.
 
     :ivar row: of the table; at least ``outcome`` and ``reason``.
-    :ivar files: by their suffixes; the first is what people look at.
+    :ivar files: by their suffixes; the first is the one for people.
     """
 
     row: Row
@@ -58,20 +47,20 @@ class Result(NamedTuple):
 
 
 Job = Callable[[Path, str], Result]
-"""Takes where a bag can be read, and what it is called."""
+"""Takes the path of a bag, and its name."""
 
 
 @dataclass(frozen=True)
 class ReportJob:
-    """Ask the doctor."""
+    """Run the doctor."""
 
-    limits: Limits
+    limits: Thresholds
 
     def __call__(self, path: Path, name: str) -> Result:
-        """Return what is wrong with a bag."""
+        """Return the report about a bag."""
         doctor = Doctor(self.limits)
         arguments = Namespace(bag=path, tf_topic=None, tf_static_topic=None)
-        with Recording(arguments, [doctor], self.limits.cache_time) as source:
+        with RecordedTree(arguments, [doctor], self.limits.cache_time) as source:
             source.watch(None)
             report, findings = judged(source, doctor)
         report['source'] = name
@@ -96,7 +85,7 @@ class ExportJob:
     form: str
 
     def __call__(self, path: Path, name: str) -> Result:
-        """Return what a bag has of the plan."""
+        """Return the trajectory of the plan in a bag."""
         taken, recording = self.plan.of(path)
         row = {
             'outcome': WARNING if recording.oddities else FINE,
@@ -111,7 +100,7 @@ class ExportJob:
 
 
 def done(job: Job, path: str) -> Result:
-    """Do a job with a bag; whatever goes wrong stands in the row."""
+    """Run a job on a bag; any error is reported in the row."""
     begin = time.monotonic()
     try:
         with local_copy(path) as here:
@@ -119,12 +108,12 @@ def done(job: Job, path: str) -> Result:
                 result = job(here, path)
             except (BagError, TransformException, Cannot) as error:
                 result = failed(BROKEN, str(error).replace(str(here), path))
-    except Exception as error:  # noqa: B902 - the other bags are to be read
+    except Exception as error:  # noqa: B902 - the other bags have to be read
         result = failed(LOST, f'{type(error).__name__}: {error}')
     result.row['took_s'] = round(time.monotonic() - begin, 3)
     return result
 
 
 def failed(outcome: str, reason: str) -> Result:
-    """Return the row of a bag of which there is nothing."""
+    """Return the result for a bag without any files."""
     return Result({'outcome': outcome, 'reason': ' '.join(reason.split())}, {})

@@ -1,24 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Pages for a browser: the table of all bags, and the report about one. Nothing is loaded."""
+"""Pages for a browser: the table of all bags, and the report on one. They load no files."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from ..endings import needs
+from tf_tree_py.command.endings import needs
 
 _HEAD = """\
 <!DOCTYPE html>
@@ -45,7 +34,7 @@ _INDEX = _HEAD + """\
 <h1>{{ title }}</h1>
 <p>{{ rows | length }} bags:{% for outcome, count in outcomes.items() %}
 <span class="{{ outcome }}">{{ count }} {{ outcome }}</span>{{ "," if not loop.last }}
-{%- endfor %}. A click on a heading sorts by it.</p>
+{%- endfor %}. Click a heading to sort by it.</p>
 <table><thead><tr>{% for column in columns %}<th>{{ column }}</th>{% endfor %}</tr></thead><tbody>
 {% for row in rows %}<tr>
 {%- for column in columns %}{% set cell = row.get(column, "") %}
@@ -80,21 +69,21 @@ _REPORT = _HEAD + """\
 <table>{% if finding.publishers %}<tr><td>from</td><td>{{ finding.publishers | join(", ") }}</td>
 </tr>{% endif %}{% if finding.cause %}<tr><td>cause</td><td>{{ finding.cause }}</td></tr>
 {%- endif %}{% if finding.fix %}<tr><td>fix</td><td>{{ finding.fix }}</td></tr>{% endif %}</table>
-{% else %}<p class="fine">nothing to complain of</p>{% endfor %}
+{% else %}<p class="fine">no findings</p>{% endfor %}
 </body></html>
 """
 
 
 @cache
 def _template(text: str) -> Any:
-    jinja2 = needs('jinja2', 'jinja2', 'archive')
+    jinja2 = needs('jinja2', 'jinja2')
     return jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
 
 
 def index_page(title: str, rows: Sequence[Mapping[str, Any]], columns: Sequence[str],
                outcomes: Mapping[str, int]) -> bytes:
     """
-    Return the page with the table of all bags, which links to what there is of each.
+    Return the page with the table of all bags, with links to the files of each.
 
     :param columns: the keys of the rows to show, in order; a row may lack some.
     """
@@ -102,11 +91,11 @@ def index_page(title: str, rows: Sequence[Mapping[str, Any]], columns: Sequence[
 
 
 def report_page(report: Mapping[str, Any]) -> bytes:
-    """Return the page with what the doctor says of one bag."""
+    """Return the page with the doctor's report on one bag."""
     return _encoded(_REPORT, title=report['source'], **report)
 
 
 def _encoded(text: str, **values: Any) -> bytes:
     page: str = _template(text).render(values)
-    # A name of a file may hold bytes that are no text.
+    # The name of a file may hold bytes that are not text.
     return page.encode(errors='replace')

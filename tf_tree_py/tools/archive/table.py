@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""The rows of all bags as one table, what is in trouble first."""
+"""The rows of all bags as one table, the worst first."""
 
 from collections.abc import Iterable, Sequence
 import csv
@@ -23,13 +12,13 @@ from typing import Any
 from .jobs import BROKEN, ERROR, FINE, LOST, Row, WARNING
 
 VERSION = 1
-"""Of the shape of the JSON; it changes only if a key goes or gets another meaning."""
+"""The version of the JSON; it changes only if a key is removed or gets another meaning."""
 
 WORST_FIRST = (LOST, BROKEN, ERROR, WARNING, FINE)
 
 
 def by_trouble(rows: Iterable[Row]) -> list[Row]:
-    """Return the rows, those of the worst outcome first, and of these what has most of it."""
+    """Return the rows by outcome, the worst first, and within one by the counts of problems."""
     return sorted(rows, key=lambda row: (
         WORST_FIRST.index(row['outcome']),
         *(-row.get(key, 0) for key in ('errors', 'warnings', 'oddities', 'notes')), row['bag']))
@@ -42,13 +31,13 @@ def columns_of(rows: Sequence[Row]) -> list[str]:
 
 
 def summary(rows: Sequence[Row]) -> dict[str, int]:
-    """Return how many rows have which outcome, the worst first."""
+    """Return the number of rows by outcome, the worst first."""
     counts = {outcome: sum(row['outcome'] == outcome for row in rows) for outcome in WORST_FIRST}
     return {outcome: count for outcome, count in counts.items() if count}
 
 
 def as_data(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the table as JSON has it."""
+    """Return the table as data for JSON."""
     return {'version': VERSION, 'bags': len(rows), 'outcomes': summary(rows), 'rows': list(rows)}
 
 

@@ -1,29 +1,19 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Trajectories as bytes: TUM for evo, CSV, numpy's archives, and Parquet."""
+"""Trajectories as bytes: TUM for evo, CSV, numpy's archives, Parquet, and two viewers' formats."""
 
 from collections.abc import Callable, Iterable
 import io
 from typing import Any
 
 import numpy as np
+from tf_tree_py.command.endings import Cannot, needs
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.trajectory import Trajectory
 
-from ..endings import Cannot, needs
+from .viewer_files import as_foxglove, as_rrd
 
 _POSE = ('x_m', 'y_m', 'z_m', 'qx', 'qy', 'qz', 'qw')
 _TWIST = ('vx_m_per_s', 'vy_m_per_s', 'vz_m_per_s',
@@ -31,20 +21,20 @@ _TWIST = ('vx_m_per_s', 'vy_m_per_s', 'vz_m_per_s',
 
 
 def columns_of(trajectory: Trajectory) -> list[str]:
-    """Return the names of the columns; a suffix is the unit, and quaternions have none."""
+    """Return the names of the columns; a suffix is the unit, quaternions have none."""
     return ['stamp_ns', *_POSE, *(_TWIST if trajectory.twists is not None else ())]
 
 
 def _rows(trajectory: Trajectory, separator: str) -> Iterable[str]:
-    """Yield the numbers of each row but its stamp, such that reading them gives the same."""
+    """Yield the numbers of each row except its stamp, so that reading returns equal numbers."""
     numbers = _numbers(trajectory)
-    # Seventeen digits tell any two floats apart, and take less time than the fewest that do.
+    # Seventeen digits distinguish any two floats, and are faster than the shortest exact form.
     form = separator.join(['%.17g'] * numbers.shape[1])
     return (form % tuple(row) for row in numbers.tolist())
 
 
 def _numbers(trajectory: Trajectory) -> Array:
-    """Return all columns but the stamps."""
+    """Return all columns except the stamps."""
     return trajectory.poses if trajectory.twists is None else np.hstack(
         [trajectory.poses, trajectory.twists])
 
@@ -56,7 +46,7 @@ def _as_tum(trajectory: Trajectory) -> bytes:
     The format: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.
     """
     if trajectory.twists is not None:
-        raise Cannot('TUM files have no velocities: take --format csv, or leave --twist out')
+        raise Cannot('TUM files have no velocities: use --format csv, or omit --twist')
     target, source = (' '.join(name.split()) for name in trajectory[:2])
     lines = [f'# {source} in {target}', '# timestamp_s x_m y_m z_m qx qy qz qw']
     lines += [f'{format_stamp(stamp)} {row}' for stamp, row
@@ -90,8 +80,8 @@ def _as_npz(trajectory: Trajectory) -> bytes:
 
 
 def _as_parquet(trajectory: Trajectory) -> bytes:
-    pandas = needs('pandas', 'pandas', 'export')
-    needs('pyarrow', 'pyarrow', 'export')
+    pandas = needs('pandas', 'pandas')
+    needs('pyarrow', 'pyarrow')
     frame = pandas.DataFrame(_numbers(trajectory), columns=columns_of(trajectory)[1:])
     frame.insert(0, 'stamp_ns', trajectory.stamps)
     frame.attrs = {'target_frame': trajectory.target_frame,
@@ -101,13 +91,16 @@ def _as_parquet(trajectory: Trajectory) -> bytes:
 
 
 FORMATS: dict[str, Callable[[Trajectory], bytes]] = {
-    'tum': _as_tum, 'csv': _as_csv, 'npz': _as_npz, 'parquet': _as_parquet}
-"""Of each format, what makes a file of a trajectory."""
+    'tum': _as_tum, 'csv': _as_csv, 'npz': _as_npz, 'parquet': _as_parquet,
+    'foxglove': as_foxglove, 'rrd': as_rrd}
+"""For each format, the function that converts a trajectory to a file."""
 
-BINARY = ('npz', 'parquet')
+BINARY = ('npz', 'parquet', 'foxglove', 'rrd')
+_SUFFIXES = {'mcap': 'foxglove'}
 
 
 def format_of(suffix: str) -> str:
-    """Return the format that goes by the suffix of a file; TUM, whatever else it is."""
+    """Return the format for the suffix of a file; TUM for any other."""
     name = suffix.removeprefix('.')
+    name = _SUFFIXES.get(name, name)
     return name if name in FORMATS else 'tum'

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""What to export of a bag: between which frames, and at which stamps."""
+"""The content of an export from a bag: two frames, and the stamps."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -21,6 +10,8 @@ from typing import Any, NamedTuple
 import warnings
 
 from tf_tree_py.bag import BagWarning, open_bag, Recording, stamps_of
+from tf_tree_py.command.arguments import add_number
+from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.trajectory import (
     Outside,
@@ -31,19 +22,17 @@ from tf_tree_py.core.trajectory import (
 )
 
 from .stamp_file import stamps_in
-from ..arguments import add_number
-from ..endings import Cannot
 
 
 class Plan(NamedTuple):
     """
-    What to export of each bag; it can be sent to another process.
+    The content of an export from each bag; it can be sent to another process.
 
-    :ivar at: a topic, at the stamps of whose headers; or None.
-    :ivar at_stamps: at these, nanoseconds; or None.
-    :ivar rate_hz: at that rate; or None. With none of the three, at the stamps of the slowest
-        edge between the frames.
-    :ivar topics: of the transforms; None: all.
+    :ivar at: a topic, whose headers supply the stamps; or None.
+    :ivar at_stamps: the stamps, nanoseconds; or None.
+    :ivar rate_hz: the rate of the stamps; or None. Without any of the three, the stamps are those
+        of the slowest edge between the frames.
+    :ivar topics: the topics of the transforms; None: all.
     """
 
     target_frame: str
@@ -57,14 +46,14 @@ class Plan(NamedTuple):
 
     def of(self, path: Path) -> tuple[Trajectory, Recording]:
         """
-        Return what a bag has of it, and the bag as a buffer.
+        Return the trajectory in a bag, and the bag as a buffer.
 
         :raises BagError: it cannot be read, or does not have the topic.
-        :raises TransformException: the frames are not there, or have no answers.
+        :raises TransformException: the frames do not exist, or no lookup succeeds.
         :raises Cannot: there is no stamp with a transform.
         """
         with warnings.catch_warnings():
-            warnings.simplefilter('ignore', BagWarning)  # the recording has it all
+            warnings.simplefilter('ignore', BagWarning)  # the recording has all of them
             recording = open_bag(path, topics=self.topics)
         frames = self.target_frame, self.source_frame
         taken = trajectory(recording, *frames, self._stamps(recording), twist=self.twist,
@@ -87,31 +76,31 @@ class Plan(NamedTuple):
 
 def add_frames(parser: Any) -> None:
     """Add the arguments that name the two frames."""
-    parser.add_argument('target', metavar='TARGET', help='in which frame')
-    parser.add_argument('source', metavar='SOURCE', help='where which frame was')
+    parser.add_argument('target', metavar='TARGET', help='the frame to express the poses in')
+    parser.add_argument('source', metavar='SOURCE', help='the frame whose poses are written')
 
 
 def add_plan(parser: Any) -> None:
-    """Add the arguments for what ``planned`` makes of them."""
+    """Add the arguments for ``planned``."""
     stamps = parser.add_argument_group(
-        'at which stamps', 'those of the slowest edge between the frames, unless given'
+        'stamps', 'default: the stamps of the slowest edge between the frames'
     ).add_mutually_exclusive_group()
-    stamps.add_argument('--at', metavar='TOPIC', help='those in the headers of a topic')
-    stamps.add_argument('--at-file', metavar='CSV', type=Path, help='those in the first column '
-                        'of a file: integer nanoseconds, or seconds with a point')
-    add_number(stamps, '--rate', None, 'that many a second')
+    stamps.add_argument('--at', metavar='TOPIC', help='the stamps in the headers of a topic')
+    stamps.add_argument('--at-file', metavar='CSV', type=Path, help='the stamps in the first '
+                        'column of a file: integer nanoseconds, or seconds with a decimal point')
+    add_number(stamps, '--rate', None, 'how many stamps per second')
     parser.add_argument('--outside', choices=['skip', 'nan', 'fail'], default='skip',
-                        help='stamps without a transform: left out (unless given), NaN, or an '
-                        'error')
-    parser.add_argument('--twist', action='store_true', help="velocities, too, of the source's "
-                        "origin, in the target's axes")
+                        help='how to treat stamps without a transform: leave them out '
+                        '(default), write NaN, or fail')
+    parser.add_argument('--twist', action='store_true', help='also write the velocities of '
+                        "the source's origin, in the target's axes")
     parser.add_argument('--topic', metavar='TOPIC', action='append', dest='topics',
-                        help='read transforms of this topic only; may be given again')
+                        help='read only the transforms of this topic; may be repeated')
 
 
 def planned(arguments: Namespace) -> Plan:
     """
-    Return what the arguments of ``add_frames`` and ``add_plan`` say.
+    Return the plan of the arguments of ``add_frames`` and ``add_plan``.
 
     :raises Cannot: there are no stamps in the file.
     """

@@ -1,18 +1,7 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Stamps out of a file that a person or a program has written: CSV, or TUM."""
+"""Stamps from a file that a person or a program has written: CSV, or TUM."""
 
 from collections.abc import Iterator
 from decimal import Decimal, InvalidOperation
@@ -20,11 +9,10 @@ from pathlib import Path
 import re
 
 import numpy as np
+from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, Stamps
-
-from ..endings import Cannot
 
 _BETWEEN = re.compile(r'[\s,;]+')
 _COLUMN = 'stamp_ns'
@@ -32,18 +20,18 @@ _COLUMN = 'stamp_ns'
 
 def stamps_in(path: Path) -> Stamps:
     """
-    Return the stamps in a file: of its column ``stamp_ns``, or of the first one.
+    Return the stamps in a file: from its column ``stamp_ns``, or from the first one.
 
-    An integer is nanoseconds, a number with a point is seconds; both are taken exactly. Lines
-    that begin with ``#`` are left out.
+    An integer is nanoseconds, a number with a decimal point is seconds; both are read exactly.
+    Lines that begin with ``#`` are ignored.
 
     :return: (N,) nanoseconds.
-    :raises Cannot: the file cannot be read, or what stands there is no stamp.
+    :raises Cannot: the file cannot be read, or contains an invalid stamp.
     """
     try:
         lines = path.read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else 'it is no text'
+        reason = error.strerror if isinstance(error, OSError) else 'it is not a text file'
         raise Cannot(f'{path} cannot be read: {reason}') from error
     stamps = list(_stamps(path, lines))
     if not stamps:
@@ -65,7 +53,8 @@ def _stamps(path: Path, lines: list[str]) -> Iterator[int]:
             yield _stamp(cells[column])
         except (IndexError, ValueError, ArithmeticError, InvalidArgumentException):
             raise Cannot(f'{path}, line {number}: {line[:80]!r} has no stamp in column '
-                         f'{column + 1}: integer nanoseconds, or seconds with a point') from None
+                         f'{column + 1}: give integer nanoseconds, or seconds with a '
+                         'decimal point') from None
 
 
 def _is_number(text: str) -> bool:

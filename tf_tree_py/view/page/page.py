@@ -1,202 +1,232 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""One page: where it is in time, what it shows, and what somebody does there."""
+"""One open page: its moment, its picture and its controls."""
 
 from collections.abc import Callable
 import threading
 from typing import Any, Final
 
 import numpy as np
+from tf_tree_py.core.health.checks.finding import Finding
 from tf_tree_py.core.tree.queries import Queries
 
-from .chosen_panel import ChosenPanel
-from .findings_panel import FindingsPanel
-from .frames_panel import FramesPanel
-from .look_panel import LookPanel
-from .scene import Look, Scene
-from .timeline import Timeline
-from ..shown.ellipsoid import Ellipsoid, ellipsoid
-from ..shown.facts import facts
-from ..shown.listing import biggest_root
-from ..shown.moment import Moment, nothing
-from ..shown.playhead import Playhead
-from ..shown.trail import trail
+from .address import Address
+from .browser import Browser
+from .camera_control import CameraControl
+from .controls import Controls
+from .film import Film
+from .framing import Framing
+from .sensor_view import SensorView
+from ..model.ellipsoid import Ellipsoid, ellipsoid
+from ..model.facts import facts
+from ..model.film_stamps import film_stamps
+from ..model.finding_time import time_of
+from ..model.listing import biggest_root
+from ..model.moment import Moment, nothing
+from ..model.playhead import Playhead
+from ..model.trail import trail
+from ..scene.scene import Appearance, Scene
 from ..subject import Subject
 
-# Words, lists and trails need not follow every picture.
-_TELL_EVERY_S: Final = 0.25
+# Texts, lists and trails are updated less often than the picture.
+_PANELS_EVERY_S: Final = 0.25
 
 
 class Page:
     """
-    A page that somebody has opened.
+    A page that is open in a browser.
 
-    It has a time, a fixed frame and a chosen frame of its own. ``tick`` and what somebody
-    does come from different threads; each has the page to itself.
+    Each page has its own time, fixed frame and chosen frame. ``tick`` and the events of the
+    controls come from different threads, and a lock lets one of them work at a time.
     """
 
     def __init__(self, client: Any, subject: Subject) -> None:
         """
-        Make the page; ``tick`` draws it.
+        Make the controls; ``tick`` draws the picture.
 
-        :param client: viser's handle of it.
+        :param client: viser's handle of the page.
         """
-        self._client = client
         self._subject = subject
         self._lock = threading.RLock()
-        self._look = Look()
+        self._look = Appearance()
         self._playhead = Playhead(subject.tree, subject.live)
         self._drawn = nothing('')
-        self._stirred = True
-        self._untold = _TELL_EVERY_S
-        self._anchor: tuple[str, Any] | None = None
-        self._seen = False
-        self._make_controls(client.gui)
-        self._scene = Scene(client, subject.shapes,
-                            lambda frame: self._ask(lambda: self._choose(frame)))
+        self._needs_drawing = True
+        self._camera_moved = True
+        self._since_panels_s = _PANELS_EVERY_S
+        self.controls = Controls(client.gui, subject, self._playhead, self._look, self,
+                                 self._apply)
+        self._browser = Browser(client, self._apply, self._open, self._resized)
+        self._camera = CameraControl(client, lambda: self._browser.size, self._note_camera)
+        self._framing = Framing(self._camera, self._look, self.controls.appearance)
+        self._address = Address(self.controls, self._playhead, self._camera, self._look)
+        self._sensors = SensorView(subject.sensors, self.controls.sensors)
+        self._scene = Scene(client, lambda frame: self._apply(lambda: self.choose(frame)))
+        self._film = Film(client, self._show)
 
-    def _make_controls(self, gui: Any) -> None:
-        self._timeline = Timeline(gui, self._playhead, self._ask)
-        tabs = gui.add_tab_group()
-        with tabs.add_tab('frames'):
-            self._frames = FramesPanel(gui, self._subject.fixed_frame, self._choose, self._ask)
-        with tabs.add_tab('chosen'):
-            self._chosen = ChosenPanel(gui, self._look.hidden, self._look_at, self._ask)
-        with tabs.add_tab('findings'):
-            self._findings = FindingsPanel(gui, self._ask)
-        with tabs.add_tab('look'):
-            self._looks = LookPanel(gui, self._look, self._see_all, self._ask)
-
-    def _ask(self, action: Callable[[], None]) -> None:
-        """Do what somebody wants, between two pictures; the next one shows it."""
+    def _apply(self, action: Callable[[], None]) -> None:
+        """Call an action between two pictures; the next picture shows its effect."""
         with self._lock:
             action()
-            self._stirred = True
+            self._needs_drawing = True
+
+    def _note_camera(self) -> None:
+        # Without the lock, because this is called at every movement of the mouse.
+        self._camera_moved = True
 
     # --- drawing
 
     def tick(self, seconds: float) -> None:
         """
-        Draw the page anew, as far as anything on it has changed.
+        Draw the parts of the page that have changed.
 
-        :param seconds: since the last time.
+        :param seconds: since the last call.
         """
         with self._lock:
+            self._playhead.use(self._subject.tree, self._subject.live)
             self._playhead.advance(seconds)
-            moment = self._playhead.moment(self._fixed_frame(), self._subject.now())
-            self._untold += seconds
-            tell = self._stirred or self._untold >= _TELL_EVERY_S
-            if tell or not _alike(moment, self._drawn):
-                if not self._seen and len(moment.frames) > 1:
-                    self._seen = True
-                    self._see(moment)
-                self._follow(moment)
-                self._look.chosen, self._look.found = self._chosen.frame, self._findings.frames
-                self._scene.draw(moment, self._look, self._ellipsoid(moment))
+            self._since_panels_s += seconds
+            panels_are_due = self._needs_drawing or self._since_panels_s >= _PANELS_EVERY_S
+            if self._browser.is_behind and not panels_are_due:
+                return
+            moment = self._playhead.moment(
+                self._fixed_frame(), self._subject.now(), self._subject.left_behind)
+            if panels_are_due or self._camera_moved or not _alike(moment, self._drawn):
+                self._draw(moment)
             self._drawn = moment
-            if tell:
-                self._stirred, self._untold = False, 0.0
-                self._tell(moment)
+            if panels_are_due:
+                self._needs_drawing, self._since_panels_s = False, 0.0
+                self._refresh_panels(moment)
+
+    def _draw(self, moment: Moment) -> None:
+        self._camera_moved = False
+        self._framing.see_new(moment, self._subject.shapes)
+        self._framing.hold(moment, self.controls.chosen.followed)
+        self._look.chosen = self.controls.chosen.frame
+        self._look.found = self.controls.findings.frames
+        self._scene.links.show(self._subject.shapes)
+        self._scene.draw(moment, self._look, self._ellipsoid(moment), self._camera.camera(),
+                         self._sensors.seen(self._playhead.tree, moment))
 
     def _ellipsoid(self, moment: Moment) -> Ellipsoid | None:
-        """Return where the chosen frame may be, if it is to be seen."""
-        frame = self._chosen.frame
+        """Return the uncertainty of the chosen frame's position, if the frame is visible."""
+        frame = self.controls.chosen.frame
         if frame is None or frame in self._look.hidden:
             return None
         return ellipsoid(self._playhead.tree, moment, frame)
 
     def _fixed_frame(self) -> str:
-        chosen = self._frames.fixed_frame
+        chosen = self.controls.frames.fixed_frame
         if chosen is not None:
             return chosen
-        # Another root may come, above the one that was there: looked for when words are told.
-        if self._stirred or self._untold >= _TELL_EVERY_S or not self._drawn.frames:
+        # A new root may appear above the present one. Look for it as often as panels change.
+        if (self._needs_drawing or self._since_panels_s >= _PANELS_EVERY_S
+                or not self._drawn.frames):
             return biggest_root(Queries.edges(self._playhead.tree)) or ''
         return self._drawn.fixed_frame
 
-    def _see(self, moment: Moment) -> None:
-        """Choose a size, and a place to look from, with all frames in sight."""
-        positions = moment.poses[:, :3]
-        middle = (positions.min(axis=0) + positions.max(axis=0)) / 2.0
-        reach = max(float(np.linalg.norm(positions - middle, axis=1).max()), 0.1)
-        far = np.linalg.norm(middle) > 1_000.0 * reach
-        self._look.origin = middle.round() if far else np.zeros(3)
-        self._anchor = None
-        self._looks.set_length(float(f'{reach * 0.18:.1g}'))
-        middle = middle - self._look.origin
-        self._client.camera.position = middle + reach * np.array((1.6, -1.85, 1.4))
-        self._client.camera.look_at = middle
-
-    def _follow(self, moment: Moment) -> None:
-        """Let the followed frame stay where it is on the page."""
-        frame = self._chosen.followed
-        place = None if frame is None else moment.place(frame)
-        if frame is None or place is None:
-            self._anchor = None
-            return
-        position = moment.poses[place, :3]
-        key = f'{moment.fixed_frame} {frame}'
-        if self._anchor is None or self._anchor[0] != key:
-            self._anchor = key, position - self._look.origin
-        self._look.origin = position - self._anchor[1]
-
-    def _tell(self, moment: Moment) -> None:
-        tree, chosen = self._playhead.tree, self._chosen.frame
-        edges = self._edges()
+    def _refresh_panels(self, moment: Moment) -> None:
+        tree, controls = self._playhead.tree, self.controls
+        chosen = controls.chosen.frame
+        edges = tree.edges()
         stale = [moment.frames[place] for place in np.flatnonzero(moment.stale)]
-        self._timeline.refresh(moment, chosen, self._remark(moment))
-        self._frames.refresh(edges, moment.fixed_frame, stale, self._look.hidden, chosen)
+        log = self._subject.incidents
+        controls.timeline.refresh(moment, chosen, self._remark(moment), self._age_s(moment),
+                                  log.stamps() if log is not None else ())
+        controls.frames.refresh(edges, moment.fixed_frame, stale, self._look.hidden, chosen)
         if chosen is not None:
-            self._chosen.refresh(facts(tree, edges, moment, chosen))
-        self._findings.refresh(self._subject.findings())
+            controls.chosen.refresh(facts(tree, edges, moment, chosen))
+        controls.sensors.refresh(self._sensors.missing)
+        controls.pictures.refresh(self._film.progress)
+        controls.refresh(self._subject, self._playhead, moment)
         self._draw_trail(moment)
+        self._browser.beat()
+        self._browser.write(self._address.now(moment))
 
-    def _edges(self) -> list[Any]:
-        """Return the edges, with the names of who publishes where those are known."""
-        return self._playhead.tree.edges()
+    def _age_s(self, moment: Moment) -> float | None:
+        """Return the age of a live picture when the browser shows it; None if it is not live."""
+        if not self._playhead.live or self._subject.rests:
+            return None
+        return max(self._subject.now() - moment.stamp, 0) / 1e9 + self._browser.late_s()
 
     def _remark(self, moment: Moment) -> str:
-        """Return why there is nothing to see."""
+        """Return why the page is empty."""
         if moment.fixed_frame and self._playhead.tree.frames():
-            return f'{moment.fixed_frame!r} is no frame of this tree: choose another fixed frame'
-        return 'waiting for transforms: does anybody publish on /tf or /tf_static?'
+            return (f'{moment.fixed_frame!r} is not a frame of this tree: choose another fixed '
+                    'frame')
+        return 'waiting for transforms: does any node publish on /tf or /tf_static?'
 
     def _draw_trail(self, moment: Moment) -> None:
-        frame = self._chosen.trail
+        frame = self.controls.chosen.trail
         oldest, latest = self._playhead.window()
         self._scene.draw_trail(
             np.empty((0, 2, 3)) if frame is None else
             trail(self._playhead.tree, moment.fixed_frame, frame, oldest, latest), self._look)
 
-    # --- what somebody does
+    def close(self) -> None:
+        """Release what only this page uses."""
+        self._film.stop()
+        self.controls.sensors.close()
 
-    def _choose(self, frame: str) -> None:
-        self._chosen.choose(frame)
+    # --- actions of the controls
 
-    def _see_all(self) -> None:
-        self._seen = False
+    def choose(self, frame: str) -> None:
+        """Choose a frame; if it is chosen already, choose none."""
+        chosen = self.controls.chosen
+        chosen.choose(None if frame == chosen.frame else frame)
 
-    def _look_at(self) -> None:
-        frame = self._chosen.frame
+    def see(self, everything: bool) -> None:
+        """Turn the camera to all frames, or only to those of the robot."""
+        self._framing.see(self._drawn, self._subject.shapes, everything)
+
+    def look_at_chosen(self) -> None:
+        """Turn the camera to the chosen frame."""
+        frame = self.controls.chosen.frame
         place = None if frame is None else self._drawn.place(frame)
         if place is not None:
-            self._client.camera.look_at = self._drawn.poses[place, :3] - self._look.origin
+            self._camera.look_at(self._drawn.poses[place, :3] - self._look.origin)
+
+    def go_to(self, finding: Finding) -> None:
+        """Show the time of a finding, if it has one."""
+        stamp = time_of(finding, self._playhead.tree, self._subject.incidents)
+        if stamp is not None:
+            self._playhead.seek(stamp)
+
+    def save_picture(self) -> None:
+        """Save the picture of the page as a file, without the controls."""
+        self._browser.download_picture('tf_view.png')
+
+    def record(self, seconds: float) -> None:
+        """Record a film of so many seconds, or end the one that is being recorded."""
+        size = self._browser.size
+        if self._film.progress is not None:
+            self._film.stop()
+        elif size is not None and self._drawn.frames:
+            playhead = self._playhead
+            playhead.pause()
+            self._film.start(film_stamps(playhead.window(), playhead.stamp, seconds,
+                                         playhead.speed), size)
+
+    def _show(self, stamp: int) -> None:
+        """Draw the moment at a stamp at once."""
+        with self._lock:
+            self._playhead.seek(stamp)
+            self._drawn = self._playhead.moment(self._fixed_frame(), self._subject.now())
+            self._draw(self._drawn)
+
+    def _open(self, query: str) -> None:
+        camera = self._address.show(query)
+        if camera is not None:
+            self._framing.stand(camera)
+
+    def _resized(self) -> None:
+        self._framing.see_again()
+        self._camera_moved = True
 
 
 def _alike(moment: Moment, drawn: Moment) -> bool:
-    """Return whether two moments look the same, but for the shade of what is stale."""
+    """Return whether two moments look the same, except for the shade of stale frames."""
     return (moment.frames == drawn.frames
             and all(np.array_equal(ours, theirs) for ours, theirs in (
                 (moment.poses, drawn.poses), (moment.parents, drawn.parents),

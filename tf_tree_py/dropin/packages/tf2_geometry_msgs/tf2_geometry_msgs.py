@@ -1,16 +1,5 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Names of tf2_geometry_msgs.tf2_geometry_msgs, and the messages that it imports."""
 
@@ -26,6 +15,7 @@ from geometry_msgs.msg import (
 )
 from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
 from tf_tree_py.dropin.installed_tf2 import from_msg_msg, register, to_msg_msg
+from tf_tree_py.dropin.star_imports import star
 from tf_tree_py.ros.messages.do_transform import (
     do_transform_accel,
     do_transform_point,
@@ -63,6 +53,7 @@ __all__ = [
     'transform_covariance',
     'TransformStamped',
     'Vector3Stamped',
+    *star(__name__),
 ]
 
 register(geometry_msgs.msg)

@@ -1,23 +1,13 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-"""Names of tf2_ros, backed by tf_tree_py; each is loaded when it is first used."""
+"""Names of tf2_ros, backed by tf_tree_py; each is loaded on first use."""
 
 from importlib import import_module
 from typing import Any
 
 from tf_tree_py.dropin import imported_names
+from tf_tree_py.dropin.star_imports import star
 
 _HOMES = {
     'buffer': ['Buffer'],
@@ -35,7 +25,7 @@ _HOME_OF |= dict.fromkeys([
     'BufferCore', 'ConnectivityException', 'ExtrapolationException', 'InvalidArgumentException',
     'LookupException', 'TimeoutException', 'TransformException'], 'tf2_py')
 
-__all__ = [*_HOME_OF, *imported_names.NAMES]
+__all__ = [*_HOME_OF, *star(__name__)]
 
 
 def __getattr__(name: str) -> Any:

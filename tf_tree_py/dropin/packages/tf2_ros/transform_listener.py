@@ -1,25 +1,16 @@
-# Copyright 2026 tf_tree_py maintainers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
 
 """Names of tf2_ros.transform_listener."""
 
 from tf_tree_py.dropin.buffer import Buffer
 from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
 from tf_tree_py.dropin.listener import TransformListener
+from tf_tree_py.dropin.star_imports import star
 from tf_tree_py.ros.topics.qos import (
     TF_STATIC_TOPIC as DEFAULT_STATIC_TF_TOPIC,
     TF_TOPIC as DEFAULT_TF_TOPIC,
 )
 
-__all__ = ['Buffer', 'DEFAULT_STATIC_TF_TOPIC', 'DEFAULT_TF_TOPIC', 'TransformListener']
+__all__ = ['Buffer', 'DEFAULT_STATIC_TF_TOPIC', 'DEFAULT_TF_TOPIC', 'TransformListener',
+           *star(__name__)]

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+A node with a control loop: ``python -m benchmark.processes.control_loop WAY``.
+
+It looks up slightly past poses at a fixed rate while /tf arrives. The results show the effect
+of the listener on the node. WAY is one of ``WAYS``.
+"""
+
+import resource
+import sys
+import time
+from typing import Any
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rclpy.time import Time
+import tf_tree_py
+
+from ..rows import OURS, TF2_ROS
+from ..worker import serve
+
+
+def _ours(node: Node) -> tuple[Any, Any]:
+    buffer = tf_tree_py.Buffer()
+    return buffer, tf_tree_py.TransformListener(buffer, node)
+
+
+def _tf2_ros(node: Node) -> tuple[Any, Any]:
+    import tf2_ros
+    buffer = tf2_ros.Buffer()
+    return buffer, tf2_ros.TransformListener(buffer, node, spin_thread=True)
+
+
+WAYS = {OURS: _ours, TF2_ROS: _tf2_ros}
+
+
+class ControlLoop:
+    """One listener, and a loop in the main thread."""
+
+    def __init__(self, way: str, node: Node) -> None:
+        self._buffer, self._listener = WAYS[way](node)
+
+    def receives(self, target: str, source: str) -> bool:
+        """Return whether there is a transform between two frames."""
+        return bool(self._buffer.can_transform(target, source, Time()))
+
+    def run(self, target: str, source: str, rate_hz: float, behind_s: float,
+            seconds: float) -> dict[str, float]:
+        """Look up at a rate, at stamps a fixed time ago; return the measurements."""
+        count, behind = round(seconds * rate_hz), round(behind_s * 1e9)
+        late, spent, unanswered = [], [], 0
+        used, begin = _cpu_s(), time.monotonic()
+        for number in range(count):
+            due = begin + number / rate_hz
+            time.sleep(max(0.0, due - time.monotonic()))
+            woken = time.monotonic()
+            stamp = Time(nanoseconds=time.time_ns() - behind)
+            asked = time.perf_counter()
+            try:
+                self._buffer.lookup_transform(target, source, stamp)
+                spent.append(time.perf_counter() - asked)
+            except Exception:  # noqa: B902 - each package has its own classes
+                unanswered += 1
+            late.append(woken - due)
+        lasted = time.monotonic() - begin
+        median, most, nearly_all = np.percentile(spent or [np.nan], [50.0, 99.0, 99.9])
+        return {'p50_s': float(median), 'p99_s': float(most), 'p999_s': float(nearly_all),
+                'late_p99_s': float(np.percentile(late, 99.0)), 'unanswered': unanswered / count,
+                'cores': (_cpu_s() - used) / lasted}
+
+
+def _cpu_s() -> float:
+    spent = resource.getrusage(resource.RUSAGE_SELF)
+    return spent.ru_utime + spent.ru_stime
+
+
+def main() -> None:
+    """Run one loop."""
+    rclpy.init()
+    loop = ControlLoop(sys.argv[1], Node('benchmark_control_loop'))
+    serve({'receives': loop.receives, 'run': loop.run})
+    rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Comparison with KinHEC's sequences with known ground truth, and its reference solvers.
+
+An ordinary run uses some sequences. The thorough profile of hypothesis uses whole tracks: ten
+sequences of the noise track have none of the worst camera in continuous motion.
+"""
+
+from hypothesis import settings
+import pytest
+
+kinhec = pytest.importorskip('benchmark.peers.kinhec_tracks',
+                             reason='kinhec is not installed: pip install kinhec')
+
+
+THOROUGH = settings().max_examples >= 200
+
+
+@pytest.mark.skipif(not THOROUGH, reason='means over a track take half an hour: '
+                    '--hypothesis-profile thorough')
+@pytest.mark.parametrize('track', ['noise', 'motion', 'temporal', 'outliers'])
+def test_no_worse_than_the_reference_on_each_track(track):
+    found = [(kinhec.ours(sequence, time=track == 'temporal'), kinhec.reference(sequence))
+             for sequence in kinhec.sequences(track)]
+    ours, theirs = (kinhec.mean(each) for each in zip(*found, strict=True))
+    assert ours.turned_deg <= theirs.turned_deg and ours.moved_mm <= theirs.moved_mm
+
+
+def test_late_and_jittering_stamps():
+    mean = kinhec.mean([kinhec.ours(sequence, time=True)
+                        for sequence in kinhec.late_and_jittering(6 if THOROUGH else 2)])
+    assert mean.late_ms < 1.5 and mean.turned_deg < 0.2 and mean.moved_mm < 8.0
+
+
+def test_outliers_of_others():
+    mean = kinhec.mean([kinhec.ours(sequence)
+                        for sequence in kinhec.with_outliers(8 if THOROUGH else 2)])
+    assert mean.turned_deg < 0.5 and mean.moved_mm < 5.0

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The covariance between two poses with a gyroscope, compared with draws; and its gaps."""
+
+from inputs import for_each
+import numpy as np
+import pytest
+from tf_tree_py.core import BufferCore, InvalidArgumentException, load, Pose, se3, UNLIMITED
+from tf_tree_py.core.geometry import so3
+
+SECOND = 1_000_000_000
+MS = 1_000_000
+RATES = np.array([1.0, -2.0, 4.0])
+POSES = Pose.from_xyz_rpy(x=1.0, yaw=0.5), Pose.from_xyz_rpy(x=2.0, y=1.0, roll=-0.8, yaw=2.0)
+SIGMA = 1e-3 * np.array([1.0, 2.0, 0.5, 3.0, 1.0, 0.3])
+
+
+def aided(poses, covariance=None, rates=RATES):
+    buffer = BufferCore(UNLIMITED)
+    for number, pose in enumerate(poses):
+        buffer.insert('odom', 'base', number * SECOND, pose, covariance=covariance)
+    stamps = np.arange(0, SECOND + 1, 5 * MS)
+    buffer.aid('base', stamps, np.tile(rates, (len(stamps), 1)))
+    return buffer
+
+
+def shifted(pose, error):
+    """Return a pose with an error in the convention of ``PoseWithCovariance``."""
+    return Pose.from_parts(np.add(pose[:3], error[:3]),
+                           so3.multiply(so3.exp(tuple(error[3:].tolist())), pose[3:]))
+
+
+def errors_at(stamp, first, last):
+    """Return the errors (N, 6) at a stamp in between, from the errors (N, 6) of both poses."""
+    middle = aided(POSES).lookup_at('odom', 'base', stamp)
+    found = []
+    for one, other in zip(first, last, strict=True):
+        pose = aided((shifted(POSES[0], one), shifted(POSES[1], other))).lookup_at(
+            'odom', 'base', stamp)
+        turned = so3.log(so3.multiply(pose[3:], so3.conjugate(middle[3:])))
+        found.append((*np.subtract(pose[:3], middle[:3]), *turned))
+    return np.array(found)
+
+
+def sigma_points():
+    """Return errors (12, 6) whose second moment is the covariance."""
+    return np.concatenate([np.sqrt(6.0) * np.diag(SIGMA), -np.sqrt(6.0) * np.diag(SIGMA)])
+
+
+@for_each(part=[0.1, 0.5, 0.8])
+def test_covariance_of_independent_poses_is_that_of_the_aided_interpolation(part):
+    stamp, none = round(part * SECOND), np.zeros((12, 6))
+    said = aided(POSES, np.diag(SIGMA**2)).lookup_uncertain(
+        'odom', 'base', stamp, independent=True)[1]
+    both = [errors_at(stamp, sigma_points(), none), errors_at(stamp, none, sigma_points())]
+    true = sum(errors.T @ errors / 12 for errors in both)
+    np.testing.assert_allclose(said, true, atol=0.01 * SIGMA.min() * SIGMA.max())
+
+
+@for_each(part=[0.1, 0.5, 0.8], sign=[1.0, -1.0])
+def test_bound_holds_however_the_poses_are_correlated(part, sign):
+    stamp = round(part * SECOND)
+    bound = aided(POSES, np.diag(SIGMA**2)).lookup_uncertain('odom', 'base', stamp)[1]
+    errors = errors_at(stamp, sigma_points(), sign * sigma_points())
+    excess = np.linalg.eigvalsh(bound - errors.T @ errors / 12)
+    assert excess.min() > -1e-3 * SIGMA.max()**2
+
+
+def test_many_have_the_covariances_of_one():
+    buffer = aided(POSES, np.diag(SIGMA**2))
+    stamps = [0, 300 * MS, 700 * MS, SECOND]
+    many = buffer.lookup_uncertain_many('odom', 'base', stamps, independent=True)[1]
+    for stamp, covariance in zip(stamps, many, strict=True):
+        np.testing.assert_allclose(buffer.lookup_uncertain(
+            'odom', 'base', stamp, independent=True)[1], covariance, atol=1e-15)
+
+
+# --- gaps
+
+def with_hole(rates=3.0, **limits):
+    """Return an edge without rotation in its poses, aided with a gap from 1.2 s to 1.8 s."""
+    buffer = BufferCore(UNLIMITED)
+    for stamp in range(4):
+        buffer.insert('odom', 'base', stamp * SECOND, Pose())
+    stamps = np.concatenate([np.arange(0, 1201, 5), np.arange(1800, 3001, 5)]) * MS
+    z = np.broadcast_to(rates, stamps.shape)
+    buffer.aid('base', stamps, np.stack([0 * z, 0 * z, z], axis=1), **limits)
+    return buffer
+
+
+def test_where_samples_are_missing_all_is_as_without(tmp_path):
+    buffer = with_hole()
+    buffer.save(tmp_path / 'tree')
+    for tree in (buffer, buffer.snapshot(), load(tmp_path / 'tree')):
+        for stamp in (1100 * MS, 1500 * MS, 1900 * MS):
+            assert tree.lookup_at('odom', 'base', stamp) == Pose()
+            np.testing.assert_array_equal(
+                tree.lookup_many('odom', 'base', [stamp])[0], se3.IDENTITY)
+    # Elsewhere the gyroscope is used: its bias rotates the edge back and forth between the poses.
+    wavy = with_hole(np.sin(np.arange(482)))
+    for begin in (0, 2 * SECOND):
+        assert wavy.lookup_at('odom', 'base', begin + 500 * MS) != Pose()
+
+
+def test_largest_gap_can_be_set():
+    varying = np.linspace(0.0, 3.0, 482)
+    assert with_hole(varying, max_gap=700 * MS).lookup_at('odom', 'base', 1500 * MS) != Pose()
+    assert with_hole(varying, max_gap=2 * MS).lookup_at('odom', 'base', 500 * MS) == Pose()
+    for wrong in ({'max_gap': 0}, {'max_gap': 0.5}, {'saturation': 0.0},
+                  {'saturation': float('nan')}):
+        with pytest.raises(InvalidArgumentException, match='positive'):
+            with_hole(**wrong)
+
+
+def test_saturated_gyroscope_is_not_believed():
+    rates = np.where(np.arange(482) == 50, 9.0, np.sin(np.arange(482)))
+    clipped, whole = with_hole(rates, saturation=9.0), with_hole(rates)
+    assert clipped.lookup_at('odom', 'base', 500 * MS) == Pose()
+    assert whole.lookup_at('odom', 'base', 500 * MS) != Pose()
+    late = 2_500 * MS
+    assert clipped.lookup_at('odom', 'base', late) == whole.lookup_at('odom', 'base', late)
+
+
+def test_first_rate_may_be_slow_and_jitter_is_no_hole():
+    buffer, rng = BufferCore(UNLIMITED), np.random.default_rng(2)
+    for stamp in range(4):
+        buffer.insert('odom', 'base', stamp * SECOND, Pose())
+    stamps = np.cumsum(rng.uniform(2 * MS, 8 * MS, 900)).astype(np.int64)
+    buffer.aid('base', stamps, np.stack([0 * stamps, 0 * stamps, np.sin(stamps / 1e8)], axis=1))
+    assert buffer.lookup_at('odom', 'base', 1_500 * MS) != Pose()
+
+
+def test_prediction_has_the_covariance_of_the_aided_edge_that_it_looks_up():
+    """Only the arm is predicted; the base has the same covariance as in a lookup."""
+    buffer = aided(POSES, np.diag(SIGMA**2))
+    for stamp in range(0, 401 * MS, 20 * MS):
+        buffer.insert('base', 'arm', stamp, Pose())
+    ahead = buffer.predict('odom', 'arm', 500 * MS, SECOND)
+    known = buffer.lookup_uncertain('odom', 'base', 500 * MS)[1]
+    assert ahead.beyond == 100 * MS
+    np.testing.assert_allclose(ahead.covariance, known, rtol=1e-6, atol=1e-15)

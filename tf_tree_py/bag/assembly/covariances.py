@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Recorded covariances of edges, by the same rules as live ones."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import TypeAlias
+
+from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.ingest.byte_cursor import WireError
+from tf_tree_py.core.ingest.edge_estimate import Covariances, EdgeEstimate, not_moved
+from tf_tree_py.core.ingest.estimate_bytes import read_estimate
+from tf_tree_py.core.ingest.frame_names import as_published, Rename
+from tf_tree_py.core.ingest.incidents import Incident, Kind
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.tree.queries import Queries, Snapshot
+
+from .assembler import Assembler
+from ..errors import BagError
+from ..files.bag_reader import Bag
+from ..files.message_source import MessageSource
+
+Heard: TypeAlias = tuple[EdgeEstimate | Incident, Covariances, str]
+
+
+class CovarianceTopics:
+    """
+    The topics of a bag that contain covariances of edges.
+
+    :ivar rules: the edge of each topic's covariances.
+    """
+
+    def __init__(self, bag: Bag, given: Mapping[str, Covariances] | None, alone: bool) -> None:
+        """
+        Find them in a bag; nothing is read.
+
+        :param given: the rules of topics.
+        :param alone: use only these topics; otherwise also the covariances of static edges.
+        :raises BagError: the bag does not have one of them, or it has no covariances.
+        """
+        self._bag = bag
+        self.rules = {} if alone else {source.topic: Covariances() for source in bag.everything
+                                       if source.has_static_covariances}
+        self.rules |= _checked_rules(given)
+        self._names_its_child = {
+            source: _names_its_child(bag, source, rules) for topic, rules in self.rules.items()
+            for source in bag.sources_of(topic)}
+
+    @property
+    def sources(self) -> Collection[MessageSource]:
+        """Return their sources."""
+        return self._names_its_child
+
+    def take_into(self, assembly: Assembler, rename_of: Callable[[MessageSource], Rename],
+                  wanted: Rename, start: int | None, stop: int | None,
+                  tell: Callable[[int], None]) -> None:
+        """
+        Insert the covariances of edges with transforms.
+
+        :param rename_of: returns the new names for the frames of a source.
+        :param wanted: returns None for an edge to skip, by its new name.
+        :param start: skip messages that were received earlier, nanoseconds; not of static edges.
+        :param stop: skip messages that were received at this time or later.
+        :param tell: called with the number of messages read since.
+        """
+        for found, rules, authority in self.heard(
+                Snapshot(assembly.tree), rename_of, start, stop, tell):
+            if isinstance(found, Incident):
+                assembly.refuse(found)
+            elif wanted(found.parent, found.child):
+                assembly.take_estimate(found, rules.with_poses, authority)
+        _note_strays(assembly)
+
+    def heard(self, tree: Queries,
+              rename_of: Callable[[MessageSource], Rename] = lambda _: as_published,
+              start: int | None = None, stop: int | None = None,
+              tell: Callable[[int], None] = lambda _: None) -> Iterator[Heard]:
+        """
+        Yield the estimate of each message, its rules, and the name of its sender.
+
+        :param tree: has the transforms for the estimates that are moved.
+
+        The other parameters are those of ``take_into``.
+        """
+        # Those that are moved come last: their path may have its poses from another topic.
+        for topic, rules in sorted(self.rules.items(), key=lambda each: each[1].edge is not None):
+            sources = self._bag.sources_of(topic)
+            static = any(source.has_static_covariances for source in sources)
+            readers = {source: self._reader(source, rules, rename_of(source), tree)
+                       for source in sources}
+            for arrival in self._bag.messages(topic, *(None, None) if static else (start, stop)):
+                tell(1)
+                yield readers[arrival.source](arrival.data), rules, arrival.source.authority
+
+    def _reader(self, source: MessageSource, rules: Covariances, names: Rename,
+                tree: Queries) -> Callable[[bytes], EdgeEstimate | Incident]:
+        """Return a function that reads a source's messages to estimates or incidents."""
+        names_its_child, authority = self._names_its_child[source], source.authority
+
+        def read(data: bytes) -> EdgeEstimate | Incident:
+            try:
+                said = read_estimate(data, names_its_child, source.ros1)
+            except WireError as error:
+                return Incident(Kind.MALFORMED, '', '', LATEST, authority,
+                                f'{source.topic}: {error}')
+            parent, child = names(said.parent, said.child) or ('', '')
+            estimate = rules.judged(said._replace(parent=parent, child=child), authority)
+            if isinstance(estimate, Incident):
+                return estimate
+            return _moved(estimate, rules.carrier(estimate), tree, authority)
+
+        return read
+
+
+def _moved(estimate: EdgeEstimate, carrier: str | None, tree: Queries,
+           authority: str) -> EdgeEstimate | Incident:
+    """Return an estimate for the frame of its edge."""
+    if carrier is None:
+        return estimate
+    try:
+        return estimate.of(carrier, tree.lookup(estimate.child, carrier, estimate.stamp))
+    except TransformException as error:
+        return not_moved(estimate, carrier, error, authority)
+
+
+def _checked_rules(given: Mapping[str, Covariances] | None) -> Mapping[str, Covariances]:
+    given = {} if given is None else given
+    if isinstance(given, Mapping) and all(
+            isinstance(rules, Covariances) for rules in given.values()):
+        return given
+    raise BagError("covariances has to be a dictionary of topics, such as {'/amcl_pose': "
+                   "Covariances(child='base_link', edge=('map', 'odom'))}, "
+                   f'not {given!r:.80}')
+
+
+def _names_its_child(bag: Bag, source: MessageSource, rules: Covariances) -> bool:
+    try:
+        return rules.check_type(source.type_name)
+    except ValueError as error:
+        raise BagError(f'{bag.path}: covariances of {source.topic}: {error}') from None
+
+
+def _note_strays(assembly: Assembler) -> None:
+    """Record covariances of edges without transforms: they would have no effect."""
+    for (parent, child), known in assembly.tree.uncertainty.items():
+        history = assembly.tree.histories.get(child)
+        if history is None or not history.has_named(parent):
+            assembly.oddities.note(
+                'covariances of no edge', 'no transform of this edge was recorded, so they are '
+                'unused; name their edge with Covariances(child=..., edge=...)',
+                (parent, child), times=len(known))

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Reads the recorded messages, one by one, from the files of one bag.
+
+This is the lowest level: nothing is filtered or judged. ``opening`` makes a buffer of the
+messages.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import closing
+import heapq
+import os
+from pathlib import Path
+
+from .discovery import files_of
+from .message_source import MessageSource, RecordedMessage, Storage
+from ..errors import BagError, needs_extra
+
+PathLike = str | os.PathLike[str]
+
+
+class Bag:
+    """
+    One bag, open: a file, or a folder with its splits.
+
+    Close it, or use it in a ``with``.
+
+    :ivar path: of the file or folder.
+    :ivar sources: of transforms: every topic of type TFMessage, or the requested ones.
+    :ivar everything: the sources of all types.
+    """
+
+    def __init__(self, path: PathLike, topics: Sequence[str] | None = None) -> None:
+        """
+        Open a bag.
+
+        :param topics: read only these; None: every topic of type TFMessage.
+        :raises BagError: it cannot be read at all, or does not have one of the topics.
+        """
+        self.path = Path(path)
+        self._damage: list[str] = []
+        self._storages = _open_all(self.path, self._damage)
+        self.everything = list(dict.fromkeys(
+            source for storage in self._storages for source in storage.counts))
+        try:
+            self.sources = _chosen(self.path, self.everything, topics)
+        except BagError:
+            self.close()
+            raise
+
+    @property
+    def damage(self) -> list[str]:
+        """Return the faults of the files, one sentence each; complete after all was read."""
+        return self._damage + [sentence for storage in self._storages
+                               for sentence in storage.damage]
+
+    def arrivals(self, start: int | None = None,
+                 stop: int | None = None) -> Iterator[RecordedMessage]:
+        """
+        Yield every message of ``sources``, in order of arrival.
+
+        :param start: skip moving transforms that were received earlier, nanoseconds; None: none.
+            Static ones are valid at all times, so they are never skipped.
+        :param stop: skip moving transforms that were received at this time or later.
+        """
+        if start is None and stop is None:
+            yield from self._read(self.sources, None, None)
+            return
+        static = self._read([source for source in self.sources if source.static], None, None)
+        # Both read the same files, but not at once: there are few static messages.
+        moving = self._read([source for source in self.sources if not source.static], start, stop)
+        yield from heapq.merge(list(static), moving, key=lambda arrival: arrival.received)
+
+    def sources_of(self, topic: str) -> list[MessageSource]:
+        """
+        Return the sources of one topic, of any type.
+
+        :raises BagError: the bag does not have it.
+        """
+        return _of_topic(self.path, self.everything, topic)
+
+    def messages(self, topic: str, start: int | None = None,
+                 stop: int | None = None) -> Iterator[RecordedMessage]:
+        """
+        Yield every message of one topic, of any type.
+
+        :param start: skip messages that were received earlier, nanoseconds; None: none.
+        :param stop: skip messages that were received at this time or later.
+        :raises BagError: the bag does not have it.
+        """
+        yield from self._read(self.sources_of(topic), start, stop)
+
+    def first_field(self, source: MessageSource) -> str:
+        """Return the type of the first field of a source's messages; '' if it is unknown."""
+        return next(filter(None, (storage.first_field(source) for storage in self._storages)), '')
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Return when the first message was received, and one nanosecond after the last."""
+        begins, ends = zip(*(storage.span for storage in self._storages), strict=True)
+        return min(begins), max(ends)
+
+    def expected(self, others: Collection[MessageSource] = ()) -> int:
+        """Return the expected number of messages of ``sources`` and of others."""
+        return sum(count for storage in self._storages for source, count
+                   in storage.counts.items() if source in self.sources or source in others)
+
+    def _read(self, sources: Sequence[MessageSource], start: int | None,
+              stop: int | None) -> Iterator[RecordedMessage]:
+        for storage in self._storages:
+            yield from storage.arrivals(sources, start, stop)
+
+    def close(self) -> None:
+        """Close its files."""
+        for storage in self._storages:
+            storage.close()
+
+    def __enter__(self) -> 'Bag':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def read_messages(path: PathLike, topics: Sequence[str] | None = None, *,
+                  start: int | None = None, stop: int | None = None) -> Iterator[RecordedMessage]:
+    """
+    Yield every message with transforms in a bag, in order of arrival, with its bytes.
+
+    ``Decoder`` decodes the bytes to transforms. For the faults of the files themselves, open a
+    ``Bag`` and read its ``damage``.
+
+    :param topics: read only these; None: every topic of type TFMessage.
+    :param start: skip moving transforms that were received earlier, nanoseconds.
+    :param stop: skip moving transforms that were received at this time or later.
+    :raises BagError: it cannot be read at all, or does not have one of the topics.
+    """
+    with closing(Bag(path, topics)) as bag:
+        yield from bag.arrivals(start, stop)
+
+
+def _open_all(path: Path, damage: list[str]) -> list[Storage]:
+    """Open the files of a bag, in the order of their recording."""
+    try:
+        from .file_kinds import open_file, UNREADABLE
+    except ImportError as error:
+        raise needs_extra(error) from error
+    files = files_of(path)
+    damage += [f'{name}, which the index of the bag lists, is missing' for name in files.missing]
+    storages: list[Storage] = []
+    for file in files.present:
+        try:
+            storages.append(open_file(file))
+        except UNREADABLE as error:
+            damage.append(f'{file.name} cannot be read: {error}')
+    if not storages:
+        raise BagError(f'{path} cannot be read as a bag: {"; ".join(damage)}')
+    return sorted(storages, key=lambda storage: storage.span)
+
+
+def _chosen(path: Path, everything: Sequence[MessageSource],
+            topics: Sequence[str] | None) -> list[MessageSource]:
+    if isinstance(topics, str):
+        raise BagError(f'topics has to be a list of names, such as [{topics!r}]')
+    if topics is None:
+        return [source for source in everything if source.has_transforms]
+    chosen = [source for topic in topics for source in _of_topic(path, everything, topic)]
+    for source in chosen:
+        if not source.has_transforms:
+            raise BagError(f'{path}: {source.topic} has messages of type {source.type_name}, '
+                           'not transforms')
+    return chosen
+
+
+def _of_topic(path: Path, everything: Sequence[MessageSource], topic: str) -> list[MessageSource]:
+    found = [source for source in everything if source.topic == topic]
+    if not found:
+        there = ', '.join(sorted({source.topic for source in everything})) or 'none'
+        raise BagError(f'{path} has no topic {topic}; it has: {there}')
+    return found

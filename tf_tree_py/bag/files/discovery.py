@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Finds the files of a bag: one file, or a folder with its splits. It reads no messages."""
+
+from collections.abc import Sequence
+from pathlib import Path
+import re
+from typing import NamedTuple
+
+from ..errors import BagError, no_such_file
+
+SUFFIXES = ('.mcap', '.db3', '.bag')
+"""The suffixes of files with messages: rosbag2's two kinds, and ROS 1's."""
+
+PACKED = '.zstd'
+"""An additional suffix after one of them: the whole file is compressed."""
+
+INDEX = 'metadata.yaml'
+"""The name of the index of a bag's folder, as rosbag2 writes it."""
+
+
+class BagFiles(NamedTuple):
+    """
+    The files of one bag.
+
+    :ivar present: in the order of their numbers.
+    :ivar missing: names in the folder's index whose files do not exist.
+    """
+
+    present: Sequence[Path]
+    missing: Sequence[str]
+
+
+def files_of(path: Path) -> BagFiles:
+    """
+    Return the files of a bag.
+
+    :param path: a file, or a folder as rosbag2 writes it; its index may be missing.
+    :raises BagError: the path does not exist, or is not a bag.
+    """
+    if not path.exists():
+        raise no_such_file(path)
+    if not path.is_dir():
+        if not _holds_messages(path):
+            raise BagError(f'{path} is not a bag: its name ends in none of {", ".join(SUFFIXES)}')
+        return BagFiles([path], [])
+    present = sorted((file for file in path.iterdir() if _holds_messages(file)), key=_number)
+    if not present:
+        raise BagError(f'{path} is not a bag: the folder has no file {", ".join(SUFFIXES)}')
+    there = {file.name for file in present}
+    return BagFiles(present, [name for name in _indexed(path / INDEX) if name not in there])
+
+
+def _holds_messages(path: Path) -> bool:
+    return path.is_file() and names_messages(path.name)
+
+
+def names_messages(name: str) -> bool:
+    """Return whether a file with this name should hold messages."""
+    return name.removesuffix(PACKED).endswith(SUFFIXES)
+
+
+def _number(path: Path) -> tuple[list[int], str]:
+    """Return a sort key that puts run_10 after run_9."""
+    return [int(digits) for digits in re.findall(r'\d+', path.name)[-1:]], path.name
+
+
+def _indexed(index: Path) -> list[str]:
+    """Return the names that the folder's index lists; none if it cannot be read."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
+    try:
+        listed = YAML(typ='safe').load(index.read_text())
+        return [Path(name).name for name
+                in listed['rosbag2_bagfile_information']['relative_file_paths']]
+    except (OSError, ValueError, KeyError, TypeError, YAMLError):
+        return []

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The sources of recorded messages: a topic, or one publisher of it if the bag names them."""
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple, Protocol, TYPE_CHECKING
+
+from tf_tree_py.core.ingest.edge_estimate import STATIC_COVARIANCE_TOPIC
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import MessageDefinition
+
+_TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
+_ODOMETRY = ('nav_msgs', 'Odometry')
+
+
+class MessageSource(NamedTuple):
+    """
+    One topic of a bag; in a ROS 1 bag one publisher's messages on it.
+
+    :ivar type_name: of its messages, as in the bag.
+    :ivar latched: whether late joiners receive the last message: transient local, or ROS 1's
+        latched.
+    :ivar publisher: the node that published, if the bag names it; otherwise ''.
+    :ivar ros1: whether the messages are ROS 1's bytes; otherwise they are CDR.
+    :ivar reliable: whether all publishers were reliable, as far as the bag contains that; tf2 does
+        not receive others.
+    :ivar volatile: whether a publisher was volatile: late joiners receive none of its messages.
+    """
+
+    topic: str
+    type_name: str
+    latched: bool
+    publisher: str
+    ros1: bool
+    reliable: bool = True
+    volatile: bool = False
+
+    @property
+    def has_transforms(self) -> bool:
+        """Return whether its messages are TFMessages, of tf2 or of ROS 1's tf."""
+        return self._type in _TRANSFORMS
+
+    @property
+    def has_static_covariances(self) -> bool:
+        """Return whether it has the covariances of ``static_transform_publisher``."""
+        return self.topic.endswith(STATIC_COVARIANCE_TOPIC) and self._type == _ODOMETRY
+
+    @property
+    def _type(self) -> tuple[str, str]:
+        package, *_, name = self.type_name.split('/')
+        return package, name
+
+    @property
+    def static(self) -> bool:
+        """Return whether its transforms are valid at all times."""
+        return self.topic.endswith('_static') or self.latched
+
+    @property
+    def authority(self) -> str:
+        """Return the name for incidents: the publisher, or else the topic."""
+        return self.publisher or self.topic
+
+
+class RecordedMessage(NamedTuple):
+    """
+    One message as it was received.
+
+    :ivar received: the time of receiving, nanoseconds of the recorder's clock, which may differ
+        from that of the stamps in the message.
+    :ivar data: its bytes; see ``MessageSource.ros1``.
+    """
+
+    received: int
+    source: MessageSource
+    data: bytes
+
+
+class Storage(Protocol):
+    """
+    One open file.
+
+    :ivar span: when its first message was received, and one nanosecond after the last.
+    :ivar damage: the faults of the file, one sentence each; complete after all was read.
+    """
+
+    span: tuple[int, int]
+    damage: list[str]
+
+    @property
+    def counts(self) -> Mapping[MessageSource, int]:
+        """Return all recorded sources, of any type, and the number of messages of each."""
+
+    def arrivals(self, sources: Collection[MessageSource], start: int | None,
+                 stop: int | None) -> Iterator[RecordedMessage]:
+        """
+        Yield the messages of some of its sources, in order of arrival.
+
+        :param start: the time of receiving of the first, nanoseconds; None: from the beginning.
+        :param stop: the end of the time of receiving, exclusive; None: to the end.
+        """
+
+    def first_field(self, source: MessageSource) -> str:
+        """Return the type of the first field of a source's messages; '' if it is unknown."""
+
+    def close(self) -> None:
+        """Close the file."""
+
+
+class Scan(Protocol):
+    """
+    Reads one file, record by record.
+
+    :ivar definitions: of the messages of each source, once it was found.
+    :ivar lost: how much could not be read, in words; complete after the last message.
+    """
+
+    definitions: 'dict[MessageSource, MessageDefinition]'
+    lost: str
+
+    def __iter__(self) -> Iterator[RecordedMessage]:
+        """Yield every message, in the order of the file."""

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Convert messages with observations to numbers, those of rclpy as well as of rosbags."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .errors import CalibrationError
+from .observations import Array, Observations
+
+_NO_POSES = 'apriltag_msgs/msg/AprilTagDetectionArray'
+
+
+class Detection(NamedTuple):
+    """
+    One observation of one target.
+
+    :ivar sensor: the frame of the header.
+    :ivar target: its name; '' if the message has none.
+    :ivar seen: a pose (7,) or a point (3,).
+    :ivar covariance: (36,), or None.
+    """
+
+    stamp: int
+    sensor: str
+    target: str
+    seen: tuple[float, ...]
+    covariance: Array | None = None
+
+
+def detections_in(type_name: str, message: Any) -> list[Detection]:
+    """
+    Return the observations in a message.
+
+    :param type_name: such as ``geometry_msgs/msg/PoseStamped``.
+    :raises CalibrationError: messages of this type carry no observations.
+    """
+    check_type(type_name)
+    return list(_READERS[type_name](message))
+
+
+def check_type(type_name: str) -> None:
+    """
+    Check that messages of a type carry observations.
+
+    :raises CalibrationError: they do not; the error lists the types that do.
+    """
+    if type_name == _NO_POSES:
+        raise CalibrationError(
+            f'{type_name} has the tags in pixels, not in metres. Its node publishes the frames of '
+            'the tags on /tf, so use --observations tf:FRAME_OF_THE_TAG')
+    if type_name not in _READERS:
+        raise CalibrationError(f'{type_name} carries no observations; these types do: '
+                               f'{", ".join(sorted(_READERS))}')
+
+
+def gathered(detections: Iterable[Detection], fixed_in: str, known: dict[str, str],
+             topic: str) -> list[Observations]:
+    """
+    Return one set of observations for each sensor and target.
+
+    :param fixed_in: the frame in which targets rest.
+    :param known: the frames of targets whose place is in the tree, by target; '' is the default.
+    :param topic: the name for targets that have none.
+    """
+    sets: dict[tuple[str, str], list[Detection]] = {}
+    for each in detections:
+        named = each._replace(sensor=each.sensor.removeprefix('/'), target=each.target or topic)
+        sets.setdefault((named.sensor, named.target), []).append(named)
+    return [_observations(found, known.get(found[0].target, known.get('', '')), fixed_in)
+            for found in sets.values()]
+
+
+def _observations(found: list[Detection], frame: str, fixed_in: str) -> Observations:
+    seen = np.array([each.seen for each in found])
+    size = 6 if seen.shape[1] == 7 else 3
+    covariances = [each.covariance for each in found]
+    given = all(each is not None and np.any(each) for each in covariances)
+    place = np.array([0.0, 0, 0, 0, 0, 0, 1.0][:seen.shape[1]]) if frame else None
+    return Observations(
+        found[0].sensor, np.array([each.stamp for each in found], dtype=np.int64), seen,
+        frame or fixed_in, found[0].target, place,
+        np.array(covariances, dtype=float).reshape(-1, size, size) if given else None)
+
+
+def _stamp(header: Any) -> int:
+    return int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
+
+
+def _numbers(pose: Any) -> tuple[float, ...]:
+    p, q = pose.position, pose.orientation
+    length = float(np.linalg.norm((q.x, q.y, q.z, q.w)))
+    if length < 1e-6:  # the node never filled in the pose
+        return (float('nan'),) * 7
+    return (p.x, p.y, p.z, q.x / length, q.y / length, q.z / length, q.w / length)
+
+
+def _pose(message: Any) -> Iterator[Detection]:
+    yield Detection(_stamp(message.header), message.header.frame_id, '', _numbers(message.pose))
+
+
+def _uncertain(message: Any, target: str = '') -> Iterator[Detection]:
+    yield Detection(_stamp(message.header), message.header.frame_id, target,
+                    _numbers(message.pose.pose), np.asarray(message.pose.covariance))
+
+
+def _pose_array(message: Any) -> Iterator[Detection]:
+    for number, pose in enumerate(message.poses):
+        target = '' if len(message.poses) == 1 else f'pose {number}'
+        yield Detection(_stamp(message.header), message.header.frame_id, target, _numbers(pose))
+
+
+def _point(message: Any) -> Iterator[Detection]:
+    p = message.point
+    yield Detection(_stamp(message.header), message.header.frame_id, '', (p.x, p.y, p.z))
+
+
+def _box(message: Any) -> Iterator[Detection]:
+    """Yield an object of vision_msgs, from its best hypothesis or its box."""
+    header = _stamp(message.header), message.header.frame_id
+    if not message.results:
+        yield Detection(*header, message.id, _numbers(message.bbox.center))
+        return
+    best = max(message.results, key=lambda each: each.hypothesis.score)
+    yield Detection(*header, message.id or best.hypothesis.class_id,
+                    _numbers(best.pose.pose), np.asarray(best.pose.covariance))
+
+
+def _boxes(message: Any) -> Iterator[Detection]:
+    for each in message.detections:
+        # The detections of an array may have empty headers.
+        for found in _box(each):
+            yield found if found.sensor else found._replace(
+                stamp=_stamp(message.header), sensor=message.header.frame_id)
+
+
+def _tags(message: Any) -> Iterator[Detection]:
+    """Yield the tags of a message of apriltag_ros or isaac_ros_apriltag."""
+    for tag in message.detections:
+        numbers = np.atleast_1d(np.asarray(tag.id))
+        [found] = _uncertain(tag.pose, 'tag ' + '+'.join(map(str, numbers.tolist())))
+        yield found if found.sensor else found._replace(
+            stamp=_stamp(message.header), sensor=message.header.frame_id)
+
+
+_READERS: dict[str, Callable[[Any], Iterator[Detection]]] = {
+    'geometry_msgs/msg/PoseStamped': _pose,
+    'geometry_msgs/msg/PoseWithCovarianceStamped': _uncertain,
+    'geometry_msgs/msg/PoseArray': _pose_array,
+    'geometry_msgs/msg/PointStamped': _point,
+    'vision_msgs/msg/Detection3D': _box,
+    'vision_msgs/msg/Detection3DArray': _boxes,
+    'apriltag_ros/msg/AprilTagDetectionArray': _tags,
+    'isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray': _tags,
+}
+TYPES = tuple(_READERS)
+"""The types of messages that carry observations."""

@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Predictions of the observations, their residuals, and the derivatives by the unknowns.
+
+A residual is the observed pose of the target minus the predicted one, in the sensor's axes:
+(p,) with t_seen - t and Log(R_seen R^T), or only the former for points. A step of an edge is
+one small rigid motion of everything behind the edge, so its derivatives have a closed form.
+Let q be the position of the target in the axes of the parent, and c the origin of the child.
+A sensor behind the edge sees the target move by -(dt + dr x (q - c)); a sensor before the edge
+sees the opposite. The derivative by the time is the difference of two lookups.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from tf_tree_py.core import se3
+from tf_tree_py.core.geometry import so3
+
+from .chain import chain_between, Edge, Tree, Ways
+from .errors import CalibrationError
+from .observations import Array, Mask, Observations
+from .unknowns import between_many, State, Unknowns
+
+STENCIL_NS = 10_000_000
+"""Half the time between the two lookups of the derivative by the time."""
+_NANOSECONDS = 1e9
+
+
+class Seen(NamedTuple):
+    """Observations of one target by one sensor, and the lookups of the path between them."""
+
+    observations: Observations
+    ways: Ways
+
+
+class Placed(NamedTuple):
+    """
+    Predicted observations, and the poses that their derivatives need.
+
+    :ivar pose: ``sensor_T_target`` (N, 7).
+    :ivar fixed_T_sensor: (N, 7)
+    :ivar fixed_T_parents: the parent of each unknown edge on the path, (N, 7).
+    :ivar fixed_T_stretches: the target frame of each stretch, (N, 7).
+    """
+
+    pose: Array
+    fixed_T_sensor: Array
+    fixed_T_parents: list[Array]
+    fixed_T_stretches: list[Array]
+
+
+class Model:
+    """
+    Predicts observations.
+
+    :ivar unknowns: the unknowns of the estimate.
+    :ivar seen: the sets of observations.
+    :ivar reach: seconds by which stamps may be shifted; larger offsets are clipped to it.
+    """
+
+    def __init__(self, tree: Tree, edges: Sequence[Edge],
+                 sets: Sequence[Observations]) -> None:
+        """
+        Find the path of each set of observations.
+
+        :raises CalibrationError: the tree lacks a frame, or an edge lies on no path.
+        """
+        self._tree = tree
+        self.reach = 0.0
+        self._last: dict[int, tuple[State, Placed]] = {}
+        chains = [chain_between(tree, each.fixed_in, each.sensor, edges) for each in sets]
+        self.seen = [Seen(each, Ways(tree, chain, each.stamps))
+                     for each, chain in zip(sets, chains, strict=True)]
+        reached = {link.edge for chain in chains for link in chain.links}
+        for number, (parent, child) in enumerate(edges):
+            if number not in reached:
+                raise CalibrationError(
+                    f'the edge {parent} -> {child} does not lie between '
+                    f'{sets[0].fixed_in!r}, where the target rests, and the sensor '
+                    f'{sets[0].sensor!r}, so the observations do not depend on it')
+        targets = {each.name: each.size for each in sets if each.place is None}
+        self.unknowns = Unknowns(edges, list(dict.fromkeys(each.sensor for each in sets)),
+                                 targets)
+
+    def chosen(self, kept: Sequence[Mask], reach: float) -> 'Model':
+        """
+        Return a model of some of the observations, with the same unknowns.
+
+        :param kept: of each set, which observations to keep.
+        :param reach: seconds by which the stamps may be shifted.
+        """
+        made = object.__new__(Model)
+        made._tree, made.unknowns, made.reach = self._tree, self.unknowns, reach
+        made.seen, made._last = [], {}
+        for (each, ways), mask in zip(self.seen, kept, strict=True):
+            fewer = Observations(
+                each.sensor, each.stamps[mask], each.seen[mask], each.fixed_in, each.target,
+                each.place, None if each.covariances is None else each.covariances[mask])
+            made.seen.append(Seen(fewer, Ways(self._tree, ways.chain, fewer.stamps)))
+        return made
+
+    def __len__(self) -> int:
+        """Return how many observations there are."""
+        return sum(len(each.observations) for each in self.seen)
+
+    def shift(self, number: int, state: State) -> int:
+        """Return the time offset of a set in nanoseconds."""
+        sensor = self.seen[number].observations.sensor
+        offset = float(state.offsets[self.unknowns.sensors.index(sensor)])
+        return round(min(max(offset, -self.reach), self.reach) * _NANOSECONDS)
+
+    def residuals(self, state: State) -> list[Array]:
+        """Return the residuals of each set, (N, p)."""
+        return [self.residual(number, self.placed(number, state))
+                for number in range(len(self.seen))]
+
+    def residual(self, number: int, placed: Placed) -> Array:
+        """Return the residuals of one set, (N, p)."""
+        each = self.seen[number].observations
+        if each.size == 3:
+            return np.asarray(each.seen - placed.pose[:, :3])
+        return between_many(placed.pose, each.seen)
+
+    def placed(self, number: int, state: State) -> Placed:
+        """Return the prediction for one set; the last one is cached for its derivatives."""
+        if number not in self._last or self._last[number][0] is not state:
+            self._last[number] = state, self._placed(number, state, 0)
+        return self._last[number][1]
+
+    def _placed(self, number: int, state: State, later: int) -> Placed:
+        """Return the prediction for one set at stamps that are later by some nanoseconds."""
+        each, ways = self.seen[number]
+        stretches = ways.at(self.shift(number, state) - later)
+        begin = np.broadcast_to(np.array(se3.IDENTITY), stretches[0].shape)
+        here, parents, begins = stretches[0], list[Array](), [begin]
+        for link, stretch in zip(ways.chain.links, stretches[1:], strict=True):
+            edge = state.edges[link.edge][None]
+            after = se3.compose_many(here, np.broadcast_to(
+                se3.inverse_many(edge) if link.upwards else edge, here.shape))
+            parents.append(after if link.upwards else here)
+            begins.append(after)
+            here = se3.compose_many(after, stretch)
+        place = self._place(each, state)
+        pose = se3.compose_many(se3.inverse_many(here), np.broadcast_to(place, here.shape))
+        return Placed(pose, here, parents, begins)
+
+    def _place(self, each: Observations, state: State) -> Array:
+        if each.place is None:
+            return np.asarray(state.places[self.unknowns.targets.index(each.name)])
+        return each.place if len(each.place) == 7 else np.array([*each.place, 0, 0, 0, 1.0])
+
+    def derivatives(self, number: int, state: State, moving: Mask | None = None) -> Array:
+        """
+        Return the derivatives of the residuals of one set by a step, (N, p, P).
+
+        They are taken at a step of zero from the state.
+
+        :param moving: (P,) which columns are needed; the others are zero. None: all. The
+            column of the offset takes two more lookups.
+        """
+        each, ways = self.seen[number]
+        moving = np.ones(self.unknowns.size, dtype=bool) if moving is None else moving
+        placed = self.placed(number, state)
+        moved = np.zeros((len(each), 6, self.unknowns.size))
+        for link, fixed_T_parent in zip(
+                ways.chain.links, placed.fixed_T_parents, strict=True):
+            sign, where = 1.0 if link.upwards else -1.0, self.unknowns.edge(link.edge)
+            if moving[where].any():
+                moved[:, :, where] += sign * by_rigid_motion(
+                    placed, fixed_T_parent, state.edges[link.edge][:3])
+        if moving[self.unknowns.offset(each.sensor)]:
+            moved[:, :, self.unknowns.offset(each.sensor)] = -self.velocity(number, state)
+        if each.place is None:
+            where = self.unknowns.place(each.name)
+            moved[:, :, where] = _by_place(placed)[:, :, :where.stop - where.start]
+        if each.size == 3:
+            return -moved[:, :3]
+        turn = between_many(placed.pose, each.seen)[:, 3:]
+        moved[:, 3:] = np.linalg.inv(se3.left_jacobian_many(-turn)) @ moved[:, 3:]
+        return -moved
+
+    def velocity(self, number: int, state: State) -> Array:
+        """Return the velocity of the target past the sensor, (N, 6): m/s and rad/s."""
+        here = self.placed(number, state).pose
+        ends, span = [], np.zeros(len(here))
+        for later in (-STENCIL_NS, STENCIL_NS):
+            end = self._placed(number, state, later).pose
+            known = np.isfinite(end).all(axis=1)  # not at the ends of the recording
+            ends.append(np.where(known[:, None], end, here))
+            span += known * STENCIL_NS
+        return between_many(*ends) * (_NANOSECONDS / np.maximum(span, 1.0))[:, None]
+
+
+def by_rigid_motion(placed: Placed, fixed_T_body: Array, centre: Array) -> Array:
+    """
+    Return the motion of the target past the sensor by steps in a body's axes, (N, 6, 6).
+
+    :param fixed_T_body: (N, 7) the axes of the steps.
+    :param centre: (3,) or (N, 3) the centre of the rotation, in these axes.
+    """
+    sensor_R_body = _matrices(placed.fixed_T_sensor).transpose(0, 2, 1) @ _matrices(fixed_T_body)
+    fixed_T_target = se3.compose_many(placed.fixed_T_sensor, placed.pose)
+    target = se3.compose_many(se3.inverse_many(fixed_T_body), fixed_T_target)[:, :3]
+    return _rigid(sensor_R_body, target - centre)
+
+
+def _rigid(a_R_b: Array, lever: Array) -> Array:
+    """Return the motion of points at lever arms (N, 3) by a step of their body, (N, 6, 6)."""
+    made = np.zeros((len(a_R_b), 6, 6))
+    made[:, :3, :3] = made[:, 3:, 3:] = a_R_b
+    # dr x l = -[l] dr, and the columns of -[l] are the axes crossed with l.
+    crossed = np.cross(np.eye(3)[None], lever[:, None, :]).transpose(0, 2, 1)
+    made[:, :3, 3:] = a_R_b @ crossed
+    return made
+
+
+def _by_place(placed: Placed) -> Array:
+    """Return the motion of the predicted poses by a step of the target's place, (N, 6, 6)."""
+    made = np.zeros((len(placed.pose), 6, 6))
+    made[:, :3, :3] = made[:, 3:, 3:] = _matrices(placed.fixed_T_sensor).transpose(0, 2, 1)
+    return made
+
+
+def _matrices(poses: Array) -> Array:
+    return so3.as_matrix_many(poses[:, 3:])

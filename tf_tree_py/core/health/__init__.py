@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The health of a tree: measurements of each edge, the checks, the doctor and the monitor.
+
+``ingest`` decides which samples are refused; other packages display the findings.
+"""

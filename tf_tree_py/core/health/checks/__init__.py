@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The checks of a tree: one function for each code, one file for each topic.
+
+``measures`` computes the numbers that they check; ``doctor`` runs them.
+"""

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The findings of a doctor, and the entries of the catalogue."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+import math
+from typing import Any, NamedTuple
+
+Number = int | float
+
+
+class Severity(Enum):
+    """The severity of a finding; the worst comes first."""
+
+    ERROR = 'error'
+    WARNING = 'warning'
+    NOTE = 'note'
+
+    @property
+    def rank(self) -> int:
+        """Return the place in the order; 0 for the worst."""
+        return list(Severity).index(self)
+
+
+class Code(NamedTuple):
+    """
+    An entry of the catalogue.
+
+    :ivar name: the name of the code.
+    :ivar severity: the usual severity; a finding may have a different one.
+    :ivar catches: a description in one sentence.
+    :ivar cause: the usual cause in one sentence.
+    :ivar fix: the remedy in one sentence.
+    :ivar explains: codes that are only symptoms of this one if they concern the same frames.
+    :ivar textbook: whether it is one of the textbook's failure modes.
+    """
+
+    name: str
+    severity: Severity
+    catches: str
+    cause: str
+    fix: str
+    explains: frozenset[str] = frozenset()
+    textbook: bool = False
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    A problem, or something worth knowing.
+
+    :ivar code: its name in the catalogue.
+    :ivar frames: the affected frames; for an edge first the parent, then the child.
+    :ivar publishers: the publishers, as far as they are known.
+    :ivar summary: the problem in one sentence, with its numbers.
+    :ivar evidence: the numbers by name; a name ends in its unit: ``_s``, ``_m``, ``_deg``,
+        ``_hz``; numbers without a unit are counts.
+    :ivar cause: the most likely cause.
+    :ivar fix: the remedy.
+    """
+
+    code: str
+    severity: Severity
+    frames: tuple[str, ...]
+    publishers: tuple[str, ...]
+    summary: str
+    evidence: Mapping[str, Number] = field(default_factory=dict)
+    cause: str = ''
+    fix: str = ''
+
+    def as_dict(self) -> dict[str, Any]:
+        """
+        Return the finding as plain data, always with the same keys.
+
+        Evidence that is not finite becomes None, because JSON has no such numbers.
+        """
+        return {**asdict(self), 'severity': self.severity.value, 'frames': list(self.frames),
+                'publishers': list(self.publishers),
+                'evidence': {name: number if math.isfinite(number) else None
+                             for name, number in self.evidence.items()}}

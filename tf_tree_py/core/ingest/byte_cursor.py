@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Reading the bytes of messages field by field.
+
+ROS 2 uses CDR, in either byte order: 4 bytes of encapsulation, then numbers that are aligned
+relative to the byte after the encapsulation, and strings with a uint32 length that includes
+the closing NUL. ROS 1 has no encapsulation, no alignment and no NULs, and is little-endian.
+"""
+
+import struct
+
+import numpy as np
+
+from ..geometry.so3 import Array
+from ..stamp import NANOSECONDS_PER_SECOND
+
+_BYTE_ORDERS = {b'\x00\x01': '<', b'\x00\x00': '>'}
+ENCAPSULATION_BYTES = 4
+# An error about a name that is not UTF-8 shows at most this number of its bytes.
+_BYTES_IN_ERROR = 60
+
+
+class WireError(ValueError):
+    """The bytes are not a complete message of the type."""
+
+
+def cdr_cursor(data: bytes) -> 'ByteCursor':
+    """
+    Return a cursor at the beginning of a message of ROS 2.
+
+    :raises WireError: the bytes do not begin with the encapsulation of CDR.
+    """
+    order = _BYTE_ORDERS.get(data[:2])
+    if order is None:
+        raise WireError(f'not CDR: it begins with the bytes {data[:4].hex(" ")}')
+    return ByteCursor(data, order)
+
+
+def ros1_cursor(data: bytes) -> 'ByteCursor':
+    """Return a cursor at the beginning of a message of ROS 1."""
+    return _Ros1ByteCursor(data, '<')
+
+
+class ByteCursor:
+    """
+    A position in the bytes of CDR, and methods that read the fields that follow.
+
+    :cvar head: bytes before the first stamp of a TFMessage, including its count.
+    :cvar stamp: struct's format of a stamp.
+    """
+
+    head = ENCAPSULATION_BYTES + 4
+    stamp = 'iI'
+
+    def __init__(self, data: bytes, order: str) -> None:
+        self.data = data
+        self.order = order
+        self.position = ENCAPSULATION_BYTES
+
+    def skip(self, size: int, alignment: int) -> int:
+        """Skip an aligned field, and return its position."""
+        begin = self.position + -(self.position - ENCAPSULATION_BYTES) % alignment
+        if begin + size > len(self.data):
+            raise WireError(f'truncated at byte {begin} of {len(self.data)}')
+        self.position = begin + size
+        return begin
+
+    def skip_stamp(self) -> int:
+        """Skip a stamp, and return its position."""
+        return self.skip(8, alignment=4)
+
+    def take_stamp(self) -> int:
+        """Read a stamp, in nanoseconds."""
+        sec, nanosec = struct.unpack_from(self.order + self.stamp, self.data, self.skip_stamp())
+        return int(sec * NANOSECONDS_PER_SECOND + nanosec)
+
+    def take_doubles(self, count: int) -> Array:
+        """Read numbers, (count,)."""
+        begin = self.skip(8 * count, alignment=8)
+        return np.frombuffer(self.data, f'{self.order}f8', count, begin).astype(float)
+
+    def take_uint32(self) -> int:
+        """Read a number."""
+        begin = self.skip(4, alignment=4)
+        (number,) = struct.unpack_from(self.order + 'I', self.data, begin)
+        return int(number)
+
+    def take_string(self) -> tuple[str, slice]:
+        """Read a string; return it, and the slice of its bytes including the length field."""
+        length = self.take_uint32()
+        begin = self.skip(length, alignment=1)
+        text = self.data[begin:self.position]
+        return self._decoded(text, begin), slice(begin - 4, self.position)
+
+    def _decoded(self, text: bytes, begin: int) -> str:
+        if text and text[-1]:
+            raise WireError(f'the name at byte {begin} does not end with NUL')
+        return _text(text[:-1], begin)
+
+
+class _Ros1ByteCursor(ByteCursor):
+    """A position in the bytes of a message of ROS 1."""
+
+    head = 4
+    stamp = 'II'
+
+    def __init__(self, data: bytes, order: str) -> None:
+        super().__init__(data, order)
+        self.position = 0
+
+    def skip(self, size: int, alignment: int) -> int:
+        """Skip a field, which is not aligned, and return its position."""
+        return super().skip(size, 1)
+
+    def skip_stamp(self) -> int:
+        """Skip a seq and a stamp, and return the position of the stamp."""
+        return self.skip(12, alignment=1) + 4
+
+    def _decoded(self, text: bytes, begin: int) -> str:
+        return _text(text, begin)
+
+
+def _text(text: bytes, begin: int) -> str:
+    try:
+        return text.decode()
+    except UnicodeDecodeError:
+        raise WireError(f'the name at byte {begin} is not UTF-8: '
+                        f'{text[:_BYTES_IN_ERROR]!r}') from None

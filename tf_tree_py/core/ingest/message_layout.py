@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The positions of the numbers in the bytes of a TFMessage with certain names.
+
+A TFMessage is a uint32 count, then for each transform int32 sec, uint32 nanosec, string
+frame_id, string child_frame_id and 7 doubles (translation x y z, rotation x y z w). ROS 1 has
+a uint32 seq before each stamp, and its seconds are unsigned. ``byte_cursor`` reads the numbers
+and strings of both.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+import struct
+import sys
+from typing import Any
+
+from .byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
+from .frame_names import Rename
+from .message_block import MessageBlock, TransformPlace
+from .sample import Batch
+from ..edges.packed import pack_pose, POSE_BYTES
+from ..stamp import NANOSECONDS_PER_SECOND
+
+# Positions of the first parent's name, equal in both formats: the seq of ROS 1 is as long as
+# the encapsulation of CDR.
+_FIRST_LENGTH, _FIRST_NAME = 16, 20
+# The smallest transform: a stamp, two empty names, a pose, without padding.
+_MIN_TRANSFORM_BYTES = 72
+# A serialized message may be padded to the next boundary.
+_MAX_PADDING = 7
+# Memory of a layout, for each transform and for each byte of its names. A name is kept as bytes
+# and as a str, in which a single wide character makes all characters four bytes wide.
+_TRANSFORM_BYTES = 500
+_NAME_BYTES = 5
+NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
+"""The byte order of this machine, as struct's letter."""
+
+Key = tuple[int, bytes]
+_Unpack = Callable[[bytes], tuple[Any, ...]]
+
+
+def key_of(data: bytes) -> Key:
+    """Return the size and the first parent's name: they differ for most layouts."""
+    if len(data) <= _FIRST_NAME:
+        return len(data), b''
+    # Depending on the byte order, this is the lowest or the highest byte of the name's length.
+    # All messages of one layout have the same value there.
+    return len(data), data[_FIRST_NAME:_FIRST_NAME + data[_FIRST_LENGTH]]
+
+
+class MessageLayout:
+    """
+    The positions of the numbers in the bytes of a message with certain names.
+
+    :ivar key: of its messages; see ``key_of``.
+    :ivar size: the approximate memory that it takes, bytes.
+    :ivar edges: (parent, child) of each wanted transform.
+    """
+
+    __slots__ = ('key', 'size', 'edges', '_slashed', '_fixed', '_names', '_unpack_names',
+                 '_unpack_numbers', '_wanted', '_order', '_stamp', '_block')
+
+    def __init__(self, cursor: ByteCursor, places: Sequence[TransformPlace],
+                 edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
+        """
+        Make the layout of a message that was read.
+
+        :param cursor: the cursor that read it.
+        :param places: the positions of each of its transforms.
+        :param edges: (parent, child) of each; None: it is dropped.
+        :param slashed: the names that begin with a slash in the message.
+        """
+        self._slashed = slashed
+        data, self._order, self._stamp = cursor.data, cursor.order, cursor.stamp
+        self.key = key_of(data)
+        self.edges = tuple(edge for edge in edges if edge is not None)
+        self._wanted = [place for place, edge in zip(places, edges, strict=True)
+                        if edge is not None]
+        self._fixed = [slice(0, cursor.head), *(
+            name for place in places for name in (place.parent, place.child))]
+        self._unpack_names = _fields(self._order, len(data), [
+            (part.start, f'{part.stop - part.start}s') for part in self._fixed])
+        self._names = self._unpack_names(data)
+        self.size = (_TRANSFORM_BYTES * (1 + len(places))
+                     + _NAME_BYTES * sum(map(len, (*self._names, *slashed))))
+        self._unpack_numbers = _fields(self._order, len(data), [
+            field for place in self._wanted
+            for field in ((place.stamp, self._stamp), (place.pose, f'{POSE_BYTES}s'))])
+        self._block: MessageBlock | None = None
+
+    def fits(self, data: bytes) -> bool:
+        """Return whether a message with the same key has these names."""
+        return self._unpack_names(data) == self._names
+
+    @property
+    def block(self) -> MessageBlock:
+        """Return the reader of many of its messages at once."""
+        if self._block is None:
+            self._block = MessageBlock(self.key[0], self._fixed, b''.join(self._names),
+                                       self._wanted, self._order, self._stamp)
+        return self._block
+
+    def read(self, data: bytes) -> Batch | None:
+        """Return the transforms, or None if the message has other names."""
+        if not self.fits(data):
+            return None
+        values = self._unpack_numbers(data)
+        poses: Sequence[bytes] = values[2::3]
+        if self._order != NATIVE:
+            poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
+        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses, self._slashed)
+
+
+def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
+    """Return stamps in nanoseconds; faster if all are equal, as is usual in one message."""
+    count = len(secs)
+    if count > 1 and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
+        return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count
+    return [sec * NANOSECONDS_PER_SECOND + nanosec
+            for sec, nanosec in zip(secs, nanosecs, strict=True)]
+
+
+def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack:
+    """
+    Return a function that unpacks fields of a message.
+
+    :param size: of the message, bytes.
+    :param fields: the first byte and struct's format of each.
+    """
+    form, position = order, 0
+    for begin, kind in fields:
+        # With an explicit byte order, struct does not align fields.
+        form += f'{begin - position}x{kind}'
+        position = begin + struct.calcsize(order + kind)
+    return struct.Struct(f'{form}{size - position}x').unpack
+
+
+# --- reading field by field
+
+FindLayout = Callable[[bytes, Rename], MessageLayout]
+
+
+def find_layout(data: bytes, rename: Rename) -> MessageLayout:
+    """
+    Read a message of ROS 2 field by field, and return its layout.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    return _layout(cdr_cursor(data), rename)
+
+
+def find_ros1_layout(data: bytes, rename: Rename) -> MessageLayout:
+    """
+    Read a message of ROS 1 field by field, and return its layout.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    return _layout(ros1_cursor(data), rename)
+
+
+def _layout(cursor: ByteCursor, rename: Rename) -> MessageLayout:
+    size = len(cursor.data)
+    count = cursor.take_uint32()
+    if count * _MIN_TRANSFORM_BYTES > size:
+        raise WireError(f'{size} bytes cannot hold {count} transforms')
+    places, edges, slashed = [], [], dict[str, None]()
+    for _ in range(count):
+        stamp = cursor.skip_stamp()
+        parent, parent_bytes = cursor.take_string()
+        child, child_bytes = cursor.take_string()
+        pose = cursor.skip(POSE_BYTES, alignment=8)
+        places.append(TransformPlace(stamp, parent_bytes, child_bytes, pose))
+        edges.append(rename(parent, child))
+        slashed |= dict.fromkeys(name for name in (parent, child) if name.startswith('/'))
+    if size - cursor.position > _MAX_PADDING:
+        raise WireError(f'{size - cursor.position} bytes are left over after {count} transforms')
+    return MessageLayout(cursor, places, edges, tuple(slashed))

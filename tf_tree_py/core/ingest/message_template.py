@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Repeated TFMessages of the same edges, in which only the stamp and the poses change."""
+
+from collections.abc import Iterable
+from itertools import accumulate
+
+import numpy as np
+
+from .sample import as_sec_nanosec, Sample
+from .wire import write
+from ..edges.packed import POSE_BYTES
+from ..geometry import se3
+from ..geometry.so3 import Array
+from ..stamp import LATEST
+
+# Everything is aligned relative to the byte after the encapsulation.
+_ENCAPSULATION_BYTES = 4
+_HEAD_BYTES = 8  # encapsulation and count
+
+
+class MessageTemplate:
+    """
+    One serialized message whose numbers are overwritten, at a tenth of the cost of ``write``.
+
+    Each transform begins where the previous one ends, with its stamp, and ends with its pose.
+    """
+
+    def __init__(self, edges: Iterable[tuple[str, str]]) -> None:
+        """
+        Write the constant parts.
+
+        :param edges: (parent, child) of each transform.
+        """
+        samples = [Sample(parent, child, LATEST, se3.IDENTITY) for parent, child in edges]
+        self._data = bytearray(write(samples))
+        # All transforms but the first begin at the same alignment.
+        first = len(write(samples[:1]))
+        ends = list(accumulate((len(write([samples[0], sample])) - first
+                                for sample in samples[1:]), initial=first))[:len(samples)]
+        self._words, self._doubles = (
+            np.frombuffer(self._data, kind, (len(self._data) - _ENCAPSULATION_BYTES) // width,
+                          _ENCAPSULATION_BYTES) for kind, width in (('<i4', 4), ('<f8', 8)))
+        begins = np.array([_HEAD_BYTES, *ends][:len(samples)], np.intp)
+        self._stamps = (begins - _ENCAPSULATION_BYTES) // 4
+        poses = np.array(ends, np.intp) - POSE_BYTES
+        self._poses = (poses[:, None] - _ENCAPSULATION_BYTES) // 8 + np.arange(7)
+
+    def fill(self, stamp: int, poses: Array) -> bytes:
+        """
+        Return the message with one stamp, and with poses (edges, 7).
+
+        :raises InvalidArgumentException: a stamp that no message can hold.
+        """
+        self._words[self._stamps], self._words[self._stamps + 1] = as_sec_nanosec(stamp)
+        self._doubles[self._poses] = poses
+        return bytes(self._data)

@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+One transform as it arrives, before it is inserted into the tree.
+
+Samples from bytes, from messages and from callers are all checked here, so the checks
+of tf2 (names, NaN, quaternions) are implemented once.
+"""
+
+from collections.abc import Sequence
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .incidents import Incident, Kind
+from ..edges.packed import POSE_BYTES, unpack_pose
+from ..errors import InvalidArgumentException
+from ..geometry import so3
+from ..geometry.poses import is_sound, UNIT_TOLERANCE
+from ..geometry.se3 import PoseTuple
+from ..geometry.so3 import Array
+from ..stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
+from ..text import shorten
+from ..times import checked_stamp
+
+# Up to this number of poses, plain floats are cheaper than an array.
+_FEW = 6
+
+# An incident about a refused name shows this number of its characters.
+_NAME_IN_TEXT = 60
+
+# A sum of squares between these limits has neither underflowed nor overflowed.
+_LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
+
+# The ranges of int32 sec and uint32 nanosec in a message. The nanoseconds may exceed a second,
+# so the last stamp is some seconds after the last sec.
+_MIN_SEC, _MAX_SEC = -2**31, 2**31 - 1
+_MAX_NANOSEC = 2**32 - 1
+
+
+class Sample(NamedTuple):
+    """``parent_T_child`` at a stamp in nanoseconds; its numbers are not checked yet."""
+
+    parent: str
+    child: str
+    stamp: int
+    pose: PoseTuple
+
+
+class Batch(NamedTuple):
+    """
+    The transforms of one message, packed; its numbers are not checked yet.
+
+    :ivar edges: (parent, child) of each, without leading slashes; all messages of one layout
+        share this object.
+    :ivar stamps: of each, nanoseconds.
+    :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
+        byte order, as ``edges.packed.pack_pose`` returns them.
+    :ivar slashed: the names that arrived with a leading slash, including the slash.
+    """
+
+    edges: Sequence[tuple[str, str]]
+    stamps: Sequence[int]
+    poses: Sequence[bytes]
+    slashed: Sequence[str] = ()
+
+    def samples(self) -> list[Sample]:
+        """Return the transforms one by one."""
+        return [Sample(parent, child, stamp, unpack_pose(pose)) for (parent, child), stamp, pose
+                in zip(self.edges, self.stamps, self.poses, strict=True)]
+
+
+def admitted(sample: Sample) -> Sample:
+    """
+    Return a caller's sample with checked names and a checked stamp.
+
+    Removes one leading slash from each name, as tf2 does.
+
+    :raises InvalidArgumentException: a name is not a string, or the stamp is not a stamp.
+    """
+    parent, child, stamp, pose = sample
+    if not isinstance(parent, str) or not isinstance(child, str):
+        raise InvalidArgumentException(
+            f'Invalid argument: the frames {parent!r} and {child!r} must be strings')
+    if type(stamp) is int and BEGINNING <= stamp < FOREVER and (
+            parent[:1] != '/' != child[:1]):
+        return sample
+    return Sample(
+        parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
+
+
+def as_sec_nanosec(stamp: int) -> tuple[int, int]:
+    """
+    Return a stamp as the two numbers of a message.
+
+    :raises InvalidArgumentException: the stamp is before 1901 or after 2038, which a message
+        cannot hold.
+    """
+    sec, nanosec = divmod(stamp, NANOSECONDS_PER_SECOND)
+    if _MIN_SEC <= sec <= _MAX_SEC:
+        return sec, nanosec
+    nanosec += (sec - _MAX_SEC) * NANOSECONDS_PER_SECOND
+    if 0 <= nanosec <= _MAX_NANOSEC:
+        return _MAX_SEC, nanosec
+    raise InvalidArgumentException(
+        f'Invalid argument stamp {format_stamp(stamp)} s: no message can hold it, because the '
+        'seconds of a message have 32 bits, from 1901 to 2038')
+
+
+def bad_name(parent: str, child: str, stamp: int, authority: str,
+             max_bytes: int) -> Incident | None:
+    """Return an incident if one of an edge's two names is invalid, otherwise None."""
+    for name in (parent, child):
+        fault = _name_fault(name, max_bytes)
+        if fault:
+            return Incident(Kind.BAD_NAME, parent, child, stamp, authority,
+                            f'{shorten(repr(name), _NAME_IN_TEXT)}: {fault}')
+    return None
+
+
+def _name_fault(name: str, max_bytes: int) -> str:
+    try:
+        size = len(name.encode())
+    except UnicodeEncodeError:
+        return 'it cannot be encoded in UTF-8'
+    if size > max_bytes:
+        return f'it has {size} bytes; the buffer accepts {max_bytes} (max_name_bytes)'
+    return 'it contains a NUL, which ends every string in ROS' if '\0' in name else ''
+
+
+def unit_poses(poses: Array) -> Array | None:
+    """
+    Return poses (N, 7) with unit quaternions.
+
+    None if one is not finite, or too small or large to normalise: see ``checked``.
+    """
+    q = poses[:, 3:]
+    # einsum does not warn about numbers that are not finite; sum and dot do.
+    squares = np.einsum('ij,ij->i', q, q)
+    excess = squares - 1.0
+    # Zero, but NaN if any number is NaN or infinite; a comparison with NaN is false.
+    nothing = 0.0 * float(np.einsum('ij->', poses))
+    if float(np.einsum('i,i->', excess, excess)) + nothing < UNIT_TOLERANCE ** 2:
+        return poses
+    if not squares.min() + nothing > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
+        return None
+    return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
+
+
+def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """
+    Return poses (N, 7) with unit quaternions, and which of them are good.
+
+    The others are not finite, or too small or large to normalise: see ``checked``. The same
+    array is returned if all are good already, else a copy.
+    """
+    q = poses[:, 3:]
+    squares = np.einsum('ij,ij->i', q, q)
+    # NaN where any number is NaN or infinite; a comparison with NaN is false.
+    with np.errstate(invalid='ignore'):
+        sizes = squares + 0.0 * np.einsum('ij->i', poses)
+    good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
+    unit = np.abs(squares - 1.0) < UNIT_TOLERANCE
+    if (good & unit).all():
+        return poses, good
+    poses, rough = poses.copy(), good & ~unit
+    poses[rough, 3:] /= np.sqrt(squares[rough])[:, None]
+    return poses, good
+
+
+def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
+    """Return a batch's poses with unit quaternions; None if one of them needs ``checked``."""
+    if len(poses) <= _FEW:
+        for pose in poses:
+            if not is_sound(unpack_pose(pose)):
+                return None
+        return poses
+    array = np.frombuffer(b''.join(poses)).reshape(-1, 7)
+    unit = unit_poses(array)
+    if unit is None or unit is array:
+        return None if unit is None else poses
+    packed = unit.tobytes()
+    return [packed[begin:begin + POSE_BYTES] for begin in range(0, len(packed), POSE_BYTES)]
+
+
+def checked(sample: Sample, authority: str) -> Sample | Incident:
+    """
+    Return a sample that the tree can take, or an incident with the reason why it cannot.
+
+    Normalises the quaternion, as tf2 does. Refuses what tf2 refuses, and also infinities,
+    which would become NaN on the first composition.
+
+    :param sample: see ``admitted``.
+    """
+    parent, child, stamp, pose = sample
+
+    def refused(kind: Kind, detail: str) -> Incident:
+        return Incident(kind, parent, child, stamp, authority, detail)
+
+    if not parent or not child:
+        missing = 'child_frame_id' if not child else 'header.frame_id'
+        return refused(Kind.EMPTY_FRAME, f'{missing} is not set')
+    if parent == child:
+        return refused(Kind.SELF_EDGE, 'frame_id and child_frame_id are the same')
+    if not all(map(math.isfinite, (*pose, math.hypot(*pose[3:])))):
+        return refused(Kind.NOT_FINITE, f'(x y z, qx qy qz qw) = {pose}')
+    if is_sound(pose):
+        return Sample(parent, child, stamp, pose)
+    x, y, z, qx, qy, qz, qw = pose
+    if not (qx or qy or qz or qw):
+        return refused(Kind.ZERO_ROTATION,
+                       'was the message left unset? To send no rotation, set it to 0 0 0 1')
+    return Sample(parent, child, stamp, (x, y, z, *so3.normalize((qx, qy, qz, qw))))

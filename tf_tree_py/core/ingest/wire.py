@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Reading and writing the bytes of a ``tf2_msgs/msg/TFMessage`` without ROS.
+
+``message_layout`` describes the format. Bags and subscriptions deliver the same bytes, so both
+use this file.
+
+A publisher sends the same frame names repeatedly. So only the first message is read field by
+field. Its ``MessageLayout`` is kept: one struct for the whole message, and the names that a
+message must contain. A later message with the same names takes one comparison of the names
+and one unpacking of the numbers.
+"""
+
+from collections.abc import Collection
+import struct
+import sys
+
+from .byte_cursor import ENCAPSULATION_BYTES, WireError
+from .frame_names import as_published, Rename
+from .incidents import Incident, Kind
+from .message_layout import find_layout, FindLayout, Key, key_of, MessageLayout
+from .sample import as_sec_nanosec, Batch, Sample
+from ..edges.packed import POSE_BYTES
+from ..geometry import se3
+from ..stamp import LATEST
+
+_HEAD_BYTES = 8  # encapsulation and count
+_STAMP = struct.Struct('<iI')
+DEFAULT_REMEMBERED = 8_000_000
+"""Maximum bytes of a reader's layouts, enough for the hundreds of transforms of a swarm."""
+# The most layouts with one key; a message is compared with each of them in turn.
+_MAX_ALIKE = 64
+
+
+class WireReader:
+    """
+    Turns messages into batches, and remembers their layouts.
+
+    Not thread-safe: each subscription has its own reader.
+
+    :ivar remembered: the approximate number of bytes that its layouts take.
+    """
+
+    def __init__(self, rename: Rename = as_published, find: FindLayout = find_layout,
+                 most: int = DEFAULT_REMEMBERED) -> None:
+        """
+        Start with no layouts.
+
+        :param rename: takes (parent, child) and returns their new names, or None to drop
+            the transform. It is called once for each layout, so a dropped transform costs
+            almost nothing.
+        :param find: reads a message field by field: ``find_layout`` for ROS 2,
+            ``find_ros1_layout`` for ROS 1.
+        :param most: maximum bytes of its layouts; when they exceed it, all are forgotten.
+        """
+        self._rename = rename
+        self._find = find
+        self._most = most
+        self._layouts: dict[Key, list[MessageLayout]] = {}
+        self.remembered = 0
+
+    def read(self, data: bytes) -> Batch:
+        """
+        Return the transforms of a serialized TFMessage, in its order.
+
+        :raises WireError: the bytes are not a TFMessage.
+        """
+        for layout in self._layouts.get(key_of(data), ()):
+            batch = layout.read(data)
+            if batch is not None:
+                return batch
+        batch = self._found(data).read(data)
+        assert batch is not None
+        return batch
+
+    def layout_of(self, data: bytes) -> MessageLayout:
+        """
+        Return the layout of a message, which can read many such messages at once.
+
+        :raises WireError: the bytes are not a TFMessage.
+        """
+        for layout in self._layouts.get(key_of(data), ()):
+            if layout.fits(data):
+                return layout
+        return self._found(data)
+
+    def _found(self, data: bytes) -> MessageLayout:
+        layout = self._find(data, self._rename)
+        self._remember(layout)
+        return layout
+
+    def read_or_refuse(self, data: bytes, authority: str) -> Batch | Incident:
+        """Return the transforms of a message, or an incident if the bytes are not a TFMessage."""
+        try:
+            return self.read(data)
+        except WireError as error:
+            return Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
+
+    def _remember(self, layout: 'MessageLayout') -> None:
+        if layout.size > self._most:
+            return
+        if self.remembered + layout.size > self._most:
+            # So many names come only from a hostile publisher. Forget all layouts.
+            self._layouts.clear()
+            self.remembered = 0
+        alike = self._layouts.setdefault(layout.key, [])
+        if len(alike) >= _MAX_ALIKE:
+            self.remembered -= sum(other.size for other in alike)
+            alike.clear()
+        alike.append(layout)
+        self.remembered += layout.size
+
+
+def write(samples: Collection[Sample]) -> bytes:
+    """
+    Return a serialized TFMessage of these transforms; for batches, use a ``WireWriter``.
+
+    :raises InvalidArgumentException: a stamp that no message can hold.
+    """
+    return bytes(_laid_out(samples)[0])
+
+
+def _laid_out(samples: Collection[Sample]) -> tuple[bytearray, list[int], list[int]]:
+    """Return a message, and the positions of each stamp and each pose in it."""
+    data, stamps_at, poses_at = bytearray(_HEAD_BYTES), list[int](), list[int]()
+    struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
+    for parent, child, stamp, pose in samples:
+        _align(data, 4)
+        stamps_at.append(len(data))
+        data += _STAMP.pack(*as_sec_nanosec(stamp))
+        for name in (parent.encode() + b'\0', child.encode() + b'\0'):
+            _align(data, 4)
+            data += struct.pack('<I', len(name)) + name
+        _align(data, 8)
+        poses_at.append(len(data))
+        data += struct.pack('<7d', *pose)
+    return data, stamps_at, poses_at
+
+
+class WireWriter:
+    """Writes batches; the names of each layout are written once and then reused."""
+
+    def __init__(self) -> None:
+        # For the edges of each layout a message, and the positions of its stamps and poses.
+        self._layouts: dict[
+            tuple[tuple[str, str], ...], tuple[bytearray, list[int], list[int]]] = {}
+
+    def write(self, batch: Batch) -> bytes:
+        """
+        Return a batch as a TFMessage, serialized.
+
+        :raises InvalidArgumentException: a stamp that no message can hold.
+        """
+        if sys.byteorder != 'little':
+            return write(batch.samples())
+        edges = tuple(batch.edges)
+        if edges not in self._layouts:
+            self._layouts[edges] = _laid_out(
+                [Sample(*edge, LATEST, se3.IDENTITY) for edge in edges])
+        pattern, stamps_at, poses_at = self._layouts[edges]
+        data = bytearray(pattern)
+        for place, stamp in zip(stamps_at, batch.stamps, strict=True):
+            _STAMP.pack_into(data, place, *as_sec_nanosec(stamp))
+        for place, pose in zip(poses_at, batch.poses, strict=True):
+            data[place:place + POSE_BYTES] = pose
+        return bytes(data)
+
+
+def _align(data: bytearray, size: int) -> None:
+    data += bytes(-(len(data) - ENCAPSULATION_BYTES) % size)
+
+
+def read(data: bytes) -> Batch:
+    """
+    Return the transforms of one serialized TFMessage; for many, keep a ``WireReader``.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    return WireReader().read(data)

@@ -1,0 +1,223 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The path between two frames, by the newest samples or at a stamp.
+
+``tree`` stores the parents of frames. A path that does not depend on the stamp is cached here
+until the structure of the tree changes.
+"""
+
+from functools import partial
+
+from .climb import blockers, Branches, climb, climb_both
+from .path import furthest_from_cure, Path
+from ..edges.protocol import History, moves
+from ..errors import (
+    ANY_STRUCTURE,
+    ArgumentTypeException,
+    Blocker,
+    ConnectivityException,
+    ExtrapolationException,
+    Hint,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
+from ..geometry.se3 import PoseTuple
+from ..suggestions import known_names
+
+# The maximum number of cached paths; all are removed when it is reached.
+_MAX_PATHS = 20_000
+
+
+class PathFinder:
+    """
+    Finds paths in a tree, and caches those on which no edge ever changed its parent.
+
+    :ivar when_empty: the hint of an error while there is no frame.
+    """
+
+    def __init__(self, histories: dict[str, History], frames: dict[str, None]) -> None:
+        """
+        Begin without paths.
+
+        :param histories: the tree's own mapping of each child frame's samples.
+        :param frames: the tree's own mapping of every frame name.
+        """
+        self.when_empty = 'Nothing has been received yet'
+        self._histories = histories
+        self._frames = frames
+        self._was_rehung: bool | None = None
+        # None: the path changes with the stamp, or there is none.
+        self._paths: dict[tuple[str, str], Path | None] = {}
+
+    def forget(self) -> None:
+        """Remove all cached paths, because the structure has changed."""
+        self._was_rehung = None
+        self._paths.clear()
+
+    def newest_path(self, target: str, source: str) -> Path:
+        """
+        Return the path between two frames by every edge's newest sample.
+
+        This is the textbook's algorithm: climb from the source and from the target to the
+        lowest common ancestor.
+
+        :raises InvalidArgumentException: an invalid frame name.
+        :raises LookupException: an unknown frame.
+        :raises ConnectivityException: the two frames are not connected.
+        """
+        return self.fixed_path(target, source) or self._path(target, source, None)
+
+    def pose_at(self, target: str, source: str, stamp: int) -> PoseTuple:
+        """
+        Return ``target_T_source`` at a stamp, by the path at that stamp.
+
+        :param stamp: nanoseconds; 0 is an ordinary stamp.
+        :raises ExtrapolationException: they are not connected, and an edge has no data then.
+
+        The other errors are those of ``newest_path``.
+        """
+        path = self.fixed_path(target, source)
+        if path is not None:
+            try:
+                return path.pose_at(stamp)
+            except ExtrapolationException as error:
+                if path.for_good:
+                    raise path.failure(stamp, error) from None
+                # A frame above had another parent once, so there may be another path.
+        return self._path(target, source, stamp).pose_at(stamp)
+
+    def newest_pose(self, target: str, source: str) -> tuple[int, PoseTuple]:
+        """
+        Return the newest time for which all edges between two frames have data, and the pose.
+
+        The errors are those of ``newest_path`` and ``pose_at``.
+        """
+        path = self.newest_path(target, source)
+        stamp = path.latest_common_time()
+        if path.fixed:
+            try:
+                return stamp, path.pose_at(stamp)
+            except ExtrapolationException:
+                pass  # The second attempt below finds another path, or the reason.
+        try:
+            return stamp, self.pose_at(target, source, stamp)
+        except TransformException as error:
+            # Late samples may help, and so may a newer time for which all edges have data.
+            error.blocked_on = (*(error.blocked_on or ()), *(
+                (edge.child, stamp + 1) for edge in path.slowest_edges()))
+            raise
+
+    def fixed_path(self, target: str, source: str) -> Path | None:
+        """Return the present path if it does not depend on the stamp, else None; cache it."""
+        try:
+            path = self._paths.get((target, source))
+            known = path is not None or (target, source) in self._paths
+        except TypeError:  # not hashable, such as a list: check_frame raises an error for it
+            return None
+        return path if known else self._find_fixed_path(target, source)
+
+    def _find_fixed_path(self, target: str, source: str) -> Path | None:
+        self._check_frames(target, source)
+        now = climb_both(self._histories, target, source, None)
+        path = Path(*now.edges(), self._above(now.target.top)) if now.meet else None
+        if path is not None and not path.fixed:
+            path = None
+        if len(self._paths) >= _MAX_PATHS:
+            self._paths.clear()
+        self._paths[target, source] = path
+        return path
+
+    def _above(self, frame: str) -> list[History]:
+        """Return the edges above a frame by the newest samples; the last may have ended."""
+        above = climb(self._histories, frame, None)
+        last = self._histories.get(above.top)
+        return above.edges if last is None else [*above.edges, last]
+
+    def _path(self, target: str, source: str, stamp: int | None) -> Path:
+        """Return the path at a stamp; None: by the newest samples."""
+        return Path(*self.branches(target, source, stamp).edges())
+
+    def blockers(self, target: str, source: str, stamp: int) -> tuple[Blocker, ...]:
+        """Return the edges that may change the result at a stamp; empty if none can."""
+        return blockers(self._histories, target, source, stamp) or ()
+
+    @property
+    def was_rehung(self) -> bool:
+        """Return whether the parent of any frame changes within the stored time."""
+        if self._was_rehung is None:
+            self._was_rehung = not all(
+                history.fixed_parent for history in self._histories.values())
+        return self._was_rehung
+
+    def check_frame(self, argument: str, frame: str) -> None:
+        """
+        Raise an error if a query cannot use a frame name.
+
+        :raises InvalidArgumentException: it is empty or has a leading slash; or it is not a
+            string, in which case the error is also a TypeError.
+        :raises LookupException: the frame is unknown.
+        """
+        if not isinstance(frame, str) or not frame or frame.startswith('/'):
+            kind = InvalidArgumentException if isinstance(frame, str) else ArgumentTypeException
+            raise kind(
+                f'Invalid argument {argument} {frame!r}: a frame name in a query must be a '
+                'string that is not empty and has no leading slash')
+        if frame not in self._frames:
+            raise LookupException(
+                f'"{frame}" passed to lookupTransform argument {argument} does not exist',
+                hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
+
+    def _check_frames(self, target: str, source: str) -> None:
+        self.check_frame('target_frame', target)
+        self.check_frame('source_frame', source)
+
+    def _known_frames(self, frame: str) -> Hint:
+        if not self._frames:
+            return self.when_empty
+        return partial(known_names, frame, tuple(self._frames))
+
+    def branches(self, target: str, source: str, stamp: int | None) -> Branches:
+        """
+        Return the climbs from two frames to their meeting point.
+
+        :param stamp: nanoseconds; None: use the newest samples.
+
+        The errors are those of ``newest_path`` and ``pose_at``.
+        """
+        self._check_frames(target, source)
+        branches = climb_both(self._histories, target, source, stamp)
+        if not branches.meet:
+            raise self._not_joined(branches, target, source, stamp)
+        return branches
+
+    def _not_joined(self, branches: Branches, target: str, source: str,
+                    stamp: int | None) -> TransformException:
+        """Return tf2's error for two climbs that do not meet."""
+        error: TransformException | None = None
+        if stamp is not None:
+            error = self._why_stuck(branches, target, source, stamp)
+        if error is None:
+            error = ConnectivityException(
+                f'Could not find a connection between {target!r} and {source!r} because they '
+                f'are not part of the same tree: the root of {target!r} is '
+                f'{branches.target.top!r}, that of {source!r} is {branches.source.top!r}',
+                hint='Tf has two or more unconnected trees: which node should publish the edge '
+                'between them? tf_doctor lists the trees, and names that differ only in spelling')
+        error.blocked_on = ANY_STRUCTURE if stamp is None else blockers(
+            self._histories, target, source, stamp)
+        return error
+
+    def _why_stuck(self, branches: Branches, target: str, source: str,
+                   stamp: int) -> ExtrapolationException | None:
+        """Return the error of an edge without data; None if both climbs reached a root."""
+        stuck = [history for climb in branches
+                 if moves(history := self._histories.get(climb.top))]
+        if not stuck:
+            return None
+        # If the frames are connected now, name an edge between them, not above them.
+        now = climb_both(self._histories, target, source, None)
+        between = Path(*now.edges()).without_data(stamp) if now.meet else []
+        return furthest_from_cure(between or stuck, stamp).extrapolation(stamp)

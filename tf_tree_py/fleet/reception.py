@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Sorts the samples of Zenoh by robot, and puts those within each quota into an inbox.
+
+It decodes nothing: the receiver has to be faster than all senders.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+import time
+from typing import TYPE_CHECKING
+
+from tf_tree_py.core.text import shorten
+
+from .attachment import read_attachment
+from .inbox import Inbox
+from .keys import Topic
+from .roster import Roster, Source
+from .session import needs_zenoh
+from .transform_decoder import FleetMessage
+from .worker_threads import log
+
+if TYPE_CHECKING:
+    import zenoh
+
+# A client that may write any key can invent robots. Beyond this many, drops are only counted.
+_MOST_LINES = 100
+# The most parsed keys that are remembered for a robot, which needs two.
+_MOST_KEYS = 8
+_WAITS = 'more than can be decoded in time (waiting_bytes)'
+
+
+class Reception:
+    """Receives samples of Zenoh, from any thread."""
+
+    def __init__(self, welcome: Callable[[str], Topic | None], roster: Roster,
+                 inbox: Inbox[FleetMessage]) -> None:
+        """
+        Begin with nothing.
+
+        :param welcome: returns the topic of a key; None: the listener does not accept it.
+        """
+        self._welcome = welcome
+        self._roster = roster
+        self._inbox = inbox
+        self._put = needs_zenoh().SampleKind.PUT
+        self._topics: dict[str, Topic] = {}
+        self._keys: Counter[str] = Counter()
+        self._lines = 0
+
+    def take(self, sample: 'zenoh.Sample') -> None:
+        """Take a message; the deletion of a key is ignored."""
+        self.take_of(None, sample)
+
+    def take_of(self, robot: str | None, sample: 'zenoh.Sample') -> None:
+        """
+        Take a message.
+
+        :param robot: the expected sender, because a reply may have any key; None: any.
+        """
+        key = str(sample.key_expr)
+        topic = self._topics.get(key) or self._topic_of(key)
+        if topic is None or robot not in (None, topic.robot):
+            return
+        size = len(sample.payload)
+        # First, because it is fast: a flood must not delay others here.
+        limit = self._roster.refusal(topic.robot, size)
+        if limit:
+            self._drop(topic.robot, limit)
+        elif sample.kind == self._put:
+            self._let_in(key, topic, sample, size)
+
+    def _topic_of(self, key: str) -> Topic | None:
+        """Return the topic of a key, and remember it if it is accepted."""
+        topic = self._welcome(key)
+        if topic is not None and self._keys[topic.robot] < _MOST_KEYS:
+            self._keys[topic.robot] += 1
+            self._topics[key] = topic
+        return topic
+
+    def _let_in(self, key: str, topic: Topic, sample: 'zenoh.Sample', size: int) -> None:
+        sent, source, number = _sending(sample)
+        if source is not None:
+            self._roster.number(topic.robot, source, number)
+        late = sent is not None and self._roster.is_late(topic.robot, sent)
+        message = FleetMessage(key, topic.static, sample.payload.to_bytes(),
+                               0 if late else time.time_ns())
+        for dropped in self._inbox.put(topic.robot, message, size):
+            self._drop(dropped, _WAITS)
+
+    def _drop(self, robot: str, limit: str) -> None:
+        """Count a message that is not decoded; each robot and limit is one line in the log."""
+        if self._roster.drop(robot, limit) and self._lines < _MOST_LINES:
+            self._lines += 1
+            log.warning('messages of the robot %r are dropped (fleet.robots() counts them): it '
+                        'sends %s', shorten(robot, 80), limit)
+
+
+def _sending(sample: 'zenoh.Sample') -> tuple[int | None, Source | None, int | None]:
+    """
+    Return the time of sending, the source, and the sequence number of a sample; None: unknown.
+
+    If Zenoh numbers the messages, the number is None, since Zenoh itself reports lost ones.
+    """
+    stamp, info, attached = sample.timestamp, sample.source_info, sample.attachment
+    sent = None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
+    if info is not None:
+        return sent, source_of(info.source_id), None
+    attachment = None if attached is None else read_attachment(attached.to_bytes())
+    if attachment is None:
+        return sent, None, None
+    return sent or attachment.sent, (attachment.gid, 0), attachment.number
+
+
+def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:
+    """Return the source that a publisher is."""
+    return str(publisher.zid), publisher.eid

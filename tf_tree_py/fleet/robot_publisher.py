@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Publishes a robot's transforms over Zenoh for a ``FleetListener``, without ROS."""
+
+from typing import Any, TYPE_CHECKING
+
+from .keys import check_sender, key_of, token_of, Topic
+from .session import needs_zenoh
+
+if TYPE_CHECKING:
+    import zenoh
+
+# How often a publisher sends the number of its last message, so that losses are detected.
+_HEARTBEAT_S = 1.0
+DEFAULT_HISTORY = 200
+"""The number of messages of moving frames that are kept for late joiners: 10 s at 20 Hz."""
+
+
+class RobotPublisher:
+    """
+    Sends a robot's transforms, and declares it present as long as it is open.
+
+    Moving transforms may be lost on a slow link; receivers request lost ones again as long as they
+    are kept. Static transforms wait until they are sent, and their last message is kept for good:
+    each has to hold all of the robot's static transforms. It may be used from any thread, and is a
+    context manager.
+    context manager.
+    """
+
+    def __init__(self, session: 'zenoh.Session', robot: str, *, key_prefix: str = '',
+                 history: int = DEFAULT_HISTORY) -> None:
+        """
+        Declare a robot present.
+
+        :param session: an open session of Zenoh, which stays open: see ``open_session``.
+        :param robot: its name, as a part of keys.
+        :param key_prefix: precedes it in keys.
+        :param history: the number of moving messages that are kept for late joiners.
+        :raises FleetError: the name is not allowed in keys.
+        """
+        self.robot, prefix = check_sender(robot, key_prefix)
+        zenoh = needs_zenoh()
+        self._moving = _publisher(session, key_of(Topic(self.robot, False), prefix), history,
+                                  zenoh.CongestionControl.DROP)
+        self._static = _publisher(session, key_of(Topic(self.robot, True), prefix), 1,
+                                  zenoh.CongestionControl.BLOCK)
+        # Last, so that a listener that sees the token can already receive the robot.
+        token = session.liveliness().declare_token(token_of(self.robot, prefix))
+        self._declared: list[Any] = [token, self._moving, self._static]
+
+    def send(self, data: bytes) -> None:
+        """Send moving transforms: a TFMessage as ``core.ingest.wire`` writes it."""
+        self._moving.put(data)
+
+    def send_static(self, data: bytes) -> None:
+        """Send all of the robot's static transforms, as one TFMessage."""
+        self._static.put(data)
+
+    def close(self) -> None:
+        """Declare the robot gone; its stored messages are dropped."""
+        declared, self._declared = self._declared, []
+        for one in declared:
+            one.undeclare()
+
+    def __enter__(self) -> 'RobotPublisher':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _publisher(session: 'zenoh.Session', key: str, history: int, congestion: Any) -> Any:
+    """Return a publisher that keeps its last messages, to send lost ones again."""
+    zenoh, ext = needs_zenoh(), needs_zenoh('zenoh.ext')
+    return ext.declare_advanced_publisher(
+        session, key, congestion_control=congestion, reliability=zenoh.Reliability.RELIABLE,
+        cache=ext.CacheConfig(max_samples=history), publisher_detection=True,
+        sample_miss_detection=ext.MissDetectionConfig(
+            heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S))

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A listener's subscriptions: tokens, moving and static transforms, and lost messages."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TYPE_CHECKING
+
+from .keys import patterns, token_patterns
+from .reception import source_of
+from .roster import Source
+from .session import needs_zenoh
+from .worker_threads import WorkerThreads
+
+if TYPE_CHECKING:
+    import zenoh
+
+OnToken = Callable[[str, bool], object]
+
+
+class Subscriptions:
+    """Declarations in a session, which live until ``close()``; each has its own thread."""
+
+    def __init__(self, session: 'zenoh.Session', threads: WorkerThreads, robots: Sequence[str],
+                 key_prefix: str) -> None:
+        """
+        Begin with none.
+
+        :param robots: as ``keys.check_robots`` returns them.
+        """
+        self._session = session
+        self._threads = threads
+        self._robots = robots
+        self._key_prefix = key_prefix
+        self._declared: list[Any] = []
+
+    def subscribe_tokens(self, on_token: OnToken) -> None:
+        """Call back with each liveliness token's key, and whether it appeared (True) or went."""
+        put, liveliness = needs_zenoh().SampleKind.PUT, self._session.liveliness()
+        for key in self._keys(lambda robots: token_patterns(robots, self._key_prefix)):
+            subscriber = liveliness.declare_subscriber(
+                key, self._threads.channel(), history=True)
+            self._declared.append(subscriber)
+            self._threads.take_all(
+                subscriber.handler,
+                lambda sample: on_token(str(sample.key_expr), sample.kind == put), 'tokens')
+
+    def subscribe_transforms(self, static: bool, max_age_s: float | None,
+                             take: Callable[['zenoh.Sample'], object],
+                             on_miss: Callable[[Source, int], object]) -> None:
+        """
+        Subscribe to messages, first to the past ones that their publishers keep.
+
+        :param max_age_s: the maximum age of these; None: any.
+        :param take: receives each message.
+        :param on_miss: called with the source of lost messages, and their number.
+        """
+        ext, direct = needs_zenoh('zenoh.ext'), needs_zenoh().handlers.Callback
+        history = ext.HistoryConfig(detect_late_publishers=True, max_age=max_age_s)
+        recovery = ext.RecoveryConfig(heartbeat=True, periodic_queries=None)
+        for key in self._keys(lambda robots: patterns(robots, static, self._key_prefix)):
+            subscriber = ext.declare_advanced_subscriber(
+                self._session, key, self._threads.channel(), history=history, recovery=recovery)
+            # First of all: while the channel is full, Zenoh holds the lock of the subscriber.
+            self._threads.take_all(subscriber.handler, take, key)
+            # It is rare, and takes no time, so it needs no thread.
+            misses = subscriber.sample_miss_listener(direct(
+                lambda miss: on_miss(source_of(miss.source), miss.nb), indirect=False))
+            self._declared += [misses, subscriber]
+
+    def close(self) -> None:
+        """Undeclare all."""
+        declared, self._declared = self._declared, []
+        for one in declared:
+            one.undeclare()
+
+    def _keys(self, keys_of: Callable[[str], Any]) -> list[str]:
+        return list(dict.fromkeys(key for robots in self._robots for key in keys_of(robots)))

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Decodes the messages of an inbox, and inserts them into buffers."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+import time
+from typing import NamedTuple
+
+from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.ingest.frame_names import Rename
+from tf_tree_py.core.ingest.incident_log import IncidentLog
+from tf_tree_py.core.ingest.incidents import Incident, Kind
+from tf_tree_py.core.ingest.received_message import ReceivedMessage
+from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.ingest.wire import WireReader
+
+from .inbox import Inbox
+from .roster import Roster
+from .trust import without_others
+from .worker_threads import log
+
+# Bytes that the layouts of one robot's messages may take, and those of all robots together.
+_LAYOUTS_OF_ONE, _LAYOUTS_OF_ALL = 2_000_000, 64_000_000
+_NOTHING = Batch((), (), ())
+
+
+class FleetMessage(NamedTuple):
+    """
+    A message of a robot that is not decoded yet.
+
+    :ivar data: a serialized TFMessage, or any other bytes.
+    :ivar received: the time of arrival, nanoseconds; 0: it comes from a cache, so the time of
+        arrival means nothing.
+    """
+
+    key: str
+    static: bool
+    data: bytes
+    received: int
+
+
+class RobotPlace(NamedTuple):
+    """
+    The destination of the transforms of one robot.
+
+    :ivar rename: the names of its frames there.
+    :ivar shared: frames that it must not attach elsewhere.
+    """
+
+    buffer: BufferCore
+    rename: Rename
+    shared: frozenset[str]
+
+
+class TransformDecoder:
+    """Decodes messages of all robots, in one thread."""
+
+    def __init__(self, place_of: Callable[[str], RobotPlace], roster: Roster,
+                 incidents: IncidentLog) -> None:
+        """
+        Begin without robots.
+
+        :param place_of: returns the destination of the transforms of a robot.
+        """
+        self._place_of = place_of
+        self._roster = roster
+        self._incidents = incidents
+        # In the order of their last use.
+        self._readers: OrderedDict[str, WireReader] = OrderedDict()
+        self._remembered = 0
+
+    def decode_all(self, inbox: Inbox[FleetMessage]) -> None:
+        """Decode messages until the inbox is closed."""
+        while (taken := inbox.take()) is not None:
+            begin = time.thread_time()
+            try:
+                self.decode(*taken)
+            except Exception:  # noqa: B902 - the next may be valid
+                log.exception('internal error of tf_tree_py.fleet in a message of %r', taken[0])
+            cost = time.thread_time() - begin
+            self._roster.spend(taken[0], cost)
+            inbox.charge(taken[0], cost)
+
+    def decode(self, robot: str, message: FleetMessage) -> None:
+        """Decode a message of a robot, and insert its transforms."""
+        place = self._place_of(robot)
+        batch = self._read(robot, place.rename, message.data)
+        if isinstance(batch, Incident):
+            place.buffer.intake.refuse(batch)
+            self._incidents.report([batch])
+            self._roster.take(robot, 0, 1, None, not message.received)
+            return
+        incidents, refused = self._insert(robot, place, batch, message)
+        if incidents:
+            self._incidents.report(incidents)
+        self._roster.take(robot, max(0, len(batch.stamps) - refused), refused,
+                          None if message.static else max(batch.stamps, default=None),
+                          not message.received)
+
+    def _read(self, robot: str, rename: Rename, data: bytes) -> Batch | Incident:
+        """Return the transforms of a message; the layouts of recent senders are remembered."""
+        reader = self._readers.get(robot)
+        if reader is None:
+            reader = self._readers[robot] = WireReader(rename, most=_LAYOUTS_OF_ONE)
+        self._readers.move_to_end(robot)
+        before = reader.remembered
+        batch = reader.read_or_refuse(data, robot)
+        self._remembered += reader.remembered - before
+        while self._remembered > _LAYOUTS_OF_ALL:
+            self._remembered -= self._readers.popitem(last=False)[1].remembered
+        return batch
+
+    def _insert(self, robot: str, place: RobotPlace, batch: Batch, message: FleetMessage
+                ) -> tuple[list[Incident], int]:
+        """Insert a message; return its incidents, and the number of refused transforms."""
+        buffer = place.buffer
+        if buffer.observers.of_messages:
+            buffer.observers.notify_received(ReceivedMessage(
+                batch, message.received, message.key, message.static, robot))
+        own, incidents = without_others(batch, place.shared, robot)
+        fitting = self._roster.within_frames(robot, own, place.shared)
+        if len(fitting.edges) < len(own.edges):
+            incidents.append(_too_many(robot, own, fitting))
+        for incident in incidents:
+            buffer.intake.refuse(incident)
+        more = buffer.insert_batch(
+            fitting, robot, message.static, announced=True) if fitting.edges else []
+        return incidents + more, (len(batch.edges) - len(fitting.edges)
+                                  + sum(incident.refused for incident in more))
+
+
+def _too_many(robot: str, batch: Batch, fitting: Batch) -> Incident:
+    """Return one incident for all edges of a message that exceed the quota."""
+    taken = set(fitting.edges)
+    (parent, child), stamp = next(
+        (edge, stamp) for edge, stamp in zip(batch.edges, batch.stamps, strict=True)
+        if edge not in taken)
+    return Incident(
+        Kind.TOO_MANY_FRAMES, parent, child, stamp, robot,
+        f'the robot has exceeded its quota of frame names (RobotQuota.frames): '
+        f'{len(batch.edges) - len(fitting.edges)} transforms of this message are left out')

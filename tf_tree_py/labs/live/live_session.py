@@ -1,0 +1,225 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The processes of a lab over DDS, on this machine only and in a separate domain.
+
+The lab's own process has a pipe to each of the others. They wait on the pipe for requests
+and for the next tick, and end when it closes: so they also end if the lab is killed.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+import multiprocessing
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
+
+from .domain import own_domain
+
+_PATIENCE_S = 20.0
+
+Work = Callable[..., None]
+
+# Processes are forked from one that has only imported the shared modules.
+_processes = multiprocessing.get_context('forkserver')
+_processes.set_forkserver_preload(['tf_tree_py.ros', __name__])
+
+
+class Session:
+    """
+    The processes of a running lab, and this one's own ROS context.
+
+    :ivar context: in the lab's domain; ``node`` makes nodes in it.
+    :ivar domain_id: the lab's domain.
+    """
+
+    def __init__(self, context: Context, domain_id: int) -> None:
+        self.context = context
+        self.domain_id = domain_id
+        self._nodes: list[Node] = []
+        self._processes: list[tuple[BaseProcess, Connection]] = []
+
+    def node(self, name: str) -> Node:
+        """Return a new node of this process; it lives as long as the session."""
+        self._nodes.append(small_node(name, self.context))
+        return self._nodes[-1]
+
+    def start(self, work: Work, *arguments: Any) -> Connection:
+        """
+        Start a process that calls ``work(node, pipe, *arguments)``; return our end of the pipe.
+
+        :param work: a function at the top of a module; the node gets its name.
+        """
+        ours, theirs = _processes.Pipe()
+        process = _processes.Process(
+            target=_play, args=(work, theirs, self.domain_id, arguments), daemon=True)
+        with _keeping_ctrl_c():
+            process.start()
+        theirs.close()
+        self._processes.append((process, ours))
+        return ours
+
+    def close(self) -> None:
+        """End everything."""
+        for _, pipe in self._processes:
+            pipe.close()
+        for process, _ in self._processes:
+            process.join(_PATIENCE_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        for node in self._nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+
+
+@contextmanager
+def session() -> Iterator[Session]:
+    """Open a session in a separate domain, and close it at the end."""
+    with own_domain() as domain_id, _environment(_surroundings(domain_id)):
+        opened = Session(new_context(), domain_id)
+        try:
+            yield opened
+        finally:
+            with _keeping_ctrl_c():
+                opened.close()
+
+
+def _surroundings(domain_id: int) -> dict[str, str | None]:
+    """Return the environment variables for a domain on this machine only."""
+    return {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': None,
+            'ROS_DOMAIN_ID': str(domain_id)}
+
+
+@contextmanager
+def _environment(variables: dict[str, str | None]) -> Iterator[None]:
+    """Set variables (unset those that are None), and restore them at the end."""
+    before = {name: os.environ.get(name) for name in variables}
+    _set(variables)
+    try:
+        yield
+    finally:
+        _set(before)
+
+
+def _set(variables: dict[str, str | None]) -> None:
+    for name, value in variables.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
+
+
+@contextmanager
+def _keeping_ctrl_c() -> Iterator[None]:
+    """
+    Start processes that ignore Ctrl-C; the lab itself gets it after the start.
+
+    A process inherits a blocked signal, but no handler. In the lab a handler delays the
+    signal, because an interrupted start would leave half a process.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    pressed: list[Any] = []
+    # Starting it later would unblock the signal.
+    resource_tracker.ensure_running()
+    signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        signal.signal(signal.SIGINT, handler)
+    if pressed:
+        handler(*pressed[0])
+
+
+def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ...]) -> None:
+    """Run in a started process; Ctrl-C is for the lab, whose end closes the pipe."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _set(_surroundings(domain_id))
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    node = small_node(work.__name__)
+    # The lab has ended: it closed the pipe while we were reading or writing.
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        work(node, pipe, *arguments)
+    node.destroy_node()
+    try_shutdown()
+
+
+def new_context() -> Context:
+    """Return a new context; to DDS it looks like a new process."""
+    context = Context()
+    rclpy.init(context=context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+    return context
+
+
+def small_node(name: str, context: Context | None = None) -> Node:
+    """Return a node without the services and topics that a lab does not need."""
+    return Node(name, context=context, use_global_arguments=False, enable_rosout=False,
+                start_parameter_services=False)
+
+
+def answer(pipe: Connection) -> Any:
+    """
+    Return the next object that a process sends.
+
+    :raises RuntimeError: it sends nothing for 20 s, or has ended.
+    """
+    return answers([pipe])[0]
+
+
+def answers(pipes: Sequence[Connection]) -> list[Any]:
+    """
+    Wait until a process sends something; return the next object of each that does.
+
+    :raises RuntimeError: none sends anything for 20 s, or one has ended.
+    """
+    ready = wait(pipes, _PATIENCE_S)
+    if not ready:
+        raise RuntimeError(f'the processes of this lab sent nothing for {_PATIENCE_S:g} s')
+    try:
+        return [pipe.recv() for pipe in ready if isinstance(pipe, Connection)]
+    except (EOFError, ConnectionResetError):
+        raise RuntimeError('a process of this lab ended prematurely') from None
+
+
+def ticks(pipe: Connection, period: int) -> Iterator[None]:
+    """
+    Yield once per period (nanoseconds), until the pipe contains data.
+
+    :raises EOFError: the pipe closes; at the next ``recv``.
+    """
+    start = time.monotonic_ns()
+    number = 0
+    while not pipe.poll(max(0, start + number * period - time.monotonic_ns()) / 1e9):
+        yield
+        # Ticks for which the machine was too busy are skipped.
+        number = max(number, (time.monotonic_ns() - start) // period) + 1
+
+
+@contextmanager
+def executable(name: str, *arguments: str) -> Iterator[None]:
+    """Run one of this package's executables in a process, and end it at the end."""
+    with subprocess.Popen([sys.executable, '-m', f'tf_tree_py.nodes.{name}', *arguments],
+                          stderr=subprocess.DEVNULL, start_new_session=True) as process:
+        try:
+            yield
+        finally:
+            process.terminate()

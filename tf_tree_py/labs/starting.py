@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The entry point of ``tf_lab``."""
+
+from tf_tree_py.command.starting import starter
+
+tf_lab = starter(f'{__package__}.tf_lab')

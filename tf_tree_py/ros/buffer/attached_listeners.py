@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The listeners that fill a buffer: their clocks, threads and names, and what they report."""
+
+from collections.abc import Callable, Iterable
+import threading
+from typing import Any, Protocol
+import weakref
+
+from rclpy.clock import Clock
+from rclpy.context import Context
+from tf_tree_py.core.buffer.intake import Intake
+from tf_tree_py.core.buffer.waiting import Waiting
+from tf_tree_py.core.ingest.incident_log import IncidentLog
+from tf_tree_py.core.ingest.incidents import Incident
+
+from ..waiting.clock import ClockWatch
+
+
+class NamedPublisher(Protocol):
+    """A publisher on a topic, with a name that may become known later."""
+
+    placeholder: str
+
+    def name(self) -> str:
+        """Return the name that is known now."""
+
+
+class AttachedListeners:
+    """
+    All listeners that fill one buffer.
+
+    All methods may be called from any thread. The length is the number of listeners.
+
+    :ivar watch: the buffer's clock; listeners lend it their clocks.
+    """
+
+    def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch,
+                 on_change: Callable[[bool], None], logger: Any) -> None:
+        """
+        Begin without listeners.
+
+        :param intake: receives what arrives.
+        :param waiting: the buffer's queue of waiters; some give up when the last listener ends.
+        :param on_change: called with the buffer's lock; takes whether there is a listener now.
+        :param logger: an rclpy logger.
+        """
+        self._intake = intake
+        self._waiting = waiting
+        self.watch = watch
+        self._on_change = on_change
+        self._count = 0
+        # Not their identifiers, which are reused by later threads.
+        self._threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
+        self._authorities: dict[str, NamedPublisher] = {}
+        self.log_to(logger)
+        on_change(False)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def begin(self, clock: Clock, context: Context) -> None:
+        """Follow the clock of a listener as long as it delivers transforms."""
+        self._add(1)
+        self.watch.use_clock(clock, context)
+        self._intake.read_clock_anew()
+
+    def end(self, clock: Clock, context: Context) -> None:
+        """Remove a listener; after the last one, release all waits that need a source."""
+        self.watch.leave(clock, context)
+        self._intake.read_clock_anew()
+        if not self._add(-1):
+            self.watch.release()
+            # Without a listener some of the waits give up.
+            self._waiting.ask_again()
+
+    def _add(self, change: int) -> int:
+        with self._waiting.lock:
+            self._count += change
+            self._on_change(self._count > 0)
+            return self._count
+
+    # --- the threads
+
+    def add_thread(self, thread: threading.Thread) -> None:
+        """Register a thread that delivers transforms, and therefore must not wait for them."""
+        self._threads.add(thread)
+
+    def remove_thread(self, thread: threading.Thread) -> None:
+        """Unregister a thread that delivered transforms: it may wait again."""
+        self._threads.discard(thread)
+
+    def deliver_in(self, thread: threading.Thread) -> bool:
+        """Return whether a thread delivers transforms."""
+        return thread in self._threads
+
+    @property
+    def threads(self) -> list[threading.Thread]:
+        """Return the threads that deliver transforms."""
+        return list(self._threads)
+
+    # --- the names
+
+    def name_later(self, authority: NamedPublisher) -> None:
+        """Register an authority whose name is not known yet; ``names`` requests it again."""
+        self._authorities[authority.placeholder] = authority
+
+    def names(self) -> dict[str, str]:
+        """Return the names that are known now, by their placeholders."""
+        return {placeholder: authority.name()
+                for placeholder, authority in list(self._authorities.items())}
+
+    # --- incidents
+
+    def log_to(self, logger: Any) -> None:
+        """Log incidents of arriving transforms to an rclpy logger."""
+        self._log = IncidentLog(logger)
+
+    def note(self, incidents: Iterable[Incident]) -> bool:
+        """Log the incidents of an insertion; return whether nothing was refused."""
+        if not incidents:
+            return True
+        self._log.report(incidents)
+        return not any(incident.refused for incident in incidents)
+
+    def refuse(self, incident: Incident) -> None:
+        """Count and log an incident that no insertion returned, such as unreadable bytes."""
+        self._intake.refuse(incident)
+        self._log.report([incident])

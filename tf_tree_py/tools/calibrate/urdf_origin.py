@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Replaces the origin of one joint in a URDF file, and keeps every other byte."""
+
+from pathlib import Path
+import re
+from typing import NamedTuple
+from xml.parsers import expat
+
+from tf_tree_py.command.endings import Cannot
+from tf_tree_py.core import Pose
+from tf_tree_py.core.whole_files import write_whole
+
+_TAG = rb'(?:[^>"\']|"[^"]*"|\'[^\']*\')*>'
+
+
+class Change(NamedTuple):
+    """A change of a file: its place, and the text before and after."""
+
+    path: Path
+    backup: Path
+    line: int
+    before: str
+    after: str
+
+
+def origin_of(pose: Pose) -> str:
+    """Return the attributes of an ``<origin>``."""
+    def words(numbers: tuple[float, ...]) -> str:
+        return ' '.join(f'{round(value, 9) + 0.0:.9g}' for value in numbers)
+
+    return f'xyz="{words(pose.translation)}" rpy="{words(pose.as_rpy())}"'
+
+
+def write_origin(path: Path, parent: str, child: str, pose: Pose) -> Change:
+    """
+    Replace the origin of the joint between two links, and keep a copy of the file.
+
+    :raises Cannot: the file or the joint does not exist, the joint moves, or xacro computes
+        the origin.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise Cannot(f'{path} cannot be read: {error.strerror}') from error
+    joint = _joint_of(path, data, parent, child)
+    begin, end, indent = _place_of(data, joint)
+    before = data[begin:end]
+    if b'${' in before or b'$(' in before:
+        raise Cannot(f'{path}, line {_line(data, begin)}: xacro computes this origin; edit it '
+                     f'by hand: {origin_of(pose)}')
+    after = _replaced(before, pose) if before else (
+        indent + f'<origin {origin_of(pose)}/>'.encode())
+    backup = _free_name(path)
+    try:
+        write_whole(backup, [data])
+        write_whole(path, [data[:begin] + after + data[end:]])
+    except OSError as error:
+        raise Cannot(f'{path} cannot be written: {error.strerror}') from error
+    return Change(path, backup, _line(data, begin), before.decode(errors='replace').strip(),
+                  after.decode(errors='replace').strip())
+
+
+class _Joint:
+    """A joint while its element is read, with the byte offsets of its parts."""
+
+    def __init__(self, kind: str, begin: int) -> None:
+        self.kind, self.begin = kind, begin
+        self.origin: int | None = None
+        self.links: dict[str, str] = {}
+
+
+def _joint_of(path: Path, data: bytes, parent: str, child: str) -> _Joint:
+    """Return the fixed joint between two links."""
+    try:
+        joints = [joint for joint in _joints(data)
+                  if joint.links == {'parent': parent, 'child': child}]
+    except expat.ExpatError as error:
+        raise Cannot(f'{path} is not a URDF: {error}') from error
+    if not joints:
+        raise Cannot(f'{path} has no joint with the parent {parent} and the child {child}, the '
+                     'calibrated edge: change the origin in the file that defines this edge')
+    if joints[0].kind != 'fixed':
+        raise Cannot(f'{path}: the joint between {parent} and {child} is of the type '
+                     f'{joints[0].kind!r}, not fixed')
+    return joints[0]
+
+
+def _joints(data: bytes) -> list[_Joint]:
+    """
+    Return all joints of a description.
+
+    :raises expat.ExpatError: it is not XML.
+    """
+    parser, depth = expat.ParserCreate(), list[str]()
+    found, reading = list[_Joint](), list[_Joint]()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if tag == 'joint' and depth == ['robot']:
+            reading[:] = [_Joint(attributes.get('type', ''), parser.CurrentByteIndex)]
+        elif reading and depth == ['robot', 'joint']:
+            if tag == 'origin':
+                reading[0].origin = parser.CurrentByteIndex
+            elif tag in ('parent', 'child'):
+                reading[0].links[tag] = attributes.get('link', '')
+        depth.append(tag)
+
+    def end(_: str) -> None:
+        depth.pop()
+        if depth == ['robot'] and reading:
+            found.append(reading.pop())
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.Parse(data, True)
+    return found
+
+
+def _place_of(data: bytes, joint: _Joint) -> tuple[int, int, bytes]:
+    """Return where an origin begins and ends, and the space to write before a new one."""
+    if joint.origin is not None:
+        match = re.compile(rb'<' + _TAG).match(data, joint.origin)
+        assert match is not None
+        return joint.origin, match.end(), b''
+    match = re.compile(rb'<' + _TAG).match(data, joint.begin)
+    assert match is not None
+    space = re.match(rb'\s*', data[match.end():])
+    return match.end(), match.end(), space.group() if space else b''
+
+
+def _replaced(tag: bytes, pose: Pose) -> bytes:
+    """Return a tag with new values of its attributes; its other text is unchanged."""
+    for attribute in re.findall(r'(\w+)="([^"]*)"', origin_of(pose)):
+        name, value = (word.encode() for word in attribute)
+        pattern = re.compile(rb'(\b' + name + rb'\s*=\s*)("[^"]*"|\'[^\']*\')')
+        if pattern.search(tag):
+            tag = pattern.sub(rb'\g<1>"' + value + b'"', tag, count=1)
+        else:
+            tag = re.sub(rb'^<origin', b'<origin ' + name + b'="' + value + b'"', tag)
+    return tag
+
+
+def _line(data: bytes, place: int) -> int:
+    return data.count(b'\n', 0, place) + 1
+
+
+def _free_name(path: Path) -> Path:
+    """Return a name for the backup that no file has yet."""
+    names = [path.with_name(f'{path.name}.bak'),
+             *(path.with_name(f'{path.name}.bak{number}') for number in range(2, 1000))]
+    return next(name for name in names if not name.exists())

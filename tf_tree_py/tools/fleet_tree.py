@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A fleet's tree: the transforms that robots send over Zenoh, without ROS."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+import logging
+import time
+
+from tf_tree_py.command import signals
+from tf_tree_py.command.endings import Cannot
+from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.ingest.received_message import Endpoint
+from tf_tree_py.core.text import shorten
+from tf_tree_py.fleet import FleetError, FleetListener
+
+
+class FleetTree:
+    """A buffer that receives robots through a router; see ``tree_source.TreeSource``."""
+
+    hint = ('is a robot sending there, and do --robots and the access control of the router '
+            'allow it?')
+
+    def __init__(self, arguments: Namespace, observers: Sequence[Observer]) -> None:
+        """
+        Begin to listen.
+
+        :raises Cannot: Zenoh is not installed, or an argument is invalid.
+        """
+        try:
+            self._listener = FleetListener(
+                arguments.fleet, arguments.robots, config=arguments.fleet_config,
+                shared_frames=arguments.shared_frames, observers=observers)
+        except FleetError as error:
+            raise Cannot(str(error)) from error
+        # The tool reports incidents itself; the log only has to report a lost connection.
+        self._log = logging.getLogger('tf_tree_py.fleet.incidents')
+        self._level = self._log.level
+        self._log.setLevel(logging.ERROR)
+        self.name = self._listener.name
+        self.buffer = self._listener.buffer
+        self.now = time.time_ns
+
+    def __enter__(self) -> 'FleetTree':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._listener.close()
+        self._log.setLevel(self._level)
+
+    def watch(self, seconds: float | None) -> bool:
+        """Let transforms arrive, in the listener's threads."""
+        signals.wait(seconds)
+        return True
+
+    def await_covariances(self) -> None:
+        """Return at once: there are no covariances over Zenoh."""
+
+    def endpoints(self) -> list[Endpoint]:
+        """Return nothing: tokens name the robots, but not their quality of service."""
+        return []
+
+    def damage(self) -> list[str]:
+        """Return why there is no connection, if so, and which robots exceed their quota."""
+        problems = [f'{shorten(robot.name, 80)} sent {robot.limit}; {robot.dropped} '
+                    'messages were dropped' for robot in self._listener.robots() if robot.limit]
+        if not self._listener.connected:
+            why = self._listener.why_not_connected()
+            problems.insert(0, f'there is no connection to {self.name}{why and f": {why}"}')
+        return problems

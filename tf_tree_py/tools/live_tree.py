@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A live tree: the transforms on /tf and /tf_static, received by the tool's own node."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from functools import partial
+import threading
+
+from diagnostic_msgs.msg import DiagnosticArray
+import rclpy
+from rclpy.logging import LoggingSeverity
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
+from tf_tree_py.command import signals
+from tf_tree_py.command.endings import Cannot
+from tf_tree_py.core.buffer.deadline import WallDeadline
+from tf_tree_py.core.ingest.edge_estimate import STATIC_COVARIANCE_TOPIC
+from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.ingest.received_message import Endpoint
+from tf_tree_py.core.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.threads.internal_node import node_of_its_own
+from tf_tree_py.ros.topics.covariances import CovarianceListener
+from tf_tree_py.ros.topics.endpoints import endpoints_of
+from tf_tree_py.ros.topics.listener import TransformListener
+from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.ros.topics.side_topics import SideTopics
+
+# How much later than the first transforms static covariances may arrive; the period of checks.
+_MOMENT_S = 1.0
+_GLANCE_S = 0.02
+
+
+class LiveTree:
+    """
+    A buffer that receives a running system's transforms; see ``tree_source.TreeSource``.
+
+    :ivar node: the tool's node, with a hidden name; it is not spun.
+    """
+
+    hint = 'does any node publish there with the same ROS_DOMAIN_ID?'
+
+    def __init__(self, arguments: Namespace, name: str, observers: Sequence[Observer], *,
+                 cache_time: int | None = None) -> None:
+        """
+        Begin to listen.
+
+        :param cache_time: the length of the history, nanoseconds; a node's default unless given.
+        :raises Cannot: the ROS arguments are invalid.
+        """
+        try:
+            rclpy.init(args=[name, *arguments.ros_arguments],
+                       signal_handler_options=SignalHandlerOptions.NO)
+            self.node = node_of_its_own(name)
+        except Exception as error:  # noqa: B902 - rcl raises several kinds for invalid arguments
+            try_shutdown()
+            raise Cannot(_sentence(error)) from error
+        # The tool reports incidents itself.
+        self.node.get_logger().set_level(LoggingSeverity.ERROR)
+        self.buffer = Buffer(cache_time)
+        for observer in observers:
+            self.buffer.observers.add(observer)
+        moving = self._resolved(arguments.tf_topic or TF_TOPIC)
+        fixed = self._resolved(arguments.tf_static_topic or TF_STATIC_TOPIC)
+        self._topics = {moving: False, fixed: True}
+        # First, so that static covariances have arrived when the first lookup succeeds.
+        self._static_covariances = self._resolved(STATIC_COVARIANCE_TOPIC)
+        self._covariances = CovarianceListener(self.buffer, self.node)
+        self._listener = TransformListener(
+            self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
+        self._diagnostics = SideTopics(self, self.node, 'diagnostics_impl')
+        self._diagnostics.subscribe(
+            DiagnosticArray, DIAGNOSTICS_TOPIC, partial(_hear, SwitchReports(), self.buffer),
+            sensor_qos())
+        self.name = ' and '.join(self._topics)
+        self.now = self.buffer.now
+
+    def __enter__(self) -> 'LiveTree':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._listener.close()
+        self._covariances.close()
+        self._diagnostics.close()
+        self.node.destroy_node()
+        try_shutdown()
+
+    def _resolved(self, topic: str) -> str:
+        """Return a topic's full name, remapped."""
+        try:
+            return self.node.resolve_topic_name(topic)
+        except Exception as error:  # noqa: B902 - likewise
+            try_shutdown()
+            raise Cannot(f'{topic!r} is not a valid topic name: {_sentence(error)}') from error
+
+    def watch(self, seconds: float | None) -> bool:
+        """Let transforms arrive, in the listener's thread."""
+        signals.wait(seconds)
+        return True
+
+    def await_covariances(self) -> None:
+        """Wait a moment for those of static edges, if the graph shows a publisher of any."""
+        deadline = WallDeadline(_MOMENT_S)
+        while (not self.buffer.has_covariances and deadline.elapsed_s() < _MOMENT_S
+               and self.node.count_publishers(self._static_covariances)):
+            threading.Event().wait(_GLANCE_S)  # no event signals the arrival of a covariance
+
+    def endpoints(self) -> list[Endpoint]:
+        """Return the publishers and subscriptions of the topics in the graph, this tool's too."""
+        return endpoints_of(self.node, self._topics)
+
+    def damage(self) -> list[str]:
+        """Return nothing: observers are notified of unreadable messages."""
+        return []
+
+
+def _hear(hearsay: SwitchReports, buffer: Buffer, message: DiagnosticArray) -> None:
+    """Notify observers of the states that another buffer reports of its sources."""
+    for status in message.status:
+        for incident in hearsay.news(
+                status.name, {pair.key: pair.value for pair in status.values}):
+            buffer.intake.refuse(incident)
+
+
+def _sentence(error: Exception) -> str:
+    """Return the text of an rcl error, without file names and line numbers."""
+    text = str(error).split(', at /')[0].strip()
+    # For unknown arguments its text is only their list.
+    return f'unknown ROS arguments {text}' if text.startswith('[') else ' '.join(text.split())

@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A recorded tree: the messages of a bag, in the order of their arrival."""
+
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+import struct
+
+import numpy as np
+from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, MessageSource, RecordedMessage
+from tf_tree_py.bag.no_transforms import no_transforms
+from tf_tree_py.bag.progress import progress_bar
+from tf_tree_py.command.endings import Cannot
+from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.ingest.byte_cursor import WireError
+from tf_tree_py.core.ingest.diagnostic_bytes import read_statuses
+from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.ingest.received_message import Endpoint, ReceivedMessage
+from tf_tree_py.core.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
+from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+
+_CLOCK = '/clock'
+# The number of messages between two updates of the progress bar.
+_STRIDE = 500
+_TF_TOPIC, _TF_STATIC_TOPIC = '/tf', '/tf_static'
+
+
+class RecordedTree:
+    """A buffer that a bag is read into, at full speed; see ``tree_source.TreeSource``."""
+
+    hint = 'its transform topics contain no messages'
+
+    def __init__(self, arguments: Namespace, observers: Sequence[Observer],
+                 cache_time: int) -> None:
+        """
+        Open a bag.
+
+        :raises Cannot: it cannot be read, or holds no transforms.
+        """
+        self.name = str(arguments.bag)
+        try:
+            self._bag = Bag(arguments.bag, _topics(arguments))
+        except (BagError, OSError) as error:
+            raise Cannot(str(error)) from error
+        if not self._bag.sources:
+            sentence = no_transforms(self._bag)
+            self._bag.close()
+            raise Cannot(sentence)
+        self.buffer = BufferCore(cache_time)
+        for observer in observers:
+            self.buffer.observers.add(observer)
+        self._take_covariances(alone=_topics(arguments) is not None)
+        self._note_sources()
+        self._decoder = Decoder()
+        self._time_of = _clock_of(self._bag)
+        self._arrivals = self._bag.arrivals()
+        self._now = 0
+        # The end of the last period that was watched, by the time of receiving.
+        self._end: int | None = None
+
+    def __enter__(self) -> 'RecordedTree':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bag.close()
+
+    def watch(self, seconds: float | None) -> bool:
+        """Read the transforms of so many recorded seconds; None: all that are left."""
+        if seconds is not None:
+            return self._watch(from_seconds(seconds))
+        with progress_bar(self._bag.path.name, self._bag.expected()) as tell:
+            for number, arrival in enumerate(self._arrivals, start=1):
+                self._take(arrival)
+                if number % _STRIDE == 0:
+                    tell(_STRIDE)
+        return False
+
+    def _watch(self, span: int) -> bool:
+        end = None if self._end is None else self._end + span
+        for arrival in self._arrivals:
+            self._take(arrival)
+            end = arrival.received + span if end is None else end
+            if arrival.received >= end:
+                self._end = end
+                return True
+        return False
+
+    def await_covariances(self) -> None:
+        """Return at once: they were read when the recording was opened."""
+
+    def endpoints(self) -> list[Endpoint]:
+        """Return the publishers, as far as the bag contains them."""
+        return [Endpoint(source.topic, source.static, source.publisher, True, source.reliable,
+                         not source.volatile) for source in self._bag.sources]
+
+    def now(self) -> int:
+        """Return the time when the last message was received, by the clock of the stamps."""
+        return self._now
+
+    def damage(self) -> list[str]:
+        """Return the faults of the files, one sentence each; complete after all was read."""
+        return self._bag.damage
+
+    def _take_covariances(self, alone: bool) -> None:
+        """Insert the covariances of static edges first, because they are valid at all times."""
+        for found, _, authority in CovarianceTopics(self._bag, None, alone).heard(self.buffer):
+            if isinstance(found, Incident):
+                self.buffer.intake.refuse(found)
+            else:
+                self.buffer.intake.take_estimate(found, False, authority)
+
+    def _note_sources(self) -> None:
+        """Notify observers of what the robot's buffers reported of their sources, all at once."""
+        if not any(source.topic == DIAGNOSTICS_TOPIC for source in self._bag.everything):
+            return
+        hearsay = SwitchReports()
+        for arrival in self._bag.messages(DIAGNOSTICS_TOPIC):
+            try:
+                statuses = list(read_statuses(arrival.data, arrival.source.ros1))
+            except WireError:
+                continue  # an unreadable diagnostics message is not a fault of the transforms
+            for status in statuses:
+                for incident in hearsay.news(*status):
+                    self.buffer.intake.refuse(incident)
+
+    def _take(self, arrival: RecordedMessage) -> None:
+        self._now = self._time_of(arrival.received)
+        source = arrival.source
+        batch = self._decoder.read(arrival)
+        if isinstance(batch, Incident):
+            self.buffer.intake.refuse(replace(
+                batch, authority=source.publisher, detail=f'on {source.topic}: {batch.detail}'))
+            return
+        self.buffer.observers.notify_received(ReceivedMessage(
+            batch, self._now, source.topic, source.static, source.publisher))
+        self.buffer.insert_batch(batch, source.publisher, source.static, announced=True)
+
+
+def _topics(arguments: Namespace) -> list[str] | None:
+    """Return the requested topics; None: all topics of the bag."""
+    if arguments.tf_topic is None and arguments.tf_static_topic is None:
+        return None
+    return [arguments.tf_topic or _TF_TOPIC, arguments.tf_static_topic or _TF_STATIC_TOPIC]
+
+
+def _clock_of(bag: Bag) -> Callable[[int], int]:
+    """
+    Return a function from the time of receiving to the time by the clock of the stamps.
+
+    If ``/clock`` was recorded, its messages determine the function.
+    """
+    if not any(source.topic == _CLOCK for source in bag.everything):
+        return lambda received: received
+    times = list(_ticks(bag.messages(_CLOCK)))
+    if not times:
+        return lambda received: received
+    received, shown = np.array(times, dtype=np.int64).T
+    begin, first = int(received[0]), int(shown[0])
+    # Near zero a float is exact to the nanosecond.
+    ticks, progress = (received - begin).astype(float), (shown - first).astype(float)
+    return lambda moment: first + round(float(np.interp(moment - begin, ticks, progress)))
+
+
+def _ticks(arrivals: Iterator[RecordedMessage]) -> Iterator[tuple[int, int]]:
+    """Yield the time of receiving of each message on ``/clock``, and the time in it."""
+    for arrival in arrivals:
+        offset, form = _layout_of_clock(arrival.source, arrival.data)
+        if len(arrival.data) >= offset + 8:
+            sec, nanosec = struct.unpack_from(form, arrival.data, offset)
+            yield arrival.received, sec * NANOSECONDS_PER_SECOND + nanosec
+
+
+def _layout_of_clock(source: MessageSource, data: bytes) -> tuple[int, str]:
+    """Return the offset of the time in a message, and its format."""
+    if source.ros1:
+        return 0, '<II'
+    return 4, '<iI' if data[1:2] == b'\1' else '>iI'

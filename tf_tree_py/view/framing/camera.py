@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A pinhole camera: its projection, and the position from which it sees some points."""
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.geometry.so3 import Array
+
+UP: Final = np.array((0.0, 0.0, 1.0))
+# From the robot to the camera: to the right, behind and above the robot.
+DIRECTION: Final = np.array((0.58, -0.66, 0.48))
+# The share of the picture that points may fill. The rest is for their names.
+_FILLED: Final = 0.8
+_FIT_ROUNDS: Final = 4
+
+
+class Camera(NamedTuple):
+    """
+    A pinhole camera.
+
+    :ivar position: (3,) metres, in the page's axes.
+    :ivar look_at: (3,) the point in the middle of the picture, metres.
+    :ivar field_of_view: vertical, radians.
+    :ivar width: of the picture, CSS pixels.
+    :ivar height: of the picture, CSS pixels.
+    """
+
+    position: Array
+    look_at: Array
+    field_of_view: float
+    width: float
+    height: float
+
+    def axes(self) -> Array:
+        """Return the directions right, up and forward of the camera, the rows of (3, 3)."""
+        forward = _unit(self.look_at - self.position, -DIRECTION)
+        right = _unit(np.cross(forward, UP), np.array((1.0, 0.0, 0.0)))
+        return np.array((right, np.cross(right, forward), forward))
+
+    def project(self, points: Array) -> tuple[Array, Array]:
+        """
+        Return the pixels of some points, and their depths.
+
+        :param points: (N, 3) metres.
+        :return: (N, 2) CSS pixels from the upper left corner, meaningless where the depth is
+            not positive; (N,) depths along the direction of view, metres.
+        """
+        right, up, depth = self.axes() @ (points - self.position).T
+        with np.errstate(divide='ignore', invalid='ignore'):
+            pixels = np.stack([right, -up]) * self._pixels_at(1.0) / depth
+        return pixels.T + (self.width / 2.0, self.height / 2.0), depth
+
+    def metres_per_pixel(self, depth: npt.ArrayLike) -> Array:
+        """Return the size of a CSS pixel at a depth, metres."""
+        return np.asarray(depth, float) / self._pixels_at(1.0)
+
+    def _pixels_at(self, depth: float) -> float:
+        return self.height / (2.0 * math.tan(self.field_of_view / 2.0) * depth)
+
+    def fitted(self, points: Array, least: float, toward: Array | None = None) -> 'Camera':
+        """
+        Return the camera nearest to some points that sees all of them.
+
+        :param points: (N, 3) metres; at least one.
+        :param least: the radius that must be visible around each point, metres.
+        :param toward: (3,) the direction from the points to the camera; None: as it is now.
+        """
+        away = _unit(self.position - self.look_at if toward is None else toward, DIRECTION)
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+        camera = self._replace(position=middle + away, look_at=middle)
+        axes = camera.axes()
+        tangent = np.tan(self.field_of_view / 2.0) * _FILLED
+        half = np.array((tangent * self.width / max(self.height, 1.0), tangent))
+        for _ in range(_FIT_ROUNDS):
+            across, forward = _seen(axes, points - middle)
+            distance = _distance(across, forward, half, least)
+            # Centre the points in the picture, where near points move more than far ones.
+            seen = across / (distance + forward)
+            shift = (seen.min(axis=1) + seen.max(axis=1)) / 2.0 * distance
+            middle = middle + shift @ axes[:2]
+        distance = _distance(*_seen(axes, points - middle), half, least)
+        return self._replace(position=middle + away * distance, look_at=middle)
+
+
+def _unit(vector: Array, otherwise: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    unit: Array = vector / length if length > 1e-9 else otherwise / np.linalg.norm(otherwise)
+    return unit
+
+
+def _seen(axes: Array, points: Array) -> tuple[Array, Array]:
+    """Return the coordinates of points along right and up, (2, N), and forward, (N,)."""
+    right, up, forward = axes @ points.T
+    return np.stack([right, up]), forward
+
+
+def _distance(across: Array, forward: Array, half: Array, least: float) -> float:
+    """Return the distance from which all points are visible and in front of the camera."""
+    needed = np.maximum((np.abs(across) / half[:, None]).max(axis=0), least)
+    return float(max((needed - forward).max(), least / half.min()))

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The moment at which a page shows a finding."""
+
+from typing import Final
+
+import numpy as np
+from tf_tree_py.core import TransformException
+from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.core.tree.queries import Queries
+
+from .incident_log import IncidentLog
+
+# A gap between samples is at least so many times as long as the median.
+_WIDE: Final = 3.0
+
+
+def time_of(finding: Finding, tree: Queries, log: IncidentLog | None) -> int | None:
+    """
+    Return the stamp of a finding, nanoseconds; None: it has no time.
+
+    This is the stamp of the first incident about its frames. Without incidents, it is the
+    beginning of the widest gap between the samples of its last frame. Without gaps, it is the
+    sample at which this frame moves most.
+    """
+    incidents = log.stamps(finding.frames) if log is not None else []
+    if incidents:
+        return incidents[0]
+    for frame in reversed(finding.frames):
+        stamp = _worst(tree, frame)
+        if stamp is not None:
+            return stamp
+    return None
+
+
+def _worst(tree: Queries, frame: str) -> int | None:
+    if frame not in tree.frames():
+        return None
+    stamps = np.asarray(tree.stamps_of(frame))
+    if len(stamps) < 3:
+        return int(stamps[0]) if len(stamps) else None
+    gaps = np.diff(stamps)
+    if gaps.max() > _WIDE * np.median(gaps):
+        return int(stamps[int(gaps.argmax())])
+    parent = next((edge.parent for edge in tree.edges() if edge.child == frame), None)
+    if parent is None:
+        return None
+    try:
+        poses, valid = tree.lookup_many(parent, frame, stamps, outside='mask')
+    except TransformException:
+        return None
+    steps = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1)
+    steps[~(valid[1:] & valid[:-1])] = 0.0
+    return int(stamps[int(steps.argmax()) + 1])

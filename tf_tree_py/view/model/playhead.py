@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The moment that a page shows: the newest one, a selected one, or one that advances."""
+
+import numpy as np
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.tree.queries import Queries
+
+from .liveness import LeftBehind, window
+from .moment import live_moment, Moment, moment_at
+from .opening import opening_stamp
+
+# A lookup at stamp 0 would return the latest transform.
+_FIRST = LATEST + 1
+
+
+class Playhead:
+    """
+    The position of a page in time.
+
+    A page that is paused or playing shows a copy of the buffer, made when the page left live
+    mode, so that nothing within its window expires.
+
+    :ivar tree: the tree that is shown.
+    :ivar live: whether the page follows the newest moment.
+    :ivar playing: whether the moment advances.
+    :ivar speed: of playing, recorded seconds per second.
+    :ivar stamp: of the moment, nanoseconds; while live, of the last moment that was shown.
+    """
+
+    def __init__(self, tree: Queries, live: bool) -> None:
+        """
+        Begin with the newest moment of a live tree, or with the opening moment of a recording.
+
+        :param live: whether transforms still arrive in the tree.
+        """
+        self.speed = 1.0
+        self._begin(tree, live)
+
+    def _begin(self, tree: Queries, live: bool) -> None:
+        self._source = self.tree = tree
+        self.has_live = self.live = live
+        self.playing = False
+        self._stamps: dict[str, Stamps] = {}
+        oldest, latest = self.window()
+        opening = None if live else opening_stamp(Queries.edges(tree))
+        self.stamp = latest if live else max(oldest if opening is None else opening, _FIRST)
+
+    def use(self, tree: Queries, live: bool) -> None:
+        """Show another tree; if it is the same, do nothing."""
+        if tree is not self._source:
+            self._begin(tree, live)
+
+    def window(self) -> tuple[int, int]:
+        """Return the oldest and the newest stamp that the page can show, nanoseconds."""
+        return window(Queries.edges(self.tree), self.tree.cache_time)
+
+    def moment(self, fixed_frame: str, now: int,
+               left_behind: LeftBehind | None = None) -> Moment:
+        """
+        Return the frames at the present position.
+
+        :param now: the time from which the ages of a live moment are counted, nanoseconds.
+        :param left_behind: as for ``live_moment``.
+        """
+        if not self.live:
+            return moment_at(self.tree, fixed_frame, self.stamp)
+        moment = live_moment(self.tree, fixed_frame, now, left_behind)
+        self.stamp = moment.stamp
+        return moment
+
+    # --- changing the position
+
+    def go_live(self) -> None:
+        """Follow the newest moment, if the tree is live."""
+        if self.has_live:
+            self.tree = self._source
+            self.live, self.playing = True, False
+            self._stamps.clear()
+
+    def pause(self) -> None:
+        """Stop at the present moment."""
+        self.playing = False
+        if self.live:
+            self.live = False
+            self.tree = self._source.snapshot()
+
+    def play(self) -> None:
+        """Play from the present moment, or from the beginning if it is the last one."""
+        self.pause()
+        oldest, latest = self.window()
+        if self.stamp >= latest:
+            self.seek(oldest)
+        self.playing = True
+
+    def seek(self, stamp: int) -> None:
+        """Go to a stamp, or to the nearest end of the window."""
+        self.pause()
+        oldest, latest = self.window()
+        self.stamp = max(min(max(stamp, oldest), latest), _FIRST)
+
+    def step(self, frame: str | None, count: int) -> None:
+        """
+        Go to another sample.
+
+        :param frame: whose samples to visit; None, or a frame that never moves: those of all
+            frames.
+        :param count: the number of samples to go forward; negative: backward.
+        """
+        self.pause()
+        stamps = self._samples(frame)
+        if not len(stamps):
+            stamps = self._samples(None)
+        if not len(stamps):
+            return
+        first = stamps.searchsorted(self.stamp, 'right' if count > 0 else 'left')
+        place = int(first) + count - (count > 0)
+        self.seek(int(stamps[min(max(place, 0), len(stamps) - 1)]))
+
+    def _samples(self, frame: str | None) -> Stamps:
+        key = frame or ''
+        if key not in self._stamps:
+            frames = self.tree.frames() if frame is None else [frame]
+            self._stamps[key] = np.unique(np.concatenate(
+                [np.empty(0, np.int64), *(self.tree.stamps_of(each) for each in frames)]))
+        return self._stamps[key]
+
+    def advance(self, seconds: float) -> None:
+        """Advance the moment by the time that has passed, if the page plays."""
+        if not self.playing:
+            return
+        latest = self.window()[1]
+        self.stamp = min(self.stamp + round(seconds * self.speed * 1e9), latest)
+        self.playing = self.stamp < latest

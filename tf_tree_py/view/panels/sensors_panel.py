@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The controls that select sensor topics and the stamps of their transforms."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from . import markup
+from .control_events import Apply, when_changed
+from ..sensors.sensor_source import SensorSource
+
+_NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections or images'
+
+
+class SensorsPanel:
+    """The controls of the sensor topics on one page."""
+
+    def __init__(self, gui: Any, source: SensorSource | None, apply: Apply) -> None:
+        """
+        Make the controls.
+
+        :param source: of the messages; None: there is none.
+        """
+        self._gui, self._source, self._apply = gui, source, apply
+        self._note = gui.add_html(markup.note(_NONE))
+        self._newest = gui.add_checkbox(
+            'at the newest transform', False, hint='Instead of the one at the stamp of each '
+            'message: the mistake that smears a scan while the robot turns.')
+        self._folder = gui.add_folder('topics')
+        self._boxes: dict[str, Any] = {}
+        self._image: Any = None
+        when_changed(self._newest, apply)
+
+    @property
+    def at_newest(self) -> bool:
+        """Return whether to use the newest transform instead of the one at the stamp."""
+        return bool(self._newest.value)
+
+    def wanted(self) -> list[str]:
+        """Return the topics that are switched on."""
+        return [topic for topic, box in self._boxes.items() if box.value]
+
+    def refresh(self, missing: Sequence[str]) -> None:
+        """
+        List the topics that exist now.
+
+        :param missing: what cannot be shown, one sentence each.
+        """
+        topics = [] if self._source is None else self._source.topics()
+        with self._folder:
+            for topic in topics:
+                if topic not in self._boxes:
+                    self._boxes[topic] = box = self._gui.add_checkbox(topic, False)
+                    when_changed(box, self._apply, partial(self._switch, topic))
+        self._note.content = (markup.warnings(missing) if missing else '') if self._boxes else (
+            markup.note(_NONE))
+
+    def show_image(self, image: npt.NDArray[np.uint8] | None) -> None:
+        """Show the image of a camera; None: no image."""
+        if image is None:
+            if self._image is not None:
+                self._image.visible = False
+        elif self._image is None:
+            self._image = self._gui.add_image(image, order=0.5)
+        else:
+            self._image.visible, self._image.image = True, image
+
+    def close(self) -> None:
+        """Release all topics."""
+        for topic in self.wanted():
+            if self._source is not None:
+                self._source.release(topic, self)
+
+    def _switch(self, topic: str) -> None:
+        if self._source is None:
+            return
+        if self._boxes[topic].value:
+            self._source.want(topic, self)
+        else:
+            self._source.release(topic, self)

@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+A robot from its description: its links as triangles, and its pose without transforms.
+
+The package ``urdf`` reads descriptions. This code depends on neither viser nor a browser.
+"""

@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The picture of a page: axes, lines, names, marks, a trail, links, points and the ground."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.geometry.so3 import Array
+
+from .ground import Ground
+from .labels import Labels
+from .links import Links
+from .sensor_points import Seen, SensorPoints
+from .stale_axes import StaleAxes
+from .uncertainty_ellipsoid import UncertaintyEllipsoid
+from ..framing.camera import Camera
+from ..framing.sizes import lengths_on_screen
+from ..model import colours
+from ..model.ellipsoid import Ellipsoid
+from ..model.moment import Moment
+
+_RADIUS: Final = 0.035
+_THICKNESS: Final = 2.5
+# The size of a sensor's points, as a share of the length of the axes.
+_POINT: Final = 0.15
+_TRAIL: Final = (0, 160, 130)
+_FINDING: Final = (225, 20, 20)
+
+
+@dataclass
+class Appearance:
+    """
+    What a page draws, and how.
+
+    :ivar axes_length: metres; limited to a range on the screen.
+    :ivar cell: the length of a cell of the ground, metres.
+    :ivar names: 'none', 'few', or 'all' for all names that fit.
+    :ivar opacity: of the links, 0 to 1.
+    :ivar hidden: the frames that are switched off.
+    :ivar chosen: the chosen frame; None: no frame is chosen.
+    :ivar found: the frames of the selected finding.
+    :ivar origin: (3,) the offset that is subtracted from every position, metres. It keeps
+        numbers small, because the browser uses single precision. To follow a frame, the page
+        moves the origin and not the camera.
+    """
+
+    axes_length: float = 0.3
+    cell: float = 1.0
+    axes: bool = True
+    names: str = 'few'
+    lines: bool = True
+    links: bool = True
+    opacity: float = 0.7
+    ground: bool = True
+    dark: bool = False
+    hidden: set[str] = field(default_factory=set)
+    chosen: str | None = None
+    found: Collection[str] = ()
+    origin: Array = field(default_factory=lambda: np.zeros(3))
+
+    def shows(self, moment: Moment) -> npt.NDArray[np.bool_]:
+        """Return whether to show each frame of a moment, (N,)."""
+        return np.array([frame not in self.hidden for frame in moment.frames], np.bool_)
+
+
+class Scene:
+    """
+    Draws moments on one page.
+
+    All axes share one node and all lines another, so that many frames cost little.
+
+    :ivar links: the links of the robot.
+    """
+
+    def __init__(self, client: Any, on_click: Callable[[str], None]) -> None:
+        """
+        Begin with the ground only.
+
+        :param client: viser's handle of the page.
+        :param on_click: is called with a frame when its axes are clicked.
+        """
+        self._client = client
+        self._scene = client.scene
+        self._on_click = on_click
+        self._frames: tuple[str, ...] = ()
+        self._nodes: dict[str, Any] = {}
+        self._ground = Ground(self._scene)
+        self._stale = StaleAxes(self._scene, self._clicked)
+        self._labels = Labels(self._scene)
+        self.links = Links(self._scene)
+        self._sensors = SensorPoints(self._scene)
+        self._doubt = UncertaintyEllipsoid(self._scene)
+
+    def draw(self, moment: Moment, look: Appearance, ellipsoid: Ellipsoid | None,
+             camera: Camera | None, seen: Mapping[str, Seen]) -> None:
+        """
+        Show a moment, with all its parts at once.
+
+        :param ellipsoid: the uncertainty of the chosen frame; None: it is unknown.
+        :param camera: of the page; None: not known yet.
+        :param seen: the points of sensors, by topic.
+        """
+        shown = look.shows(moment)
+        positions = moment.poses[:, :3] - look.origin
+        lengths = lengths_on_screen(camera, positions, look.axes_length)
+        with self._client.atomic():
+            self._ground.draw(look.origin, look.cell, look.ground, look.dark)
+            self._draw_axes(moment, look, shown, positions, lengths)
+            self._draw_lines(moment, look, shown, positions)
+            self._draw_marks(moment, look, positions, lengths)
+            self.links.draw(moment, positions, shown & look.links, look.opacity)
+            first = [*([look.chosen] if look.chosen else []), *look.found]
+            self._labels.draw(moment.frames, positions, shown, camera, first, look.names)
+            self._doubt.draw(ellipsoid, positions)
+            self._sensors.draw(seen, look.origin, look.axes_length * _POINT)
+
+    # --- parts
+
+    def _draw_axes(self, moment: Moment, look: Appearance, shown: npt.NDArray[np.bool_],
+                   positions: Array, lengths: Array) -> None:
+        rotations = moment.poses[:, [6, 3, 4, 5]]
+        fresh = shown & ~moment.stale & look.axes
+        if moment.frames != self._frames:
+            self._frames = moment.frames
+            self._remove('axes')
+        self._update('axes', self._new_axes, batched_positions=positions,
+                     batched_wxyzs=rotations, batched_scales=lengths * fresh)
+        stale = np.flatnonzero(shown & moment.stale & look.axes)
+        self._stale.draw(stale, positions[stale], rotations[stale],
+                         colours.greys(moment.ages[stale]), lengths[stale])
+
+    def _new_axes(self, **props: Any) -> Any:
+        axes = self._scene.add_batched_axes(
+            '/axes', axes_length=1.0, axes_radius=_RADIUS, **props)
+        axes.on_click(lambda event: self._clicked(event.instance_index))
+        return axes
+
+    def _draw_lines(self, moment: Moment, look: Appearance, shown: npt.NDArray[np.bool_],
+                    positions: Array) -> None:
+        parents = moment.parents
+        drawn = np.flatnonzero((parents >= 0) & shown & shown[parents] & look.lines)
+        points = np.stack([positions[parents[drawn]], positions[drawn]], axis=1)
+        line_colours = np.repeat(colours.of_edges(moment)[drawn][:, None], 2, axis=1)
+        self._draw_segments('lines', points, line_colours)
+
+    def draw_trail(self, points: Array, look: Appearance) -> None:
+        """Show the path of a frame, (N, 2, 3) line segments."""
+        shifted = points - look.origin
+        self._draw_segments('trail', shifted, np.full(shifted.shape, _TRAIL, np.uint8))
+
+    def _draw_segments(self, name: str, points: Array, segment_colours: colours.Colours) -> None:
+        if name in self._nodes and len(self._nodes[name].points) != len(points):
+            self._remove(name)
+        if len(points):
+            self._update(name, lambda **props: self._scene.add_line_segments(
+                f'/{name}', thickness=_THICKNESS, thickness_units='screen', **props),
+                points=points, colors=_as_light(segment_colours))
+
+    def _draw_marks(self, moment: Moment, look: Appearance, positions: Array,
+                    lengths: Array) -> None:
+        """Mark the chosen frame and the frames of the selected finding."""
+        marked: Mapping[str, Any] = dict.fromkeys(look.found, _FINDING) | (
+            {look.chosen: colours.CHOSEN} if look.chosen else {})
+        places = [place for place, frame in enumerate(moment.frames) if frame in marked]
+        if 'marks' in self._nodes and len(self._nodes['marks'].points) != len(places):
+            self._remove('marks')
+        if places:
+            colour = np.array([marked[moment.frames[place]] for place in places], np.uint8)
+            self._update('marks', lambda **props: self._scene.add_point_cloud(
+                '/marks', point_shape='circle', precision='float32', **props),
+                points=positions[places], colors=colour,
+                point_size=float(lengths[places].min()) / 3.0)
+
+    # --- nodes
+
+    def _update(self, name: str, make: Callable[..., Any], **props: Any) -> None:
+        """Set properties of a node; make the node if it does not exist."""
+        node = self._nodes.get(name)
+        if node is None:
+            self._nodes[name] = make(**props)
+            return
+        for prop, value in props.items():
+            setattr(node, prop, value)
+
+    def _remove(self, name: str) -> None:
+        node = self._nodes.pop(name, None)
+        if node is not None:
+            node.remove()
+
+    def _clicked(self, index: int | None) -> None:
+        if index is not None and index < len(self._frames):
+            self._on_click(self._frames[index])
+
+
+def _as_light(seen: colours.Colours) -> colours.Colours:
+    """Return colours in linear light, as viser's lines take them, from sRGB."""
+    return (255.0 * (seen / 255.0) ** 2.2).round().astype(np.uint8)

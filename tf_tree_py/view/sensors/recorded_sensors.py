@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Sensor messages from a bag."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+import struct
+import threading
+from typing import NamedTuple
+
+import numpy as np
+from tf_tree_py.bag import Bag, MessageSource
+from tf_tree_py.bag.files.message_types import decode
+from tf_tree_py.core.times import Stamps
+
+from .readings import is_known, Reading, reading_of
+
+# Messages stay in memory as bytes. Of a topic with more bytes, only every second message is kept,
+# or every fourth, and so on.
+_MOST_BYTES = 1 << 29
+
+
+class _Topic(NamedTuple):
+    """The messages of one topic, sorted by the stamps of their headers."""
+
+    stamps: Stamps
+    messages: list[tuple[MessageSource, bytes]]
+
+
+class RecordedSensors:
+    """The sensor messages of one bag; see ``SensorSource``. A topic is read on first use."""
+
+    def __init__(self, path: Path, described: Callable[[str], None] | None = None) -> None:
+        """
+        List the topics of a bag.
+
+        :param described: is called with the last robot description in the bag; None: do not
+            look for descriptions.
+        :raises BagError: the bag cannot be read.
+        """
+        self._path = path
+        self._lock = threading.Lock()
+        self._read: dict[str, _Topic] = {}
+        with Bag(path, []) as bag:
+            self._types = {source.topic: source.type_name for source in bag.everything
+                           if is_known(source.type_name)}
+            text = _description_in(bag) if described is not None else None
+        if text is not None and described is not None:
+            described(text)
+
+    def topics(self) -> list[str]:
+        """Return the topics whose messages can be shown."""
+        return sorted(self._types)
+
+    def want(self, topic: str, reader: object) -> None:
+        """Read a topic, unless that has been done already."""
+        with self._lock:
+            if topic not in self._read and topic in self._types:
+                self._read[topic] = _read(self._path, topic)
+
+    def release(self, topic: str, reader: object) -> None:
+        """Keep the messages: the topic may be wanted again."""
+
+    def reading(self, topic: str, stamp: int) -> Reading | None:
+        """Return the newest reading of a topic that is not later than a stamp."""
+        return next(iter(self.trail(topic, stamp, 1)), None)
+
+    def close(self) -> None:
+        """Release the memory."""
+        self._read.clear()
+
+    def trail(self, topic: str, stamp: int, most: int) -> list[Reading]:
+        """Return the last readings of a topic that are not later than a stamp, oldest first."""
+        known = self._read.get(topic)
+        if known is None:
+            return []
+        end = int(known.stamps.searchsorted(stamp, 'right'))
+        readings = [_decoded(*known.messages[place]) for place in range(max(end - most, 0), end)]
+        return [reading for reading in readings if reading is not None]
+
+
+def _description_in(bag: Bag) -> str | None:
+    """Return the last robot description in a bag."""
+    text = None
+    for source in bag.everything:
+        if source.topic.endswith('/robot_description') and source.type_name.endswith('String'):
+            for message in bag.messages(source.topic):
+                text = _text_of(source, message.data) or text
+    return text
+
+
+def _text_of(source: MessageSource, data: bytes) -> str:
+    """Return the text of a std_msgs/String; empty if the bytes are damaged."""
+    try:
+        return str(decode(source, data).data)
+    except Exception:  # noqa: B902 - rosbags raises many kinds for damaged bytes
+        return ''
+
+
+def _read(path: Path, topic: str) -> _Topic:
+    found: list[tuple[int, MessageSource, bytes]] = []
+    size, stride, number = 0, 1, 0
+    with Bag(path, []) as bag:
+        for message in bag.messages(topic):
+            number += 1
+            if number % stride:
+                continue
+            stamp = _stamp_of(message.source, message.data)
+            if stamp is None:
+                continue
+            found.append((stamp, message.source, message.data))
+            size += len(message.data)
+            if size > _MOST_BYTES:
+                found, stride, size = found[::2], stride * 2, size // 2
+    found.sort(key=lambda each: each[0])
+    return _Topic(np.array([stamp for stamp, _, _ in found], np.int64),
+                  [(source, data) for _, source, data in found])
+
+
+def _stamp_of(source: MessageSource, data: bytes) -> int | None:
+    """Return the stamp of the header at the beginning of a message; None if there is none."""
+    # In ROS 1 a sequence number comes first, in CDR four bytes that give the byte order.
+    layout = '<II' if source.ros1 else '<iI' if data[1:2] == b'\x01' else '>iI'
+    try:
+        seconds, rest = struct.unpack_from(layout, data, 4)
+    except struct.error:
+        return None
+    return int(seconds) * 1_000_000_000 + int(rest)
+
+
+@lru_cache(maxsize=512)
+def _decoded(source: MessageSource, data: bytes) -> Reading | None:
+    try:
+        message = decode(source, data)
+    except Exception as error:  # noqa: B902 - rosbags raises many kinds for damaged bytes
+        return Reading('', _stamp_of(source, data) or 0, np.empty((0, 3)),
+                       problem=f'the message cannot be decoded: {error}')
+    return reading_of(source.type_name, message)
