@@ -15,7 +15,7 @@ from tf_tree_py.core import LookupException
 from tf_tree_py.core.health.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.core.ingest.observers import Observer
 from tf_tree_py.fleet import FleetError, FleetListener, roster, worker_threads
-from zenoh import ext, Timestamp
+from zenoh import ext, handlers, Locality, Timestamp
 
 
 def test_frames_of_all_robots_lie_below_the_shared_one(listen, robot):
@@ -56,23 +56,32 @@ def test_who_has_one_buffer_is_told_so(listen):
 
 
 def test_more_of_the_past_than_a_channel_holds_does_not_stop_a_late_listener(
-        listen, robot, hall, monkeypatch):
-    """While the channel is full, Zenoh holds a lock that the rest of the declaration needs."""
+        listen, robot, session, hall, monkeypatch):
+    """The past arrives while Zenoh still declares the subscription that has requested it."""
     one, now = robot('robot7', history=100), time.time_ns()
     for number in range(100):
         one.send(message(('map', 'base', number), stamp=now + number))
-    declare = ext.declare_advanced_subscriber
+    declare, waited = ext.declare_advanced_subscriber, []
 
-    def declare_late(session, key, *arguments, **options):
-        subscriber = declare(session, key, *arguments, **options)
-        if key == f'{hall}/*/tf':
-            subscriber.handler.recv()  # the first; soon the channel is full
-        return subscriber
+    def declare_slowly(session, key, *arguments, **options):
+
+        def wait(_):
+            """Wait for a reply of the robot's session to a later request."""
+            if key == f'{hall}/*/tf' and not waited:
+                waited.extend(session.get(f'{hall}/echo', handlers.FifoChannel(1)))
+
+        with session.declare_queryable(
+                f'{key}/@adv/**', handlers.Callback(wait, indirect=False),
+                allowed_origin=Locality.SESSION_LOCAL):
+            return declare(session, key, *arguments, **options)
 
     monkeypatch.setattr(worker_threads, '_WAITING', 1)
-    monkeypatch.setattr(ext, 'declare_advanced_subscriber', declare_late)
-    buffer = listen().buffer
-    assert buffer.lookup_within(PATIENCE_S, 'map', 'robot7/base', now + 99).x == 99.0
+    monkeypatch.setattr(ext, 'declare_advanced_subscriber', declare_slowly)
+    with session.declare_queryable(f'{hall}/echo', handlers.Callback(
+            lambda query: query.reply(query.key_expr, b''), indirect=False)):
+        buffer = listen().buffer
+        assert buffer.lookup_within(PATIENCE_S, 'map', 'robot7/base', now + 99).x == 99.0
+    assert waited
 
 
 def test_a_late_listener_has_all_statics_and_the_last_seconds_at_once(listen, robot):

@@ -3,8 +3,9 @@
 
 """A listener's subscriptions: tokens, moving and static transforms, and lost messages."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Final, TYPE_CHECKING
 
 from .keys import patterns, token_patterns
 from .reception import source_of
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
     import zenoh
 
 OnToken = Callable[[str, bool], object]
+
+# Requests for past messages while a subscription is declared: the first one, and one for each
+# publisher that is detected meanwhile.
+_MOST_REQUESTS: Final = 10_000
 
 
 class Subscriptions:
@@ -59,14 +64,36 @@ class Subscriptions:
         history = ext.HistoryConfig(detect_late_publishers=True, max_age=max_age_s)
         recovery = ext.RecoveryConfig(heartbeat=True, periodic_queries=None)
         for key in self._keys(lambda robots: patterns(robots, static, self._key_prefix)):
-            subscriber = ext.declare_advanced_subscriber(
-                self._session, key, self._threads.channel(), history=history, recovery=recovery)
-            # First of all: while the channel is full, Zenoh holds the lock of the subscriber.
-            self._threads.take_all(subscriber.handler, take, key)
+            with self._request_unfinished(key):
+                subscriber = ext.declare_advanced_subscriber(
+                    self._session, key, self._threads.channel(), history=history,
+                    recovery=recovery)
+                self._threads.take_all(subscriber.handler, take, key)
             # It is rare, and takes no time, so it needs no thread.
             misses = subscriber.sample_miss_listener(direct(
                 lambda miss: on_miss(source_of(miss.source), miss.nb), indirect=False))
             self._declared += [misses, subscriber]
+
+    @contextmanager
+    def _request_unfinished(self, key: str) -> Iterator[None]:
+        """
+        Keep the request for past messages of a subscription unfinished while it is declared.
+
+        When this request is finished, Zenoh puts all past messages into the channel of the
+        subscription, and waits while it is full. If all have arrived before ``declare`` returns,
+        it would wait in there, for a thread that cannot be started yet.
+        """
+        # The request also goes to this session itself, and is finished when all have dropped it.
+        here: Any = self._session.declare_queryable(
+            f'{key}/@adv/**', needs_zenoh().handlers.FifoChannel(_MOST_REQUESTS),
+            allowed_origin=needs_zenoh().Locality.SESSION_LOCAL)
+        requests = here.handler
+        try:
+            yield
+        finally:
+            here.undeclare()
+            for request in requests:
+                request.drop()
 
     def close(self) -> None:
         """Undeclare all."""
