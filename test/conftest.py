@@ -3,10 +3,12 @@
 
 """Hooks for the tests of all folders."""
 
+import faulthandler
 from functools import cache
 from pathlib import Path
 import signal
 
+from _pytest.faulthandler import fault_handler_stderr_fd_key
 import effort  # noqa: F401 - it loads the profile of hypothesis
 import near
 import pytest
@@ -46,6 +48,19 @@ def pytest_runtest_setup():
     """
     for number, handler in _HANDLERS.items():
         signal.signal(number, handler)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_exception_interact(node):
+    """
+    Limit the time of the teardown of a test that has failed, too.
+
+    pytest cancels its own limit here, in case a person looks at the failure.
+    """
+    limit_s = float(node.config.getini('faulthandler_timeout'))
+    if limit_s > 0:
+        faulthandler.dump_traceback_later(
+            limit_s, file=node.config.stash[fault_handler_stderr_fd_key], exit=True)
 
 
 @pytest.hookimpl(optionalhook=True)
