@@ -32,7 +32,7 @@ def test_block_is_picked_and_placed_by_the_stamp_of_an_image_that_came_over_dds(
     done = command('--runs', '1', '--json')
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
-    assert (told['picked'], told['placed']) == (1, 1), told
+    assert (told['picked'], told['placed']) == (1, 1), done.stdout + done.stderr
     assert told['detection_error_worst_m'] < 0.003
 
 

@@ -26,6 +26,7 @@ from ..report import Trial
 from ..trial import judged, scene_of
 
 _IMAGE_PERIOD = from_seconds(0.1)
+_MOST_TURNS = 3
 
 
 def description() -> str:
@@ -56,15 +57,21 @@ def _numbers(values: Sequence[float]) -> str:
 
 
 def look(cell: Cell, pipe: Connection) -> Pose:
-    """Turn, and send images, until the pose of the block arrives; return world_T_block."""
+    """
+    Turn, and send images, until the pose of the block arrives; return world_T_block.
+
+    It turns back and forth a few times, because on a busy machine the processes connect, and
+    images are evaluated, later than the first turn ends.
+    """
     begin = cell.stamp
-    for _ in cell.moving_to(LOOKED, LOOKING_SPEED):
-        if cell.stamp % _IMAGE_PERIOD == 0:
-            pipe.send(Picture.of(cell.take_image()))
-        while pipe.poll():
-            grasp: Grasp = pipe.recv()
-            if grasp.stamp > begin:  # not the detection of the last run
-                return grasp.world_T_block
+    for goal in (LOOKED, LOOKOUT) * _MOST_TURNS:
+        for _ in cell.moving_to(goal, LOOKING_SPEED):
+            if cell.stamp % _IMAGE_PERIOD == 0:
+                pipe.send(Picture.of(cell.take_image()))
+            while pipe.poll():
+                grasp: Grasp = pipe.recv()
+                if grasp.stamp > begin:  # not the detection of the last run
+                    return grasp.world_T_block
     raise NothingFound('no image shows the block')
 
 
