@@ -22,6 +22,8 @@ _BEGIN_WITH = ['jazzy', 'view', 'docs', 'labs', 'tools', 'nodes', 'dropin', 'ros
 # The handlers of the signals with which every test begins.
 _HANDLERS = {}
 
+_CRASHED = pytest.StashKey[bool]()
+
 
 def pytest_configure(config):
     """
@@ -61,6 +63,19 @@ def pytest_exception_interact(node):
     if limit_s > 0:
         faulthandler.dump_traceback_later(
             limit_s, file=node.config.stash[fault_handler_stderr_fd_key], exit=True)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node, error):
+    """Note that a worker has crashed, so its other tests did not run."""
+    if error:
+        node.config.stash[_CRASHED] = True
+
+
+def pytest_sessionfinish(session):
+    """Distinguish such a run from one with failures only; see ``scripts/test --again``."""
+    if session.config.stash.get(_CRASHED, False):
+        session.exitstatus = pytest.ExitCode.INTERNAL_ERROR
 
 
 @pytest.hookimpl(optionalhook=True)
