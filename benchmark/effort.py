@@ -17,6 +17,7 @@ class Effort(NamedTuple):
     :ivar waits: number of blocked lookups to time.
     :ivar simulated_s: duration of the traffic that is simulated for the memory.
     :ivar samples: number to store for the memory.
+    :ivar sequences: number of each of KinHEC's tracks; None: all.
     """
 
     rounds: int
@@ -26,9 +27,10 @@ class Effort(NamedTuple):
     waits: int
     simulated_s: int
     samples: int
+    sequences: int | None
 
 
 FULL = Effort(rounds=21, lookups=2000, stream_s=5.0, streams=7, waits=1000,
-              simulated_s=3600, samples=1_000_000)
+              simulated_s=3600, samples=1_000_000, sequences=None)
 QUICK = Effort(rounds=7, lookups=500, stream_s=2.0, streams=3, waits=200,
-               simulated_s=60, samples=1_000_000)
+               simulated_s=60, samples=1_000_000, sequences=12)
