@@ -11,7 +11,7 @@ from conditions import until
 from fleet_helpers import listening, message, PATIENCE_S, place, SECOND, Visits, x_of
 import pytest
 from tf_tree_py.bag import open_bag
-from tf_tree_py.core import LookupException
+from tf_tree_py.core import LookupException, UNLIMITED
 from tf_tree_py.core.health.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.core.ingest.observers import Observer
 from tf_tree_py.fleet import FleetError, FleetListener, roster, worker_threads
@@ -82,6 +82,25 @@ def test_more_of_the_past_than_a_channel_holds_does_not_stop_a_late_listener(
         buffer = listen().buffer
         assert buffer.lookup_within(PATIENCE_S, 'map', 'robot7/base', now + 99).x == 99.0
     assert waited
+
+
+def test_program_that_ends_while_the_past_arrives_can_close_the_listener(
+        listen, robot, monkeypatch, caplog):
+    """Python starts no more threads then, so nothing takes the messages out of the channel."""
+    one, begin = robot('robot7', history=100), worker_threads.WorkerThreads.take_all
+    for number in range(100):
+        one.send(message(('map', 'base', number), stamp=SECOND + number))
+
+    def take_all(self, handler, take, what):
+        if what.endswith('/tf'):
+            raise RuntimeError("can't create new thread at interpreter shutdown")
+        begin(self, handler, take, what)
+
+    monkeypatch.setattr(worker_threads, '_WAITING', 1)
+    monkeypatch.setattr(worker_threads.WorkerThreads, 'take_all', take_all)
+    listener = listen(cache_time=UNLIMITED)
+    until(lambda: 'cannot receive' in caplog.text)
+    listener.close()
 
 
 def test_a_late_listener_has_all_statics_and_the_last_seconds_at_once(listen, robot):
