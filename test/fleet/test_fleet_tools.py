@@ -92,7 +92,7 @@ def test_recorder_writes_what_the_robots_sent(hall, tmp_path):
         assert '~/dump' not in program.output
         until(lambda: program.interrupt(signal.SIGUSR1) or list(tmp_path.glob('*.mcap')))
         program.interrupt()
-        assert program.end() == 0
+        assert program.end() == 0, program.output
     finally:
         program.kill()
     buffer = open_bag(next(tmp_path.glob('*.mcap')))

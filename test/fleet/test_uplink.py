@@ -42,7 +42,7 @@ def test_who_comes_late_hears_the_last_statics_and_what_moved_lately(caplog):
             late.wait_for(MOVING, lambda messages: messages == [[at(1)], [at(2)]])
             robot.send([at(3), CAMERA])
             late.wait_for(MOVING, lambda messages: messages[-1] == [at(3), CAMERA])
-            assert late.messages(STATIC) == [[CAMERA, at(0)]]
+            late.wait_for(STATIC, lambda messages: messages == [[CAMERA, at(0)]])
     assert not caplog.records, 'nothing was wrong'
 
 
