@@ -386,6 +386,6 @@ def test_distance_is_how_far_one_was_moved_and_turned(pose, step, axis, angle, s
     distance, turned = se3.distance(pose, moved)
     assert distance == pytest.approx(length(step), abs=1e-15 * reach(pose, moved))
     assert turned == pytest.approx(angle, abs=1e-7 if angle > 3.1 else 1e-14)
-    assert se3.distance(moved, pose) == pytest.approx((distance, turned), abs=1e-14)
+    assert se3.distance(moved, pose) == pytest.approx((distance, turned), rel=1e-15, abs=1e-14)
     many = se3.distance_many(np.array(pose), np.array(moved))
-    assert many == pytest.approx((distance, turned), abs=1e-14)
+    assert many == pytest.approx((distance, turned), rel=1e-15, abs=1e-14)
