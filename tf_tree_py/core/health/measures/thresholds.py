@@ -29,6 +29,6 @@ class Thresholds:
     max_speed: float = 10.0
     max_turn_rate: float = 30.0
     max_delay: int = from_seconds(0.5)
-    max_skew: int = from_seconds(1.0)
+    max_skew: int = from_seconds(1.5)
     max_usual_speed: float = 70.0
     max_usual_turn_rate: float = 70.0

@@ -46,17 +46,32 @@ class _Line:
 
     def measure(self, span: float) -> None:
         """Measure the pace, if the samples cover a large enough part of a span."""
-        count = len(self.received)
-        lag = max(1, count // 8)
+        slopes = self.slopes()
+        if (len(self.received) >= _SEVERAL and np.ptp(self.received) >= _PART * span
+                and len(slopes)):
+            self.pace = 1.0 + median(slopes)
+
+    def slopes(self) -> Array:
+        """Return how fast the lead grew, between pairs of samples."""
+        lag = max(1, len(self.received) // 8)
         waited = self.received[lag:] - self.received[:-lag]
         gone = self.lead[lag:] - self.lead[:-lag]
         known = waited > 0.0
-        if count >= _SEVERAL and np.ptp(self.received) >= _PART * span and known.any():
-            self.pace = 1.0 + median(gone[known] / waited[known])
+        slopes: Array = gone[known] / waited[known]
+        return slopes
 
     def lead_at(self, moment: float, pace: float) -> float:
         """Return how far its stamps were ahead of the arrivals at a moment, for a given pace."""
         return median(self.lead + (pace - 1.0) * (moment - self.received))
+
+
+def _pace_of(lines: Sequence[_Line]) -> float:
+    """Return the pace of most edges; in a short recording, that of all samples together."""
+    paces = [line.pace for line in lines if line.pace is not None]
+    if paces:
+        return median(paces)
+    slopes = np.concatenate([line.slopes() for line in lines])
+    return 1.0 + median(slopes) if len(slopes) >= _SEVERAL else 1.0
 
 
 class Timebase:
@@ -113,8 +128,7 @@ class Timebase:
 
     def _fit(self, lines: Sequence[_Line]) -> None:
         """Fit the clock of some edges to that of the arrivals."""
-        paces = [line.pace for line in lines if line.pace is not None]
-        self.pace = median(paces) if paces else 1.0
+        self.pace = _pace_of(lines)
         rests = [line.lead - (self.pace - 1.0) * (line.received - self._moment) for line in lines]
         if abs(self.clocks[0][1]) <= ANOTHER_CLOCK and not self._drifts(lines, rests):
             self.pace = 1.0

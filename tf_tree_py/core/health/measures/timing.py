@@ -18,6 +18,8 @@ from ...times import Stamps
 JUMP = from_seconds(1.0)
 """A stamp that goes back by more has jumped to another time; by less, it is out of order."""
 
+# With fewer intervals than this, their mean is used, too.
+_FEW = 8
 # At most this many steps of one publisher's clock are kept.
 _MAX_STEPS = 100
 
@@ -81,10 +83,10 @@ class Timing:
     def interval(self) -> float:
         """Return the usual interval between stamps; 0 with fewer than two samples."""
         stamps = self.pairs.kept[:, 1]
-        if self.intervals.median or len(stamps) < 2:
+        if self.intervals.count >= _FEW or len(stamps) < 2:
             return self.intervals.median
-        # The first few samples have no judged intervals yet.
-        return mean_interval(int(np.ptp(stamps)), len(stamps))
+        # The median of a few irregular intervals is often much too short.
+        return max(self.intervals.median, mean_interval(int(np.ptp(stamps)), len(stamps)))
 
     @property
     def rate_hz(self) -> float:
