@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The scripts detect a workspace that was made for another folder."""
+"""The scripts: workspaces that were made for another folder, progress, and verdicts."""
 
 import os
 from pathlib import Path
@@ -75,3 +75,33 @@ def test_clone_is_the_same_through_a_link(clone, tmp_path):
     link = tmp_path / 'link'
     link.symlink_to(clone)
     assert print_env(link)[1] == ''
+
+
+LINTERS = {
+    'ruff': '', 'ament_flake8': '', 'codespell': '', 'python': '', 'ament_xmllint': '',
+    'shellcheck': '',
+    'mypy': 'echo "a.py:1: error: wrong type"; exit 1',
+    'ament_pep257': 'echo "checking ./a.py"; echo "./a.py:1: D400" >&2; '
+                    'printf "\\nChecked files:\\n* ./b.py\\n"; exit 1',
+}
+
+
+def test_check_says_which_linters_failed_and_hides_files_without_a_fault(clone):
+    folder = clone / '.workspace' / 'venv' / 'bin'
+    folder.mkdir()
+    shutil.copy(SCRIPTS / 'check', clone / 'scripts')
+
+    def check(linters):
+        for name, text in linters.items():
+            (folder / name).write_text(f'#!/bin/sh\n{text}\n')
+            (folder / name).chmod(0o755)
+        done = subprocess.run([clone / 'scripts' / 'check'], capture_output=True, text=True,
+                              timeout=PATIENCE_S, check=False, env={'PATH': os.defpath})
+        return done.returncode, done.stdout, done.stderr.splitlines()[-1]
+
+    status, output, verdict = check(LINTERS)
+    assert (status, verdict) == (1, 'tf_tree_py: 2 of 8 failed: mypy, ament_pep257')
+    assert 'a.py:1: error: wrong type\n' in output and './a.py:1: D400\n' in output
+    assert 'checking' not in output and 'Checked' not in output and 'b.py' not in output
+    status, output, verdict = check(dict.fromkeys(LINTERS, ''))
+    assert (status, verdict) == (0, 'tf_tree_py: all 8 passed')

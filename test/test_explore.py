@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Ordinary runs repeat the same random examples; ``scripts/test --explore`` finds new failures."""
+
+import os
+from pathlib import Path
+import shlex
+import shutil
+import subprocess
+import sys
+
+from programs import PATIENCE_S
+import pytest
+
+TESTS = Path(__file__).parent
+
+NUMBERS = """
+from pathlib import Path
+
+from hypothesis import given, strategies as st
+from hypothesis.stateful import rule, RuleBasedStateMachine
+
+
+@given(st.integers(0, 10**6))
+def test_number_is_small(number):
+    assert number < 1000
+
+
+class Counter(RuleBasedStateMachine):
+    def __init__(self):
+        super().__init__()
+        self.count = 0
+
+    @rule()
+    def step(self):
+        self.count += 1
+        assert self.count < 3
+
+
+TestCounter = Counter.TestCase
+
+
+@given(st.lists(st.floats()))
+def test_examples_are_recorded(numbers):
+    with Path('examples.txt').open('a') as file:
+        print(numbers, file=file)
+"""
+
+
+# One round, in one process.
+EXPLORE = 'test/explore.py', '-n', '0', '--minutes', '0'
+
+
+@pytest.fixture
+def project(tmp_path):
+    """Return a project with this one's settings of pytest and hypothesis, and its own tests."""
+    (tmp_path / 'test').mkdir()
+    shutil.copy(TESTS.parent / 'pyproject.toml', tmp_path)
+    for name in ('conftest.py', 'effort.py', 'explore.py', 'near.py'):
+        shutil.copy(TESTS / name, tmp_path / 'test')
+    (tmp_path / 'test' / 'test_numbers.py').write_text(NUMBERS)
+    return tmp_path
+
+
+def run(project, *arguments, **variables):
+    """Run Python there; return its status and output."""
+    done = subprocess.run([sys.executable, *arguments], cwd=project, capture_output=True,
+                          text=True, timeout=PATIENCE_S, check=False,
+                          env={**os.environ, **variables})
+    return done.returncode, done.stdout + done.stderr
+
+
+def explore(project, *arguments):
+    return run(project, *EXPLORE, *arguments)
+
+
+def examples_of(project, *arguments, **variables):
+    """Return the examples that a run of a test draws."""
+    file = project / 'examples.txt'
+    file.unlink(missing_ok=True)
+    run(project, *arguments, 'test/test_numbers.py::test_examples_are_recorded', **variables)
+    return file.read_text()
+
+
+def test_every_run_draws_the_same_examples(project):
+    once = examples_of(project, '-m', 'pytest', PYTHONHASHSEED='1')
+    assert once.count('\n') >= 20
+    # Constants of other modules do not count, nor do failures that an earlier run has found.
+    (project / 'test' / 'test_other.py').write_text('LARGE = 123456789.25\n')
+    run(project, '-m', 'pytest')
+    assert examples_of(project, '-m', 'pytest', 'test', PYTHONHASHSEED='2') == once
+    assert not (project / '.hypothesis' / 'examples').exists()
+
+
+def test_exploration_draws_new_examples_with_every_seed(project):
+    first, again, second = (examples_of(project, *EXPLORE, '--seed', seed) for seed in '112')
+    assert first == again != second
+
+
+def test_exploration_prints_the_shortest_example_and_repeats_it(project):
+    status, output = explore(project, '--seed', '7')
+    assert status == 1
+    assert output.startswith('seed 7: the first round')
+    assert 'number=1000' in output and output.count('state.step()') == 3
+    *_, one, other = output.splitlines()
+    assert {line.partition('::')[2] for line in (one, other)} == {
+        'test_number_is_small', 'TestCounter::runTest'}
+    script, *arguments = shlex.split(one)
+    assert script == 'scripts/test' and arguments[0] == '--explore'
+    status, output = explore(project, *arguments[1:])
+    assert status == 1 and output.endswith(one + '\n')
+
+
+def test_later_rounds_leave_out_what_has_failed(project):
+    status, output = explore(project, '--minutes', '1e9', '--seed', '7',
+                             'test/test_numbers.py::test_number_is_small')
+    assert status == 1 and output.count('number=1000') == 1
+    assert '1 rounds, 1 tests failed' in output
+
+
+def test_exploration_without_failures_succeeds(project):
+    (project / 'test' / 'test_numbers.py').write_text(
+        NUMBERS.replace('number < 1000', 'True').replace('self.count < 3', 'True'))
+    status, output = explore(project)
+    assert status == 0 and '1 rounds, 0 tests failed' in output
+    assert explore(project, 'test/near.py')[0] == 5, 'there is no test in it'
