@@ -5,7 +5,8 @@
 
 from itertools import combinations
 
-from hypothesis import given, settings, strategies as st
+from effort import examples
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py.view.framing.camera import Camera
@@ -25,7 +26,7 @@ clouds = st.lists(st.tuples(coordinates, coordinates, coordinates), min_size=1, 
 
 @pytest.mark.parametrize('size', SIZES)
 @given(clouds)
-@settings(max_examples=40, deadline=None)
+@examples(2)
 def test_fitted_camera_sees_all_points_and_fills_the_picture(size, cloud):
     points = np.array(cloud)
     fitted = camera_of(size).fitted(points, 0.1)
@@ -52,7 +53,7 @@ names = st.text('abcil_W/', min_size=1, max_size=30)
 
 @pytest.mark.parametrize('size', SIZES)
 @given(st.lists(st.tuples(names, coordinates, coordinates, coordinates), max_size=60), st.data())
-@settings(max_examples=40, deadline=None)
+@examples(2)
 def test_no_name_covers_another_and_the_first_are_there(size, frames, data):
     texts = [name for name, *_ in frames]
     positions = np.array([position for _, *position in frames]).reshape(-1, 3) / 10.0

@@ -3,7 +3,8 @@
 
 """The content of a page: all frames at one stamp, and those that were left behind."""
 
-from hypothesis import given, settings, strategies as st
+from effort import examples
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py.core import BufferCore, Pose, UNLIMITED
@@ -157,7 +158,7 @@ def test_window_is_no_longer_than_what_is_kept():
     assert left_behind_by_stamps(buffer.edges())(0) == {('map', 'gone')}
 
 
-@settings(max_examples=40, deadline=None)
+@examples(2)
 @given(st.data())
 def test_no_pose_is_a_mix_of_stamps(data):
     """Whatever the edges' stamps: each pose is a lookup at the one stamp that is displayed."""
