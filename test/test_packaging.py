@@ -44,7 +44,7 @@ def test_package_that_is_not_installed_has_no_version(tmp_path):
     done = subprocess.run(
         [sys.executable, '-c', f'import sys; sys.path[1:] = [path for path in sys.path[1:] '
          f'if "tf_tree_py" not in path]; {program}'], cwd=tmp_path,
-        capture_output=True, text=True, timeout=60, check=True)
+        capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     assert done.stdout.startswith('False '), done.stdout
 
 

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -29,7 +30,7 @@ def tree(tmp_path):
 def release(tree, version):
     return subprocess.run(
         [sys.executable, REPOSITORY / 'scripts' / 'packaging' / 'release.py', version,
-         '--folder', tree], capture_output=True, text=True, timeout=60, check=False)
+         '--folder', tree], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def test_bloom_reads_what_a_release_writes(tree):

@@ -15,6 +15,7 @@ from urllib.parse import unquote, urldefrag, urlsplit
 import zlib
 
 from pages import PAGES, REPOSITORY
+from programs import PATIENCE_S
 import pytest
 
 WORKSPACE = Path(os.environ.get('TF_TREE_PY_WORKSPACE', REPOSITORY / '.workspace'))
@@ -49,8 +50,9 @@ def site():
     """Return the folder of the newly built site."""
     if not (WORKSPACE / 'docs' / '.stamp').exists():
         pytest.skip('what makes the site is not here: scripts/setup --docs')
-    done = subprocess.run([REPOSITORY / 'scripts' / 'docs'], text=True, check=False, timeout=240,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run([REPOSITORY / 'scripts' / 'docs'], text=True, check=False,
+                          timeout=4 * PATIENCE_S, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout
     return WORKSPACE / 'site'
 
@@ -78,7 +80,7 @@ def test_search_finds_the_page_first(site, words, page):
     if shutil.which('node') is None:
         pytest.skip('node is not here')
     found = subprocess.run(['node', Path(__file__).with_name('search.cjs'), site, words],
-                           capture_output=True, text=True, check=True, timeout=60).stdout
+                           capture_output=True, text=True, check=True, timeout=PATIENCE_S).stdout
     assert json.loads(found)[0][0] == page
 
 

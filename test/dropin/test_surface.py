@@ -8,11 +8,11 @@ from pathlib import Path
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 from standin import standin_env
 
 PROGRAM = Path(__file__).with_name('surface.py')
-TIMEOUT_S = 60
 
 CLASSES = ['Buffer', 'BufferClient', 'BufferCore', 'BufferInterface', 'ConvertRegistration',
            'NotImplementedException', 'StaticTransformBroadcaster', 'TransformBroadcaster',
@@ -42,7 +42,7 @@ OTHER_PARAMETERS_IN_OURS = {
 
 def surface(*command, package, names=''):
     done = subprocess.run(['python3', *command, str(PROGRAM), package], input=names,
-                          env=standin_env(), capture_output=True, text=True, timeout=TIMEOUT_S,
+                          env=standin_env(), capture_output=True, text=True, timeout=PATIENCE_S,
                           check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

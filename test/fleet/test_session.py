@@ -6,6 +6,7 @@
 import subprocess
 import sys
 
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.fleet import configuration, FleetError, open_session
 
@@ -73,6 +74,6 @@ except FleetError as error:
     print(error)
 """
     result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                            timeout=60, check=True)
+                            timeout=PATIENCE_S, check=True)
     assert result.stdout == ('a fleet needs eclipse-zenoh, which is not installed: '
                              'pip install eclipse-zenoh\n')

@@ -7,6 +7,7 @@ import asyncio
 from http.client import HTTPConnection
 
 from domains import isolate
+from programs import PATIENCE_S
 import pytest
 from tf_tree_py.core import BufferCore, Pose
 from tf_tree_py.core.stamp import UNLIMITED
@@ -44,7 +45,7 @@ def guarded():
 
 def got(port, path='/', **headers):
     """Return the status, the cookie and the text of the response to a request."""
-    connection = HTTPConnection(HOST, port, timeout=60)
+    connection = HTTPConnection(HOST, port, timeout=PATIENCE_S)
     try:
         connection.putrequest('GET', path, skip_host='Host' in headers)
         for name, value in headers.items():
