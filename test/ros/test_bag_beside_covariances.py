@@ -22,34 +22,33 @@ RULES = {
     '/odometry': {'planar': True},
     '/lidar_odometry': {'child': 'lidar', 'with_poses': True},
 }
-RNG = np.random.default_rng(11)
 COUNT = 40
-# Two of ten covariances are unusable.
-ODD = {3: np.zeros((6, 6)), 7: -np.eye(6)}
 
 # The poses of the lidar come from a separate topic.
 RUN = [message._replace(transforms=[each for each in message.transforms if each[1] != 'lidar'])
        for message in bags.RUN]
 
 
-def random_covariance(number):
-    if number % 10 in ODD:
-        return ODD[number % 10]
-    square = RNG.normal(size=(6, 8)) * 0.02
-    return square @ square.T
+def messages():
+    """Return three messages with covariances at each of several moments, and one for good."""
+    rng = np.random.default_rng(11)
+
+    def told(topic, parent, child, number, **options):
+        square = rng.normal(size=(6, 8)) * 0.02
+        # Two of ten covariances are unusable.
+        covariance = {3: np.zeros((6, 6)), 7: -np.eye(6)}.get(number % 10, square @ square.T)
+        stamp = bags.START + number * 3 * bags.PERIOD + 1_234_567
+        return bags.estimate(topic, parent, child, stamp, bags.random_pose(rng), covariance,
+                             **options)
+
+    return [message for number in range(COUNT) for message in (
+        told('/amcl_pose', 'map' if number % 13 else 'world', '', number),
+        told('/odometry', '/odom', 'base', number),
+        told('/lidar_odometry', 'odom', 'scan', number))] + [
+            told('/tf_static_covariance', 'base', 'camera', 1, qos=bags.LATCHED)]
 
 
-def told(topic, parent, child, number, **options):
-    stamp = bags.START + number * 3 * bags.PERIOD + 1_234_567
-    return bags.estimate(topic, parent, child, stamp, bags.random_pose(RNG),
-                         random_covariance(number), **options)
-
-
-MESSAGES = [message for number in range(COUNT) for message in (
-    told('/amcl_pose', 'map' if number % 13 else 'world', '', number),
-    told('/odometry', '/odom', 'base', number),
-    told('/lidar_odometry', 'odom', 'scan', number))]
-MESSAGES.append(told('/tf_static_covariance', 'base', 'camera', 1, qos=bags.LATCHED))
+MESSAGES = messages()
 
 
 @pytest.fixture
