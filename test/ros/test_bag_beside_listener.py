@@ -5,18 +5,22 @@
 
 import warnings
 
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_helpers import until
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, load, UNLIMITED
-from tf_tree_py.bag import open_bag
+from tf_tree_py import Buffer, CovarianceListener, load, UNLIMITED
+from tf_tree_py.bag import Covariances, open_bag
+from tf_tree_py.core import Kind
 
 bags = pytest.importorskip('bags', reason='rosbags is not installed', exc_type=ImportError)
 
 # The number of messages by which a listener can fall behind before a middleware may drop some.
 AT_A_TIME = 50
+KEEPS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def odd():
@@ -37,18 +41,17 @@ MESSAGES = [bags.STATIC[0]._replace(received=bags.START), *DRIVING, *(
     for number, transforms in enumerate(odd()))]
 
 
-def opened(path):
+def opened(path, **options):
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
-        return open_bag(path)
+        return open_bag(path, **options)
 
 
 @pytest.fixture
 def heard(node, talker, listen):
     """Return a buffer that a listener filled."""
     buffer = listen(node, Buffer(cache_time=UNLIMITED))
-    keeps = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    static = talker.node.create_publisher(TFMessage, '/tf_static', keeps)
+    static = talker.node.create_publisher(TFMessage, '/tf_static', KEEPS)
 
     def counted():
         statistics = buffer.statistics()
@@ -85,3 +88,86 @@ def test_every_lookup_is_that_of_a_buffer_which_listened(heard, tmp_path):
         wanted = heard.lookup_tree('base', stamp)
         assert recorded.lookup_tree('base', stamp) == wanted
         assert saved.lookup_tree('base', stamp) == wanted
+
+
+# --- covariances
+
+RULES = {
+    '/amcl_pose': {'child': 'base', 'edge': ('map', 'odom')},
+    '/odometry': {'planar': True},
+    '/lidar_odometry': {'child': 'lidar', 'with_poses': True},
+}
+COUNT = 40
+
+# The poses of the lidar come from a separate topic.
+RUN = [message._replace(transforms=[each for each in message.transforms if each[1] != 'lidar'])
+       for message in bags.RUN]
+
+
+def covariances():
+    """Return three messages with covariances at each of several moments, and one for good."""
+    rng = np.random.default_rng(11)
+
+    def told(topic, parent, child, number, **options):
+        square = rng.normal(size=(6, 8)) * 0.02
+        # Two of ten covariances are unusable.
+        covariance = {3: np.zeros((6, 6)), 7: -np.eye(6)}.get(number % 10, square @ square.T)
+        stamp = bags.START + number * 3 * bags.PERIOD + 1_234_567
+        return bags.estimate(topic, parent, child, stamp, bags.random_pose(rng), covariance,
+                             **options)
+
+    return [message for number in range(COUNT) for message in (
+        told('/amcl_pose', 'map' if number % 13 else 'world', '', number),
+        told('/odometry', '/odom', 'base', number),
+        told('/lidar_odometry', 'odom', 'scan', number))] + [
+            told('/tf_static_covariance', 'base', 'camera', 1, qos=bags.LATCHED)]
+
+
+COVARIANCES = covariances()
+
+
+@pytest.fixture
+def heard_covariances(node, talker):
+    """Return a buffer whose listener received the messages, after the transforms were inserted."""
+    buffer = Buffer(cache_time=UNLIMITED)
+    for message in RUN:
+        for sample in message.transforms:
+            buffer.insert(*sample, static=message.topic == '/tf_static')
+    with CovarianceListener(buffer, node) as listener:
+        publishers = {}
+        for topic, rules in RULES.items():
+            kind = PoseWithCovarianceStamped if topic == '/amcl_pose' else Odometry
+            listener.subscribe(kind, topic, qos=QoSProfile(depth=100), **rules)
+            publishers[topic] = talker.node.create_publisher(kind, topic, 100)
+            talker.until_heard(publishers[topic])
+        publishers['/tf_static_covariance'] = talker.node.create_publisher(
+            Odometry, '/tf_static_covariance', KEEPS)
+        for message in COVARIANCES:
+            publishers[message.topic].publish(message.data)
+        until(lambda: taken(buffer) == len(COVARIANCES))
+    return buffer
+
+
+def taken(buffer):
+    """Return the number of messages that became covariances or were refused."""
+    known = buffer.snapshot()._tree.uncertainty.values()
+    return sum(map(len, known)) + buffer.statistics().refused
+
+
+def test_every_uncertain_lookup_is_that_of_a_buffer_which_listened(
+        heard_covariances, tmp_path):
+    ours = opened(bags.write_ros2(tmp_path / 'run', [*RUN, *COVARIANCES]), covariances={
+        topic: Covariances(**rules) for topic, rules in RULES.items()})
+    assert ours.statistics.incidents == heard_covariances.statistics().incidents
+    assert ours.statistics.incidents[Kind.BAD_COVARIANCE] > COUNT // 2
+    there = heard_covariances.snapshot()
+    assert len(there.lookup_budget('map', 'camera', bags.START + bags.SECOND)) == 3
+    stamps = np.arange(bags.START + bags.SECOND // 10, bags.START + 2 * bags.SECOND,
+                       bags.SECOND // 23)
+    for target, source in (('map', 'odom'), ('map', 'camera'), ('lidar', 'camera'),
+                           ('odom', 'lidar')):
+        for mine, theirs in zip(ours.lookup_uncertain_many(target, source, stamps),
+                                there.lookup_uncertain_many(target, source, stamps),
+                                strict=True):
+            np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-15)
+            assert theirs.any()
