@@ -4,6 +4,7 @@
 """Create, inspect and change messages of any type, for tests of all types."""
 
 from array import array
+from copy import deepcopy
 from importlib import import_module
 import math
 import re
@@ -121,6 +122,22 @@ def spoil(value):
             spoil(inner)
         else:
             setattr(value, field, 'spoilt' if isinstance(inner, str) else type(inner)(77))
+
+
+def assert_shares_nothing(function, *messages):
+    """Assert that a result and the messages it is made of can be changed independently."""
+    before, parts = deepcopy(messages), {id(part) for each in messages
+                                         for part in mutable_parts(each)}
+    result = function(*messages)
+    assert messages == before
+    assert not parts & {id(part) for part in mutable_parts(result)}
+    kept = deepcopy(result)
+    spoil(result)
+    assert messages == before
+    again = function(*messages)
+    for message in messages:
+        spoil(message)
+    assert again == kept
 
 
 # --- random messages

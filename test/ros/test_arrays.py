@@ -3,23 +3,9 @@
 
 """The conversion of messages to arrays."""
 
-from geometry_msgs.msg import (
-    Point,
-    Point32,
-    Polygon,
-    PolygonInstance,
-    PolygonInstanceStamped,
-    PolygonStamped,
-    Pose as PoseMessage,
-    PoseArray,
-    PoseStamped,
-    PoseWithCovariance,
-    PoseWithCovarianceStamped,
-    Quaternion,
-    TransformStamped,
-    Vector3Stamped,
-)
+from geometry_msgs import msg
 from hypothesis import given
+from inputs import for_each
 from message_tools import poses, stamped_transform
 from nav_msgs.msg import Odometry, Path
 import numpy as np
@@ -38,39 +24,39 @@ CORNERS = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
 @given(poses)
 def test_everything_with_a_pose_becomes_its_matrix(values):
     message = pose_message(values)
-    covered = PoseWithCovariance(pose=message)
-    expected = se3.as_matrix(values)
+    covered = msg.PoseWithCovariance(pose=message)
     for thing in (stamped_transform(values), stamped_transform(values).transform, message,
-                  PoseStamped(pose=message), covered, PoseWithCovarianceStamped(pose=covered),
-                  Odometry(pose=covered), Pose(*values)):
+                  msg.PoseStamped(pose=message), covered, Odometry(pose=covered),
+                  msg.PoseWithCovarianceStamped(pose=covered), Pose(*values)):
         matrix = as_matrix(thing)
         assert matrix.shape == (4, 4)
-        assert matrix == pytest.approx(expected, abs=1e-12)
+        assert matrix == pytest.approx(se3.as_matrix(values), rel=1e-12)
 
 
-def test_matrix_is_a_rotation_whatever_the_quaternion_is():
-    assert as_matrix(PoseMessage(orientation=Quaternion(w=5.0))) == pytest.approx(np.eye(4))
-    assert as_matrix(PoseMessage(orientation=Quaternion(w=0.0))) == pytest.approx(np.eye(4))
-    assert as_matrix(TransformStamped()) == pytest.approx(np.eye(4))
+@for_each(message=[msg.Pose(orientation=msg.Quaternion(w=5.0)), msg.TransformStamped(),
+                   msg.Pose(orientation=msg.Quaternion(w=0.0)),
+                   msg.Pose(position=msg.Point(x=0), orientation=msg.Quaternion(w=1))])
+def test_matrix_is_of_floats_and_rotates_whatever_the_quaternion_is(message):
+    assert as_matrix(message) == pytest.approx(np.eye(4))
+    assert as_matrix(message).dtype == float
 
 
-def test_points_of_polygons():
-    corners = [Point32(x=x, y=y, z=z) for x, y, z in CORNERS.tolist()]
-    polygon = Polygon(points=corners)
-    instance = PolygonInstance(polygon=polygon)
-    for message in (polygon, PolygonStamped(polygon=polygon), instance,
-                    PolygonInstanceStamped(polygon=instance)):
-        assert as_points(message).tolist() == CORNERS.tolist()
+POLYGON = msg.Polygon(points=[msg.Point32(x=x, y=y, z=z) for x, y, z in CORNERS.tolist()])
+# A message accepts ints, too.
+INTS = msg.Polygon(points=[msg.Point32(x=1, y=2, z=3), msg.Point32(x=4, y=5, z=6)])
+SEVERAL = [msg.Pose(position=msg.Point(x=x, y=y, z=z)) for x, y, z in CORNERS.tolist()]
 
 
-def test_points_of_poses():
-    several = [PoseMessage(position=Point(x=x, y=y, z=z)) for x, y, z in CORNERS.tolist()]
-    assert as_points(PoseArray(poses=several)).tolist() == CORNERS.tolist()
-    path = Path(poses=[PoseStamped(pose=pose) for pose in several])
-    assert as_points(path).tolist() == CORNERS.tolist()
+@for_each(message=[
+    POLYGON, INTS, msg.PolygonStamped(polygon=POLYGON), msg.PolygonInstance(polygon=POLYGON),
+    msg.PolygonInstanceStamped(polygon=msg.PolygonInstance(polygon=POLYGON)),
+    msg.PoseArray(poses=SEVERAL), Path(poses=[msg.PoseStamped(pose=pose) for pose in SEVERAL])])
+def test_polygons_and_poses_become_points(message):
+    points = as_points(message)
+    assert (points.tolist(), points.dtype) == (CORNERS.tolist(), float)
 
 
-def test_points_of_a_cloud_and_of_a_scan():
+def test_clouds_and_scans_become_points():
     columns = dict(zip('xyz', CORNERS.T.astype(np.float32), strict=True))
     cloud = packed_cloud(Header(), columns, True)
     points = as_points(cloud)
@@ -81,19 +67,13 @@ def test_points_of_a_cloud_and_of_a_scan():
     assert as_points(scan) == pytest.approx(np.array([[1.0, 0, 0], [-2.0, 0, 0]]), abs=1e-6)
 
 
-@pytest.mark.parametrize('empty', [Polygon(), PoseArray(), Path(), PointCloud2(), LaserScan()])
+@for_each(empty=[msg.Polygon(), msg.PoseArray(), Path(), PointCloud2(), LaserScan()])
 def test_nothing_gives_no_points(empty):
     assert as_points(empty).shape == (0, 3)
 
 
 def test_other_things_are_refused_by_name():
     with pytest.raises(TypeError, match='Vector3Stamped is none of Transform, '):
-        as_matrix(Vector3Stamped())
+        as_matrix(msg.Vector3Stamped())
     with pytest.raises(TypeError, match='PoseStamped is none of Polygon, '):
-        as_points(PoseStamped())
-
-
-def test_ints_become_floats():
-    points = as_points(Polygon(points=[Point32(x=1, y=2, z=3)]))
-    assert points.dtype == float
-    assert as_matrix(PoseMessage(position=Point(x=1), orientation=Quaternion(w=1))).dtype == float
+        as_points(msg.PoseStamped())

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""PointCloud2 transformed without conversion, in any layout."""
+"""PointCloud2 transformed without conversion, in any layout; a LaserScan becomes one."""
 
 from array import array
 from copy import deepcopy
@@ -11,15 +11,17 @@ import sys
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, strategies as st
 from inputs import for_each
-from message_tools import inverse_of, mutable_parts, poses, spoil, stamped_transform
+from message_tools import assert_shares_nothing, inverse_of, poses, stamped_transform
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
 from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.ros.messages import point_cloud
+from tf_tree_py.ros.messages.do_transform import do_transform_laser_scan
+from tf_tree_py.ros.messages.laser_scan import as_cloud, points_of_scan
 from tf_tree_py.ros.messages.point_cloud import (
     do_transform_cloud,
     packed_cloud,
@@ -28,6 +30,7 @@ from tf_tree_py.ros.messages.point_cloud import (
     write_points,
 )
 
+INF, NAN = math.inf, math.nan
 POSE = (1.0, -2.0, 3.0, 0.5, -0.5, 0.5, -0.5)
 TURN = stamped_transform((0.0, 0.0, 0.0, 0.0, 0.0, 2 ** -0.5, 2 ** -0.5))
 DATATYPES = {'f4': PointField.FLOAT32, 'f8': PointField.FLOAT64, 'u1': PointField.UINT8,
@@ -77,15 +80,21 @@ def random_columns(rng, count, kind, names=('x', 'y', 'z')):
     return {name: rng.normal(size=count).astype(kind) * 10 for name in names}
 
 
+XYZ_F4 = {'x': 0, 'y': 4, 'z': 8}
 LAYOUTS = {
-    'packed': ({'x': 0, 'y': 4, 'z': 8}, 12, {}),
-    'padded points': ({'x': 0, 'y': 4, 'z': 8}, 32, {}),
+    'packed': (XYZ_F4, 12, {}),
+    'padded points': (XYZ_F4, 32, {}),
     'unaligned': ({'x': 1, 'y': 6, 'z': 11}, 17, {}),
     'another order': ({'z': 0, 'x': 8, 'y': 20}, 24, {}),
-    'organised': ({'x': 0, 'y': 4, 'z': 8}, 16, {'height': 6}),
-    'padded rows': ({'x': 0, 'y': 4, 'z': 8}, 16, {'height': 6, 'row_padding': 24}),
-    'longer than it says': ({'x': 0, 'y': 4, 'z': 8}, 16, {'tail': 100}),
+    'organised': (XYZ_F4, 16, {'height': 6}),
+    'padded rows': (XYZ_F4, 16, {'height': 6, 'row_padding': 24}),
+    'longer than it says': (XYZ_F4, 16, {'tail': 100}),
 }
+
+
+def a_point(kind='f8'):
+    """Return a dense cloud of the point (1, 1, 1)."""
+    return packed_cloud(Header(frame_id='lidar'), {name: np.ones(1, kind) for name in 'xyz'}, True)
 
 
 # --- transforming
@@ -121,21 +130,14 @@ def test_points_move_and_nothing_else_does(layout, kind, big):
     assert (column(moved, 'ring') == columns['ring']).all()
 
 
-@pytest.mark.parametrize('count', [1, point_cloud._BLOCK - 1, point_cloud._BLOCK,
-                                   point_cloud._BLOCK + 1, 3 * point_cloud._BLOCK + 5])
-def test_every_point_of_every_block_moves(count):
+@for_each(count=[1, point_cloud._BLOCK - 1, point_cloud._BLOCK, point_cloud._BLOCK + 1,
+                 3 * point_cloud._BLOCK + 5])
+def test_every_point_of_every_block_moves_and_is_rounded_once(count):
     columns = random_columns(np.random.default_rng(2), count, 'f4')
     moved = do_transform_cloud(packed_cloud(Header(), columns, True), stamped_transform(POSE))
     expected = se3.apply_many(POSE, np.stack(list(columns.values()), axis=1))
-    assert points_of(moved) == pytest.approx(expected, rel=1e-6, abs=1e-5)
-
-
-def test_single_precision_is_rounded_once():
-    columns = random_columns(np.random.default_rng(3), 5000, 'f4')
-    moved = points_of(do_transform_cloud(packed_cloud(Header(), columns, True),
-                                         stamped_transform(POSE)))
-    exact = se3.apply_many(POSE, np.stack(list(columns.values()), axis=1))
-    assert (moved == exact.astype(np.float32)).mean() > 0.999
+    assert points_of(moved) == pytest.approx(expected, rel=1e-6)
+    assert (points_of(moved) == expected.astype(np.float32)).mean() > 0.999
 
 
 @given(poses, st.integers(0, 2**32 - 1), st.booleans())
@@ -145,90 +147,64 @@ def test_there_and_back_again(pose, seed, big):
     transform = stamped_transform(pose)
     back = do_transform_cloud(do_transform_cloud(cloud, transform),
                               inverse_of(transform, se3.inverse(pose)))
-    assert points_of(back) == pytest.approx(points_of(cloud), abs=1e-10)
+    assert points_of(back) == pytest.approx(points_of(cloud), rel=1e-12, abs=1e-10)
 
 
 def test_result_shares_nothing():
-    cloud = make_cloud(random_columns(np.random.default_rng(4), 10, 'f4'),
-                       {'x': 0, 'y': 4, 'z': 8}, 12)
-    transform = stamped_transform(POSE)
-    before, transform_before = deepcopy(cloud), deepcopy(transform)
-    moved = do_transform_cloud(cloud, transform)
-    mine = {id(part) for part in mutable_parts(moved)}
-    assert not mine & {id(part) for part in (*mutable_parts(cloud), *mutable_parts(transform))}
-    moved_before = deepcopy(moved)
-    spoil(cloud)
-    spoil(transform)
-    assert moved == moved_before
-    spoil(moved)
-    assert do_transform_cloud(before, transform_before) == moved_before
+    cloud = make_cloud(random_columns(np.random.default_rng(4), 10, 'f4'), XYZ_F4, 12)
+    moved = do_transform_cloud(cloud, stamped_transform(POSE))
     # The memory is not referenced either: an array with a view cannot grow.
-    moved_before.data.append(1)
-    before.data.append(1)
+    moved.data.append(1)
+    cloud.data.append(1)
+    assert_shares_nothing(do_transform_cloud, cloud, stamped_transform(POSE))
 
 
 def test_cloud_survives_the_wire():
-    cloud = make_cloud(random_columns(np.random.default_rng(5), 12, 'f4'),
-                       {'x': 0, 'y': 4, 'z': 8}, 20, height=3, row_padding=4)
+    cloud = make_cloud(random_columns(np.random.default_rng(5), 12, 'f4'), XYZ_F4, 20, height=3,
+                       row_padding=4)
     arrived = deserialize_message(serialize_message(cloud), PointCloud2)
     moved = do_transform_cloud(arrived, stamped_transform(POSE))
     assert moved == do_transform_cloud(cloud, stamped_transform(POSE))
     assert deserialize_message(serialize_message(moved), PointCloud2) == moved
 
 
-def test_bare_transform_leaves_the_header():
-    cloud = packed_cloud(Header(frame_id='lidar'), {name: np.ones(1) for name in 'xyz'}, True)
-    moved = do_transform_cloud(cloud, TURN.transform)
-    assert moved.header == cloud.header
-    assert points_of(moved)[0] == pytest.approx((-1.0, 1.0, 1.0))
-
-
-@pytest.mark.parametrize('data', [bytes, bytearray, memoryview, lambda data: np.array(data)])
-def test_data_may_be_anything_with_bytes(data):
-    cloud = packed_cloud(Header(), {name: np.ones(2, dtype='f4') for name in 'xyz'}, True)
-    other = deepcopy(cloud)
-    other._data = data(cloud.data)
-    moved = do_transform_cloud(other, TURN)
-    assert moved == do_transform_cloud(cloud, TURN)
-    assert points_of(other).tolist() == [[1.0, 1.0, 1.0]] * 2
-
-
-def test_quaternion_need_not_be_of_unit_length():
-    cloud = packed_cloud(Header(), {name: np.ones(1) for name in 'xyz'}, True)
+def test_transform_may_be_bare_and_its_quaternion_of_any_length():
     longer = stamped_transform((0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 5.0))
-    assert points_of(do_transform_cloud(cloud, longer))[0] == pytest.approx((-1.0, 1.0, 1.0))
-    assert points_of(do_transform_cloud(cloud, TransformStamped()))[0].tolist() == [1.0] * 3
+    for transform, point in ((TURN, (-1.0, 1.0, 1.0)), (longer, (-1.0, 1.0, 1.0)),
+                             (TransformStamped(), (1.0, 1.0, 1.0))):
+        moved = do_transform_cloud(a_point(), transform.transform)
+        assert moved.header == a_point().header
+        assert points_of(moved)[0] == pytest.approx(point)
+        moved.header = transform.header
+        assert moved == do_transform_cloud(a_point(), transform)
+
+
+@for_each(data=[bytes, bytearray, memoryview, np.array])
+def test_data_may_be_anything_with_bytes(data):
+    other = a_point('f4')
+    other._data = data(other.data)
+    assert do_transform_cloud(other, TURN) == do_transform_cloud(a_point('f4'), TURN)
+    assert points_of(other).tolist() == [[1.0, 1.0, 1.0]]
 
 
 # --- invalid points
 
 
 @pytest.mark.filterwarnings('error')
-def test_holes_stay_where_they_are():
+def test_holes_stay_and_what_a_float_cannot_hold_becomes_infinite():
     values = np.ones((5, 3), dtype='f4')
-    values[1] = math.nan
-    values[2, 1] = math.nan
-    values[3] = math.inf
+    values[1], values[2, 1], values[3] = math.nan, math.nan, math.inf
     cloud = packed_cloud(Header(), dict(zip('xyz', values.T, strict=True)), False)
-    moved = points_of(do_transform_cloud(cloud, stamped_transform(POSE)))
-    assert np.isnan(moved[1:4]).all()
-    assert np.isfinite(moved[[0, 4]]).all()
-
-
-@pytest.mark.filterwarnings('error')
-def test_what_a_float_cannot_hold_becomes_infinite():
-    cloud = packed_cloud(Header(), {name: np.array([1.0], dtype='f4') for name in 'xyz'}, True)
-    moved = do_transform_cloud(cloud, stamped_transform((1e39, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)))
+    moved = do_transform_cloud(cloud, stamped_transform(POSE))
+    assert np.isnan(points_of(moved)[1:4]).all()
+    assert np.isfinite(points_of(moved)[[0, 4]]).all()
+    far_away = stamped_transform((1e39, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    moved = do_transform_cloud(a_point('f4'), far_away)
     assert points_of(moved)[0].tolist() == [math.inf, 1.0, 1.0]
+    assert moved.is_dense
 
 
-@pytest.mark.parametrize('is_dense', [True, False])
-def test_is_dense_is_kept(is_dense):
-    cloud = packed_cloud(Header(), {name: np.ones(1) for name in 'xyz'}, is_dense)
-    assert do_transform_cloud(cloud, TURN).is_dense is is_dense
-
-
-@pytest.mark.parametrize('cloud', [
+@for_each(cloud=[
     PointCloud2(), PointCloud2(height=1), PointCloud2(height=1, point_step=12),
     packed_cloud(Header(), {name: np.ones(0) for name in 'xyz'}, True),
     PointCloud2(height=0, width=10, point_step=12),
@@ -244,99 +220,79 @@ def test_empty_clouds_only_change_their_header(cloud):
 # --- normals
 
 
-def test_normals_are_turned_only_when_asked():
+def test_normals_are_turned_and_missed_only_when_asked():
     names = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')
     columns = random_columns(np.random.default_rng(6), 30, 'f4', names)
-    cloud = packed_cloud(Header(), columns, True)
-    transform = stamped_transform(POSE)
+    cloud, transform = packed_cloud(Header(), columns, True), stamped_transform(POSE)
     before = coordinates(cloud, names[3:])
-    assert (coordinates(do_transform_cloud(cloud, transform), names[3:]) == before).all()
+    kept = do_transform_cloud(cloud, transform)
     turned = do_transform_cloud(cloud, transform, rotate_normals=True)
+    assert (coordinates(kept, names[3:]) == before).all()
     assert coordinates(turned, names[3:]) == pytest.approx(
-        se3.apply_many((0.0, 0.0, 0.0, *POSE[3:]), before), rel=1e-6, abs=1e-6)
-    assert (coordinates(turned) == coordinates(do_transform_cloud(cloud, transform))).all()
-
-
-def test_missing_normals_are_missed_only_when_asked():
-    cloud = packed_cloud(Header(), {name: np.ones(1) for name in 'xyz'}, True)
+        se3.apply_many((0.0, 0.0, 0.0, *POSE[3:]), before), rel=1e-6)
+    assert (coordinates(turned) == coordinates(kept)).all()
     with pytest.raises(InvalidArgumentException, match="no field 'normal_x'; its fields are: x"):
-        do_transform_cloud(cloud, TURN, rotate_normals=True)
+        do_transform_cloud(a_point(), TURN, rotate_normals=True)
 
 
 # --- invalid clouds
 
 
-def with_field(cloud, number, **changes):
+def some_cloud(field=None, **changes):
+    """Return a cloud of six points; changes are those of a field, or of the cloud."""
+    columns = random_columns(np.random.default_rng(7), 6, 'f4', ('x', 'y', 'z', 'i'))
+    cloud = packed_cloud(Header(), columns, True)
     for name, value in changes.items():
-        setattr(cloud.fields[number], name, value)
+        setattr(cloud if field is None else cloud.fields[field], name, value)
     return cloud
 
 
-@pytest.fixture
-def cloud():
-    columns = random_columns(np.random.default_rng(7), 6, 'f4', ('x', 'y', 'z', 'i'))
-    return packed_cloud(Header(), columns, True)
+ODD = r"'x' of the cloud has the datatype \d and the count"
+INTEGERS = r"The field 'z' of the cloud holds u?int\d+; only FLOAT32 and FLOAT64"
+SHORT = r'The cloud declares \d+ x \d+ points of \d+ bytes, in rows of'
 
 
-def refused(cloud, match):
-    with pytest.raises(InvalidArgumentException, match=match):
-        do_transform_cloud(cloud, TURN)
-    with pytest.raises(InvalidArgumentException, match=match):
-        points_of(cloud)
+@pytest.mark.parametrize(('field', 'changes', 'sentence'), [
+    (None, {'fields': []}, "no field 'x'; its fields are: none at all"),
+    (1, {'name': 'Y'}, "no field 'y'; its fields are: x, Y, z, i"),
+    (2, {'datatype': PointField.INT32}, INTEGERS),
+    (2, {'datatype': PointField.UINT8}, INTEGERS),
+    (2, {'datatype': PointField.INT16}, INTEGERS),
+    (0, {'datatype': 0}, ODD),
+    (0, {'datatype': 9}, ODD),
+    (0, {'count': 3}, ODD),
+    (0, {'offset': 13}, "'x' of the cloud begins at byte 13 and does not fit into a point of 16"),
+    (None, {'width': 7}, SHORT),
+    (None, {'height': 2}, SHORT),
+    (None, {'height': 2, 'row_step': 1}, SHORT),
+    (None, {'width': 3, 'height': 2, 'row_step': 40}, SHORT),
+    (None, {'width': 2, 'height': 3, 'row_step': 0}, SHORT),
+    (None, {'width': 2**31, 'point_step': 2**31}, SHORT),
+])
+def test_invalid_cloud_is_refused_in_a_sentence(field, changes, sentence):
+    for function in (points_of, lambda cloud: do_transform_cloud(cloud, TURN)):
+        with pytest.raises(InvalidArgumentException, match=sentence):
+            function(some_cloud(field, **changes))
 
 
-def test_missing_coordinate_is_named(cloud):
-    refused(with_field(cloud, 1, name='Y'), "no field 'y'; its fields are: x, Y, z, i")
-    cloud.fields = []
-    refused(cloud, "no field 'x'; its fields are: none at all")
-
-
-@pytest.mark.parametrize('datatype', [PointField.INT32, PointField.UINT8, PointField.INT16])
-def test_coordinates_of_integers_are_refused(cloud, datatype):
-    refused(with_field(cloud, 2, datatype=datatype),
-            r"The field 'z' of the cloud holds u?int\d+; only FLOAT32 and FLOAT64")
-
-
-@pytest.mark.parametrize('changes', [{'datatype': 0}, {'datatype': 9}, {'count': 3}])
-def test_odd_fields_are_refused(cloud, changes):
-    refused(with_field(cloud, 0, **changes), r"'x' of the cloud has the datatype \d and the count")
-
-
-def test_a_count_of_zero_is_one(cloud):
-    before = points_of(cloud).copy()
-    assert (points_of(with_field(cloud, 0, count=0)) == before).all()
-
-
-def test_a_field_that_sticks_out_is_refused(cloud):
-    refused(with_field(cloud, 0, offset=13), "'x' of the cloud begins at byte 13 and does not fit "
-                                             'into a point of 16 bytes')
-
-
-@pytest.mark.parametrize('changes', [{'width': 7}, {'height': 2}, {'height': 2, 'row_step': 1},
-                                     {'width': 3, 'height': 2, 'row_step': 40},
-                                     {'width': 2, 'height': 3, 'row_step': 0},
-                                     {'width': 2**31, 'point_step': 2**31}])
-def test_too_little_data_is_refused(cloud, changes):
-    for name, value in changes.items():
-        setattr(cloud, name, value)
-    refused(cloud, r'The cloud declares \d+ x \d+ points of \d+ bytes, in rows of')
-
-
-@pytest.mark.parametrize('row_step', [0, 7, 10**6])
-def test_a_single_row_needs_no_row_step(cloud, row_step):
-    expected = points_of(do_transform_cloud(cloud, TURN)).tolist()
-    cloud.row_step = row_step
+@for_each(change=[(0, {'count': 0}), (None, {'row_step': 0}), (None, {'row_step': 7}),
+                  (None, {'row_step': 10**6})])
+def test_count_of_zero_is_one_and_a_single_row_needs_no_row_step(change):
+    field, changes = change
+    cloud = some_cloud(field, **changes)
     moved = do_transform_cloud(cloud, TURN)
-    assert points_of(moved).tolist() == expected
-    assert moved.row_step == row_step
+    assert points_of(moved).tolist() == points_of(do_transform_cloud(some_cloud(), TURN)).tolist()
+    assert moved.row_step == cloud.row_step
 
 
-def test_last_row_needs_no_padding():
-    padded = make_cloud(random_columns(np.random.default_rng(8), 6, 'f4'),
-                        {'x': 0, 'y': 4, 'z': 8}, 12, height=2, row_padding=10)
-    expected = points_of(padded).tolist()
-    padded.data = padded.data[:-10]
-    assert points_of(padded).tolist() == expected
+@pytest.mark.parametrize(('row_padding', 'shape'), [(0, (1, 6)), (4, (3, 2))])
+def test_rows_without_padding_are_one_and_the_last_needs_none(row_padding, shape):
+    cloud = make_cloud(random_columns(np.random.default_rng(11), 6, 'f4'), XYZ_F4, 12, height=3,
+                       row_padding=row_padding)
+    assert point_cloud.field_column(cloud, 'x').shape == shape
+    expected = points_of(cloud).tolist()
+    cloud.data = cloud.data[:len(cloud.data) - row_padding]
+    assert points_of(cloud).tolist() == expected
 
 
 # --- points, reading, creating
@@ -352,25 +308,17 @@ def test_points_go_by_the_matrix():
     assert transform_points(np.zeros((0, 3)), TURN).shape == (0, 3)
 
 
-@pytest.mark.parametrize('big', [False, True])
-@pytest.mark.parametrize(('kinds', 'expected'), [
+@for_each(big=[False, True], kinds_and_expected=[
     (('f4', 'f4', 'f4'), 'f4'), (('f8', 'f8', 'f8'), 'f8'), (('f4', 'f8', 'f4'), 'f8')])
-def test_points_are_read_in_the_types_they_have(kinds, expected, big):
-    rng = np.random.default_rng(10)
-    columns = {name: rng.normal(size=4).astype(kind) for name, kind in zip('xyz', kinds,
-                                                                           strict=True)}
+def test_points_are_read_in_the_types_they_have(kinds_and_expected, big):
+    (kinds, expected), rng = kinds_and_expected, np.random.default_rng(10)
+    columns = {name: rng.normal(size=4).astype(kind)
+               for name, kind in zip('xyz', kinds, strict=True)}
     cloud = make_cloud(columns, {'x': 0, 'y': 8, 'z': 16}, 24, height=2, row_padding=3, big=big)
     points = points_of(cloud)
     assert points.dtype == np.dtype(expected)
     assert points.dtype.isnative
     assert points.tolist() == np.stack(list(columns.values()), axis=1).tolist()
-
-
-@pytest.mark.parametrize(('row_padding', 'shape'), [(0, (1, 6)), (4, (3, 2))])
-def test_rows_without_padding_are_one(row_padding, shape):
-    cloud = make_cloud(random_columns(np.random.default_rng(11), 6, 'f4'),
-                       {'x': 0, 'y': 4, 'z': 8}, 12, height=3, row_padding=row_padding)
-    assert point_cloud.field_column(cloud, 'x').shape == shape
 
 
 def test_packed_cloud_says_where_everything_is():
@@ -383,3 +331,76 @@ def test_packed_cloud_says_where_everything_is():
     assert cloud.is_bigendian is (sys.byteorder == 'big')
     for name, values in columns.items():
         assert column(cloud, name).tolist() == values.tolist()
+
+
+# --- laser scans
+
+
+def scan_of(ranges, **fields):
+    return LaserScan(**{
+        'header': Header(frame_id='laser'), 'angle_min': -math.pi / 2,
+        'angle_increment': math.pi / 4, 'range_min': 0.5, 'range_max': 10.0,
+        'ranges': ranges, **fields})
+
+
+def test_rays_point_where_their_angles_say():
+    cloud = as_cloud(scan_of([1.0, 2.0, 3.0, 4.0, 5.0]))
+    root = 2 ** -0.5
+    expected = [[0, -1, 0], [2 * root, -2 * root, 0], [3, 0, 0], [4 * root, 4 * root, 0],
+                [0, 5, 0]]
+    assert points_of(cloud) == pytest.approx(np.array(expected), abs=1e-6)
+    assert cloud.header.frame_id == 'laser'
+    assert [field.name for field in cloud.fields] == ['x', 'y', 'z']
+    assert {field.datatype for field in cloud.fields} == {PointField.FLOAT32}
+    assert cloud.is_dense
+
+
+@pytest.mark.filterwarnings('error')
+# 0.1 and 3.3 have no exact float32: the stored values are slightly greater or smaller.
+@for_each(example=[
+    ([INF, -INF, NAN, 0.0, 0.49, 0.5, 10.0, 10.01, -1.0], {}, [0.5, 10.0]),
+    ([0.1, 3.3], {'range_min': 0.1, 'range_max': 3.3}, [0.1, 3.3]),
+    ([1.0, INF], {'range_max': INF}, [1.0]),
+    # Fields may hold ints.
+    ([1, 2], {'range_max': 20, 'angle_increment': 1}, [1.0, 2.0]),
+    ([1, 2], {'time_increment': 1, 'range_min': 0}, [1.0, 2.0]),
+    ([], {}, []),
+    ([INF, NAN], {}, []),
+])
+def test_only_rays_that_hit_something_are_points(example):
+    ranges, limits, expected = example
+    scan = scan_of(ranges, **limits)
+    cloud = as_cloud(scan)
+    assert (cloud.height, cloud.width) == (1, len(expected))
+    for points in (points_of(cloud), points_of_scan(scan)):
+        assert points.shape == (len(expected), 3)
+        assert np.linalg.norm(points, axis=1) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.filterwarnings('error')
+def test_intensities_and_times_stay_with_their_rays():
+    scan = scan_of([1.0, INF, 2.0, NAN], intensities=[7.0, 8.0, 9.0, 6.0], time_increment=0.25)
+    cloud = as_cloud(scan)
+    assert column(cloud, 'intensity').tolist() == [7.0, 9.0]
+    assert column(cloud, 'time').tolist() == [0.0, 0.5]
+    without = as_cloud(scan_of([1.0, 2.0], intensities=[7.0]))
+    assert [field.name for field in without.fields] == ['x', 'y', 'z']
+
+    with_holes = as_cloud(scan, True)
+    assert np.isnan(points_of(with_holes)).all(axis=1).tolist() == [False, True, False, True]
+    assert column(with_holes, 'intensity').tolist() == [7.0, 8.0, 9.0, 6.0]
+    assert not with_holes.is_dense
+    assert as_cloud(scan_of([1.0, 2.0]), True).is_dense
+
+
+def test_scan_is_moved_and_not_changed():
+    scan = scan_of([1.0, INF, 2.0], intensities=[1.0, 2.0, 3.0])
+    before = deepcopy(scan)
+    transform = stamped_transform((1.0, 2.0, 3.0, 0.0, 0.0, 2 ** -0.5, 2 ** -0.5))
+    cloud = do_transform_laser_scan(scan, transform)
+    assert points_of(cloud) == pytest.approx(np.array([[2.0, 2.0, 3.0], [1.0, 4.0, 3.0]]))
+    assert cloud.header == transform.header
+    assert column(cloud, 'intensity').tolist() == [1.0, 3.0]
+    assert scan == before
+    cloud.header.frame_id = 'other'
+    assert (scan, transform.header.frame_id) == (before, 'map')
