@@ -3,11 +3,10 @@
 
 """The status of edges on /diagnostics."""
 
-from collections.abc import Callable
 import queue
 import subprocess
 import sys
-import time
+import textwrap
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import pytest
@@ -62,41 +61,59 @@ def robot(node):
 
 # --- one edge
 
-def test_edge_that_is_well(robot):
-    robot.run(late=0.05)
-    status, values = robot.status()
-    assert status.level == OK
-    assert status.message == '10.000 Hz, from /wheels'
+def lose_to_another_parent(robot):
+    robot.run()
+    robot.buffer.insert('map', 'base', round(robot.now * SECOND), Pose(), authority='/slam')
+    robot.send()
+
+
+def stay_static(robot):
+    robot.send('base', 'camera', static=True)
+    robot.show(1e6)
+
+
+WELL = {
+    'Authority': '/wheels', 'Samples': '10', 'Arrived': '10', 'Rate (Hz)': '10.000',
+    'Delay, mean (s)': '0.050000', 'Delay, worst (s)': '0.050000', 'Skew (s)': '0.000000',
+    'Newest stamp (s)': '100.950000000'}
+
+
+@pytest.mark.parametrize(('happen', 'edge', 'level', 'message', 'expected'), [
+    (lambda robot: robot.run(late=0.05), 'odom -> base', OK, '10.000 Hz, from /wheels', WELL),
+    (lambda robot: robot.run(late=1.5), 'odom -> base',
+     WARN, '10.000 Hz, from /wheels; 1.500 s late',
+     {**WELL, 'Delay, mean (s)': '1.500000', 'Delay, worst (s)': '1.500000',
+      'Newest stamp (s)': '99.500000000'}),
+    (lambda robot: robot.run(late=-1.5), 'odom -> base',
+     WARN, '10.000 Hz, from /wheels; stamps are 1.500 s ahead of the clock',
+     {**WELL, 'Delay, mean (s)': '-1.500000', 'Delay, worst (s)': '-1.500000',
+      'Skew (s)': '1.500000', 'Newest stamp (s)': '102.500000000'}),
+    (lambda robot: (robot.run(late=0.05), robot.send(late=30.0)), 'odom -> base',
+     WARN, '10.000 Hz, from /wheels; 1 of 11 refused (older than the buffer keeps); 2.773 s late',
+     {**WELL, 'Arrived': '11', 'Delay, mean (s)': '2.772727', 'Delay, worst (s)': '30.000000',
+      'Refused: older than the buffer keeps': '1'}),
+    (lambda robot: (robot.run(late=0.05), robot.send(late=-60.0)), 'odom -> base',
+     WARN, '0.164 Hz, from /wheels; odd (ahead of the clock); stamps are 60.000 s ahead of the '
+     'clock', {**WELL, 'Samples': '11', 'Arrived': '11', 'Rate (Hz)': '0.164',
+               'Delay, mean (s)': '-5.409091', 'Skew (s)': '60.000000',
+               'Newest stamp (s)': '161.000000000', 'Odd: ahead of the clock': '1'}),
+    (stay_static, 'base -> camera', OK, 'static, from /wheels',
+     {'Authority': '/wheels', 'Samples': '1'}),
+    (lambda robot: (robot.run(), robot.send('base', 'odom')), 'base -> odom',
+     ERROR, 'not in the tree: 1 refused (would close a loop)',
+     {'Arrived': '1', 'Refused: would close a loop': '1'}),
+    (lose_to_another_parent, 'map -> base',
+     WARN, 'not in the tree any more (two publishers, two parents)',
+     {'Arrived': '1', 'Odd: two publishers, two parents': '1'}),
+], ids=['well', 'late', 'ahead', 'refused', 'odd', 'static', 'never let in', 'between parents'])
+def test_report_describes_each_edge(robot, happen, edge, level, message, expected):
+    happen(robot)
+    status, values = robot.status(f' {edge}')
+    assert (status.level, status.message, values) == (level, message, expected)
     assert status.hardware_id == '/asking'
-    assert values == {
-        'Authority': '/wheels', 'Samples': '10', 'Arrived': '10', 'Rate (Hz)': '10.000',
-        'Delay, mean (s)': '0.050000', 'Delay, worst (s)': '0.050000', 'Skew (s)': '0.000000',
-        'Newest stamp (s)': '100.950000000'}
 
 
-def test_source_that_made_way_is_shown_until_it_answers_again(robot):
-    def sends(source):
-        robot.buffer.insert_from(source, 'odom', 'base', round(robot.now * SECOND), Pose())
-
-    sends('wheels')
-    sends('visual')
-    robot.buffer.switch_by_rule('base', max_age=SECOND // 2)
-    robot.show(101.0)
-    sends('visual')
-    status, values = robot.status()
-    assert status.level == WARN and "'wheels' was replaced (source fell silent)" in status.message
-    assert values['Authority'] == 'visual'
-    sends('visual')
-    status, values = robot.status()
-    assert status.level == WARN and "'wheels' was replaced" in status.message
-    assert 'nothing for more than 500 ms' in values['Made way: wheels']
-    sends('wheels')
-    robot.buffer.switch('base', to='wheels')
-    status, values = robot.status()
-    assert status.level == OK and 'Made way: wheels' not in values
-
-
-def test_delays_are_those_since_the_last_report(robot):
+def test_status_is_that_of_the_time_since_the_last_report(robot):
     robot.run(late=0.9)
     robot.send(late=0.95)
     assert robot.status()[1]['Delay, worst (s)'] == '0.950000'
@@ -104,62 +121,27 @@ def test_delays_are_those_since_the_last_report(robot):
     values = robot.status()[1]
     assert (values['Delay, worst (s)'], values['Arrived']) == ('0.100000', '10')
 
-
-def test_late_edge_is_warned_of(robot):
-    robot.run(late=1.5)
-    status, _ = robot.status()
-    assert status.level == WARN
-    assert status.message == '10.000 Hz, from /wheels; 1.500 s late'
-
-
-def test_clock_that_is_ahead_is_warned_of(robot):
-    robot.run(late=-1.5)
-    status, values = robot.status()
-    assert status.level == WARN
-    assert 'stamps are 1.500 s ahead of the clock' in status.message
-    assert values['Skew (s)'] == '1.500000'
-    assert values['Delay, mean (s)'] == '-1.500000'
-
-
-def test_some_refusals_are_warned_of_and_counted_by_kind(robot):
-    robot.run()
-    robot.send(late=30.0)
-    status, values = robot.status()
-    assert status.level == WARN
-    assert '1 of 11 refused (older than the buffer keeps)' in status.message
-    assert values['Refused: older than the buffer keeps'] == '1'
-    robot.run()
-    assert robot.status()[0].level == OK, 'it is over'
-
-
-def test_remarks_are_warned_of(robot):
-    robot.run()
-    robot.send(late=-60.0)
-    status, values = robot.status()
-    assert status.level == WARN
-    assert 'odd (ahead of the clock)' in status.message
-    assert values['Odd: ahead of the clock'] == '1'
-
-
-def test_edge_of_which_all_is_refused_is_an_error(robot):
-    robot.run()
-    robot.status()
     robot.run(late=30.0)
     status, _ = robot.status()
-    assert status.level == ERROR
-    assert status.message == 'all 10 refused (older than the buffer keeps)'
-
-
-def test_silent_edge_is_stale(robot):
+    assert (status.level, status.message) == (
+        ERROR, 'all 10 refused (older than the buffer keeps)')
     robot.run()
-    robot.status()
+    # The clock of a paused simulation stands still, which is no silence.
+    assert {robot.status()[0].level for _ in range(5)} == {OK}
+
     robot.show(robot.now + 1.0)
     assert robot.status()[0].level == OK
     robot.show(robot.now + 4.0)
     status, values = robot.status()
-    assert status.level == STALE
-    assert status.message == 'silent for 5.000 s; the last sample came from /wheels'
+    assert (status.level, status.message) == (
+        STALE, 'silent for 5.000 s; the last sample came from /wheels')
     assert values['Arrived'] == '0'
+    robot.run()
+    assert robot.status()[0].level == OK
+
+    robot.show(10.0)
+    names = [status.name for status in robot.diagnostics.report().status]
+    assert names == ['asking: tf'], 'nothing is stored after a jump back'
     robot.run()
     assert robot.status()[0].level == OK
 
@@ -173,203 +155,48 @@ def test_edge_that_comes_seldom_is_given_time(robot):
     assert robot.status()[0].level == STALE
 
 
-def test_paused_simulation_is_not_silence(robot):
-    robot.run()
-    for _ in range(5):
-        assert robot.status()[0].level == OK
+def test_source_that_made_way_is_shown_until_it_answers_again(robot):
+    def sends(source):
+        robot.buffer.insert_from(source, 'odom', 'base', round(robot.now * SECOND), Pose())
 
-
-def test_jump_back_begins_anew(robot):
-    robot.run()
-    robot.status()
-    robot.show(10.0)
-    names = [status.name for status in robot.diagnostics.report().status]
-    assert names == ['asking: tf'], 'nothing is stored'
-    robot.run()
-    assert robot.status()[0].level == OK
-
-
-def test_static_edge_is_well_however_long_it_is_silent(robot):
-    robot.send('base', 'camera', static=True)
-    robot.show(1e6)
-    status, values = robot.status(' base -> camera')
-    assert (status.level, status.message) == (OK, 'static, from /wheels')
-    assert values == {'Authority': '/wheels', 'Samples': '1'}
-
-
-def test_edge_that_is_never_let_in_is_an_error(robot):
-    robot.run()
-    robot.send('base', 'odom')
-    status, values = robot.status(' base -> odom')
-    assert status.level == ERROR
-    assert status.message == 'not in the tree: 1 refused (would close a loop)'
-    assert values == {'Arrived': '1', 'Refused: would close a loop': '1'}
-
-
-def test_edge_that_lost_to_another_parent_is_no_error(robot):
-    robot.run()
-    robot.buffer.insert('map', 'base', round(robot.now * SECOND), Pose(), authority='/slam')
-    robot.send()
-    status, values = robot.status(' map -> base')
-    assert status.level == WARN
-    assert status.message == 'not in the tree any more (two publishers, two parents)'
-    assert values == {'Arrived': '1', 'Odd: two publishers, two parents': '1'}
+    sends('wheels')
+    sends('visual')
+    robot.buffer.switch_by_rule('base', max_age=SECOND // 2)
+    robot.show(101.0)
+    for sentence in ("'wheels' was replaced (source fell silent)", "'wheels' was replaced"):
+        sends('visual')
+        status, values = robot.status()
+        assert status.level == WARN and sentence in status.message
+        assert values['Authority'] == 'visual'
+    assert 'nothing for more than 500 ms' in values['Made way: wheels']
+    sends('wheels')
+    robot.buffer.switch('base', to='wheels')
+    status, values = robot.status()
+    assert status.level == OK and 'Made way: wheels' not in values
 
 
 # --- all edges
 
 def test_buffer_counts_what_came_since_the_last_report(robot):
+    def whole():
+        status, values = robot.status('')
+        return status.level, status.message, values
+
+    assert whole()[:2] == (OK, '0 frames, 0 transforms taken')
     robot.run()
-    status, values = robot.status('')
-    assert (status.level, status.message) == (OK, '2 frames, 10 transforms taken')
+    assert whole()[:2] == (OK, '2 frames, 10 transforms taken')
     robot.run()
     robot.send(late=30.0)
     robot.send('', 'base')
-    status, values = robot.status('')
-    assert status.level == WARN
-    assert status.message == ('2 frames, 10 transforms taken, 2 refused '
-                              '(empty frame name, older than the buffer keeps)')
-    assert values == {
-        'Frames': '2', 'Taken': '10', 'Refused': '2', 'Taken, in all': '20',
-        'Refused, in all': '2', 'Refused, in all: older than the buffer keeps': '1',
-        'Refused, in all: empty frame name': '1'}
+    assert whole() == (
+        WARN, '2 frames, 10 transforms taken, 2 refused '
+        '(empty frame name, older than the buffer keeps)', {
+            'Frames': '2', 'Taken': '10', 'Refused': '2', 'Taken, in all': '20',
+            'Refused, in all': '2', 'Refused, in all: older than the buffer keeps': '1',
+            'Refused, in all: empty frame name': '1'})
+    assert [status.name for status in robot.diagnostics.report().status] == [
+        'asking: tf', 'asking: tf odom -> base'], 'what has no name is no edge'
 
-
-def test_what_has_no_names_is_no_edge(robot):
-    robot.send('', 'base')
-    assert [status.name for status in robot.diagnostics.report().status] == ['asking: tf']
-
-
-def test_empty_buffer_is_no_trouble(robot):
-    status, _ = robot.status('')
-    assert (status.level, status.message) == (OK, '0 frames, 0 transforms taken')
-
-
-# --- over DDS
-
-@pytest.fixture
-def published(make_node, spin):
-    """Subscribe to /diagnostics."""
-    messages = queue.Queue()
-    hearing = make_node('hearing')
-    hearing.create_subscription(DiagnosticArray, '/diagnostics', messages.put, 10)
-    spin(hearing)
-    return messages
-
-
-def wait_for_status(messages, is_meant: Callable[[DiagnosticStatus], bool]):
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        for status in messages.get(timeout=PATIENCE_S).status:
-            if is_meant(status):
-                return status
-    raise AssertionError('it was never published')
-
-
-def test_subscriber_hears_of_every_edge(node, spin, published, listen, talker):
-    buffer = listen(node)
-    spin(node)
-    with TransformDiagnostics(buffer, node, lasting(0.02)):
-        talker.fix(transform('base', 'camera'))
-        talker.move(transform('odom', 'base', 5.0))
-        edge = wait_for_status(published, lambda status: status.name == 'asking: tf odom -> base')
-        values = {value.key: value.value for value in edge.values}
-        assert values['Newest stamp (s)'] == '5.000000000'
-        wait_for_status(published, lambda status: status.message == 'static, from /talking')
-        wait_for_status(published, lambda status: 'from /talking' in status.message
-                        and status.level == STALE)
-    until(lambda: node.count_publishers('/diagnostics') == 0)
-
-
-def test_closing_twice_is_harmless_and_ends_the_counting(node):
-    buffer = Buffer()
-    diagnostics = TransformDiagnostics(buffer, node)
-    diagnostics.close()
-    diagnostics.close()
-    buffer.set_transform(transform('a', 'b'))
-    arrived = [value.value for status in diagnostics.report().status for value in status.values
-               if value.key == 'Arrived']
-    assert arrived == ['0']
-
-
-@pytest.mark.parametrize('wanted', [True, False])
-def test_buffer_server_publishes_if_it_is_told_to(published, wanted, talker):
-    program = subprocess.Popen(
-        [sys.executable, '-m', 'tf_tree_py.nodes.buffer_server', '--ros-args',
-         '-p', f'diagnostics:={str(wanted).lower()}', '-p', 'max_future:=1.0'],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        talker.move(transform('odom', 'base', 2**31 - 1))
-        if wanted:
-            status = wait_for_status(
-                published, lambda status: status.name == 'tf_buffer: tf' and 'Refused, in all: '
-                'too far in the future' in [value.key for value in status.values])
-            assert status.hardware_id == '/tf_buffer'
-        else:
-            assert talker.node.count_publishers('/diagnostics') == 0
-    finally:
-        program.kill()
-        program.communicate()
-
-
-def test_parameter_that_is_neither_true_nor_false_is_refused():
-    done = subprocess.run(
-        [sys.executable, '-m', 'tf_tree_py.nodes.buffer_server', '--ros-args',
-         '-p', 'diagnostics:=sometimes'], capture_output=True, text=True, timeout=PATIENCE_S,
-        check=False)
-    assert done.returncode == 2
-    assert "parameter diagnostics must be true or false, not 'sometimes'" in done.stderr
-
-
-# --- without its messages
-
-BLOCKER = """
-import sys
-
-class Blocker:
-    def find_spec(self, name, path=None, target=None):
-        if name == 'diagnostic_msgs':
-            raise ModuleNotFoundError(f'no {name} here', name=name)
-
-sys.meta_path.insert(0, Blocker())
-"""
-
-
-def run_without_diagnostic_msgs(program, *arguments):
-    return subprocess.run([sys.executable, '-c', BLOCKER + program, *arguments],
-                          capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-
-
-def test_without_diagnostic_msgs_one_sentence_says_what_to_install():
-    done = run_without_diagnostic_msgs('import tf_tree_py; tf_tree_py.Buffer()\n'
-                                       'tf_tree_py.TransformDiagnostics')
-    assert done.stderr.splitlines()[-1].startswith(
-        'ImportError: tf_tree_py.TransformDiagnostics needs ROS 2, and diagnostic_msgs is not '
-        'installed')
-
-
-def test_buffer_server_without_diagnostic_msgs_says_so():
-    done = run_without_diagnostic_msgs(
-        'from tf_tree_py.nodes.buffer_server import main; sys.exit(main())',
-        '--ros-args', '-p', 'diagnostics:=true')
-    assert (done.returncode, done.stderr) == (
-        2, 'buffer_server: parameter diagnostics: diagnostic_msgs is not installed\n')
-
-
-def test_end_of_ros_in_the_middle_of_a_report_is_no_error(robot, context):
-    robot.run()
-    asked = robot.buffer.edges
-
-    def edges():
-        context.shutdown()
-        return asked()
-
-    robot.buffer.edges = edges
-    robot.diagnostics._publish()
-    assert not context.ok()
-
-
-# --- a level lasts as long as its fault
 
 def test_tree_in_pieces_is_an_error_until_it_is_one(robot):
     robot.run()
@@ -395,6 +222,124 @@ def test_frame_between_two_parents_is_an_error_until_one_gives_up(robot):
     assert robot.status('')[0].level == ERROR, 'it has changed once more'
     robot.run()
     assert robot.status('')[0].level == OK
+
+
+def test_end_of_ros_in_the_middle_of_a_report_is_no_error(robot, context):
+    robot.run()
+    asked = robot.buffer.edges
+
+    def edges():
+        context.shutdown()
+        return asked()
+
+    robot.buffer.edges = edges
+    robot.diagnostics._publish()
+    assert not context.ok()
+
+
+def test_closing_twice_is_harmless_and_ends_the_counting(robot):
+    robot.diagnostics.close()
+    robot.diagnostics.close()
+    robot.send()
+    assert robot.status()[1]['Arrived'] == '0'
+
+
+# --- over DDS
+
+@pytest.fixture
+def published(make_node, spin):
+    """Subscribe to /diagnostics."""
+    messages = queue.Queue()
+    hearing = make_node('hearing')
+    hearing.create_subscription(DiagnosticArray, '/diagnostics', messages.put, 10)
+    spin(hearing)
+    return messages
+
+
+def wait_for_status(messages, is_meant):
+    """Return the first status for which a function is true."""
+    found = []
+
+    def came():
+        found.extend(filter(is_meant, messages.get(timeout=PATIENCE_S).status))
+        return found
+
+    until(came)
+    return found[0]
+
+
+def test_subscriber_hears_of_every_edge(node, spin, published, listen, talker):
+    buffer = listen(node)
+    spin(node)
+    with TransformDiagnostics(buffer, node, lasting(0.02)):
+        talker.fix(transform('base', 'camera'))
+        talker.move(transform('odom', 'base', 5.0))
+        edge = wait_for_status(published, lambda status: status.name == 'asking: tf odom -> base')
+        values = {value.key: value.value for value in edge.values}
+        assert values['Newest stamp (s)'] == '5.000000000'
+        wait_for_status(published, lambda status: status.message == 'static, from /talking')
+        wait_for_status(published, lambda status: 'from /talking' in status.message
+                        and status.level == STALE)
+    until(lambda: node.count_publishers('/diagnostics') == 0)
+
+
+@pytest.mark.parametrize('wanted', [True, False])
+def test_buffer_server_publishes_if_it_is_told_to(published, wanted, talker):
+    program = subprocess.Popen(
+        [sys.executable, '-m', 'tf_tree_py.nodes.buffer_server', '--ros-args',
+         '-p', f'diagnostics:={str(wanted).lower()}', '-p', 'max_future:=1.0'],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        talker.move(transform('odom', 'base', 2**31 - 1))
+        if wanted:
+            status = wait_for_status(
+                published, lambda status: status.name == 'tf_buffer: tf' and 'Refused, in all: '
+                'too far in the future' in [value.key for value in status.values])
+            assert status.hardware_id == '/tf_buffer'
+        else:
+            assert talker.node.count_publishers('/diagnostics') == 0
+    finally:
+        program.kill()
+        program.communicate()
+
+
+def test_buffer_server_refuses_what_is_neither_true_nor_false():
+    status, error = run('from tf_tree_py.nodes.buffer_server import main; sys.exit(main())',
+                        '--ros-args', '-p', 'diagnostics:=sometimes')
+    assert status == 2
+    assert "parameter diagnostics must be true or false, not 'sometimes'" in error
+
+
+def test_without_its_messages_one_sentence_says_what_to_install():
+    status, error = run("""
+        class Blocker:
+            def find_spec(self, name, path=None, target=None):
+                if name == 'diagnostic_msgs':
+                    raise ModuleNotFoundError(f'no {name} here', name=name)
+
+        sys.meta_path.insert(0, Blocker())
+        import tf_tree_py
+        tf_tree_py.Buffer()
+        try:
+            tf_tree_py.TransformDiagnostics
+        except ImportError as error:
+            print(error, file=sys.stderr)
+        from tf_tree_py.nodes.buffer_server import main
+        sys.exit(main())
+    """, '--ros-args', '-p', 'diagnostics:=true')
+    of_package, of_server = error.splitlines()
+    assert of_package.startswith(
+        'tf_tree_py.TransformDiagnostics needs ROS 2, and diagnostic_msgs is not installed')
+    assert (status, of_server) == (
+        2, 'buffer_server: parameter diagnostics: diagnostic_msgs is not installed')
+
+
+def run(program, *arguments):
+    """Run a program in a new process; return its status and what it wrote to standard error."""
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys\n' + textwrap.dedent(program), *arguments],
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    return done.returncode, done.stderr
 
 
 def test_two_publishers_are_an_error_until_one_leaves(make_node, node, listen):
