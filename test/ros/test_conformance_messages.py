@@ -7,6 +7,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from inputs import for_each
 import pytest
 from rclpy.duration import Duration
+from rclpy.task import Future
 from rclpy.time import Time
 from recordings import pose_of, problems_of, RECORDINGS, Replay
 from tf_tree_py import Buffer
@@ -21,32 +22,33 @@ def at(stamp):
 class MessageReplay(Replay):
     """A recording, inserted into a buffer and looked up as messages and ROS times."""
 
-    def __init__(self, kind):
-        self.kind = kind
+    def __init__(self, kind, lookup, lookup_full, *timeout):
+        self.kind, self.lookup, self.lookup_full, self.timeout = kind, lookup, lookup_full, timeout
 
     def run_new(self, operation):
         self.buffer = self.kind(Duration(nanoseconds=operation['cache_time']))
 
     def run_set(self, operation):
-        x, y, z, qx, qy, qz, qw = pose_of(operation)
-        message = TransformStamped(
-            child_frame_id=operation['child'],
-            transform=Transform(translation=Vector3(x=x, y=y, z=z),
-                                rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)))
-        message.header.stamp = time_message(operation['stamp'])
-        message.header.frame_id = operation['parent']
         put = (self.buffer.set_transform_static if operation['static']
                else self.buffer.set_transform)
-        put(message, operation['authority'])
+        put(transform_stamped(operation), operation['authority'])
 
     def run_lookup(self, operation):
-        return values_of(self.buffer.lookup_transform(
-            operation['target'], operation['source'], at(operation['time'])), operation)
+        return self.answer(self.lookup, operation, operation['target'], operation['source'],
+                           at(operation['time']))
 
     def run_lookup_full(self, operation):
-        return values_of(self.buffer.lookup_transform_full(
-            operation['target'], at(operation['target_time']), operation['source'],
-            at(operation['source_time']), operation['fixed']), operation)
+        return self.answer(self.lookup_full, operation, operation['target'],
+                           at(operation['target_time']), operation['source'],
+                           at(operation['source_time']), operation['fixed'])
+
+    def answer(self, method, operation, *arguments):
+        """Return (stamp, pose) of the message that a method or its future gives."""
+        found = getattr(self.buffer, method)(*arguments, *self.timeout)
+        message = found.result() if isinstance(found, Future) else found
+        assert message.header.frame_id == operation['target']
+        assert message.child_frame_id == operation['source']
+        return as_nanoseconds(message.header.stamp), as_pose(message)
 
     def run_latest_common_time(self, operation):
         return self.buffer.get_latest_common_time(
@@ -56,44 +58,29 @@ class MessageReplay(Replay):
 class CoreMethodsReplay(MessageReplay):
     """The same with the methods of ``tf2_py.BufferCore``."""
 
-    def run_lookup(self, operation):
-        return values_of(self.buffer.lookup_transform_core(
-            operation['target'], operation['source'], at(operation['time'])), operation)
-
-    def run_lookup_full(self, operation):
-        return values_of(self.buffer.lookup_transform_full_core(
-            operation['target'], at(operation['target_time']), operation['source'],
-            at(operation['source_time']), operation['fixed']), operation)
-
     def run_can(self, operation):
         return self.buffer.can_transform_core(
             operation['target'], operation['source'], at(operation['time']))[0]
 
 
-class FutureReplay(MessageReplay):
-    """The same with futures, which another function creates."""
-
-    def run_lookup(self, operation):
-        future = self.buffer.wait_for_transform_async(
-            operation['target'], operation['source'], at(operation['time']), Duration())
-        return values_of(future.result(), operation)
-
-    def run_lookup_full(self, operation):
-        future = self.buffer.wait_for_transform_full_async(
-            operation['target'], at(operation['target_time']), operation['source'],
-            at(operation['source_time']), operation['fixed'], Duration())
-        return values_of(future.result(), operation)
+def transform_stamped(operation):
+    """Return the message that an operation inserts."""
+    x, y, z, qx, qy, qz, qw = pose_of(operation)
+    message = TransformStamped(child_frame_id=operation['child'], transform=Transform(
+        translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)))
+    message.header.stamp = time_message(operation['stamp'])
+    message.header.frame_id = operation['parent']
+    return message
 
 
-def values_of(message, operation):
-    assert message.header.frame_id == operation['target']
-    assert message.child_frame_id == operation['source']
-    return as_nanoseconds(message.header.stamp), as_pose(message)
+PLAIN = 'lookup_transform', 'lookup_transform_full'
 
 
 @pytest.mark.parametrize('replay', [
-    MessageReplay(Buffer), CoreMethodsReplay(Buffer), FutureReplay(Buffer),
-    MessageReplay(DropinBuffer)], ids=['lookup', 'core methods', 'futures', 'drop-in'])
+    MessageReplay(Buffer, *PLAIN), MessageReplay(DropinBuffer, *PLAIN),
+    CoreMethodsReplay(Buffer, 'lookup_transform_core', 'lookup_transform_full_core'),
+    MessageReplay(Buffer, 'wait_for_transform_async', 'wait_for_transform_full_async', Duration()),
+], ids=['lookup', 'drop-in', 'core methods', 'futures'])
 @for_each(recording=RECORDINGS)
 def test_answers_in_messages_are_those_of_tf2(replay, recording):
     answers, problems = problems_of(replay, recording)

@@ -18,15 +18,12 @@ def buffer():
     return with_a_lamp(Buffer())
 
 
-def test_core_lookup_is_that_of_the_buffer(buffer):
-    at = Time(seconds=2)
+def test_core_lookup_is_that_of_the_buffer_and_raises_at_once(buffer):
+    at, full = Time(seconds=2), ('map', Time(seconds=2), 'arm', Time(seconds=1), 'odom')
     assert buffer.lookup_transform_core('map', 'arm', at) == buffer.lookup_transform(
         'map', 'arm', at)
-    assert buffer.lookup_transform_full_core('map', at, 'arm', Time(seconds=1), 'odom') == (
-        buffer.lookup_transform_full('map', at, 'arm', Time(seconds=1), 'odom', Duration()))
-
-
-def test_core_lookup_raises_at_once(buffer):
+    assert buffer.lookup_transform_full_core(*full) == (
+        buffer.lookup_transform_full(*full, Duration()))
     with pytest.raises(LookupException, match='nowhere'):
         buffer.lookup_transform_core('map', 'nowhere', Time())
 
@@ -35,12 +32,13 @@ def test_can_tells_whether_and_why_not(buffer):
     at = Time(seconds=2)
     assert buffer.can_transform_core('map', 'arm', at) == (True, '')
     assert buffer.can_transform_full_core('map', at, 'arm', at, 'odom') == (True, '')
-    can, why = buffer.can_transform_core('map', 'nowhere', at)
-    assert not can
-    assert '"nowhere" passed to lookupTransform argument source_frame does not exist' in why
-    can, why = buffer.can_transform_full_core('map', at, 'arm', Time(seconds=9), 'odom')
-    assert not can
-    assert 'extrapolation into the future' in why
+    for (can, why), reason in (
+            (buffer.can_transform_core('map', 'nowhere', at),
+             '"nowhere" passed to lookupTransform argument source_frame does not exist'),
+            (buffer.can_transform_full_core('map', at, 'arm', Time(seconds=9), 'odom'),
+             'extrapolation into the future')):
+        assert not can
+        assert reason in why
 
 
 # --- of tf2_ros.Buffer

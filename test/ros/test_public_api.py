@@ -17,6 +17,7 @@ import tf_tree_py
 from tf_tree_py import (
     Buffer,
     BufferCore,
+    BufferInterface,
     BufferServer,
     MessageFilter,
     StaticTransformBroadcaster,
@@ -39,26 +40,20 @@ def parameters(function):
             if name != 'self'}
 
 
-def run_without_rclpy(code):
-    blocker = """
-        import sys
-
-        class Blocker:
-            def find_spec(self, name, path=None, target=None):
-                if name.split('.')[0] in {'rclpy', 'geometry_msgs', 'tf2_msgs', 'std_msgs'}:
-                    raise ModuleNotFoundError(f'No module named {name!r}', name=name)
-
-        sys.meta_path.insert(0, Blocker())
-    """
-    return subprocess.run(
-        [sys.executable, '-c', textwrap.dedent(blocker) + textwrap.dedent(code)],
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+def run(program):
+    """Run a program in a new process; return what it printed, read as a Python value."""
+    done = subprocess.run([sys.executable, '-c', textwrap.dedent(program)], capture_output=True,
+                          text=True, timeout=PATIENCE_S, check=False)
+    assert (done.returncode, done.stderr) == (0, '')
+    return ast.literal_eval(done.stdout)
 
 
-@for_each(name=tf_tree_py.__all__)
-def test_every_public_name_is_there(name):
-    assert getattr(tf_tree_py, name) is not None
-    assert name in dir(tf_tree_py)
+def test_public_names_are_there_once_in_order_and_in_a_star_import():
+    names = {}
+    exec('from tf_tree_py import *', names)
+    assert set(tf_tree_py.__all__) <= names.keys() & set(dir(tf_tree_py))
+    assert None not in [getattr(tf_tree_py, name) for name in tf_tree_py.__all__]
+    assert tf_tree_py.__all__ == sorted(set(tf_tree_py.__all__), key=str.lower)
 
 
 def test_type_checkers_are_told_of_what_is_loaded_late():
@@ -67,16 +62,6 @@ def test_type_checkers_are_told_of_what_is_loaded_late():
                if isinstance(node, ast.If) and ast.unparse(node.test) == 'TYPE_CHECKING']
     assert {alias.name: node.module.removeprefix('tf_tree_py.ros.')
             for node in block.body for alias in node.names} == tf_tree_py._ROS_NAMES
-
-
-def test_public_names_are_listed_once_and_in_order():
-    assert tf_tree_py.__all__ == sorted(set(tf_tree_py.__all__), key=str.lower)
-
-
-def test_star_import_gives_the_public_names():
-    names = {}
-    exec('from tf_tree_py import *', names)
-    assert set(tf_tree_py.__all__) <= names.keys()
 
 
 def test_unknown_name_is_an_attribute_error():
@@ -93,124 +78,135 @@ def test_old_name_loads_what_needs_ros_under_its_present_name(monkeypatch):
     assert caught[0].filename == __file__
 
 
-def test_without_ros_one_sentence_says_what_to_install():
-    done = run_without_rclpy("""
+def test_without_ros_the_core_works_and_a_sentence_says_what_to_install():
+    sentences, names = run("""
+        import sys
+
+        class Blocker:
+            def find_spec(self, name, path=None, target=None):
+                if name.split('.')[0] in {'rclpy', 'geometry_msgs', 'tf2_msgs', 'std_msgs'}:
+                    raise ModuleNotFoundError(f'No module named {name!r}', name=name)
+
+        sys.meta_path.insert(0, Blocker())
         import tf_tree_py
 
         assert tf_tree_py.BufferCore().frames() == []
+        sentences, names = {}, {}
         for name in tf_tree_py._ROS_NAMES:
             try:
                 getattr(tf_tree_py, name)
             except ImportError as error:
-                print(error)
-    """)
-    assert (done.returncode, done.stderr) == (0, '')
-    assert 'TransformListener' in tf_tree_py._ROS_NAMES
-    for name, line in zip(tf_tree_py._ROS_NAMES, done.stdout.splitlines(), strict=True):
-        assert line.startswith(f'tf_tree_py.{name} needs ROS 2, and ')
-        assert ' is not installed: source a ROS 2 installation, or run scripts/setup' in line
-
-
-def test_star_import_takes_what_can_be_had():
-    program = textwrap.dedent("""
-        names = {}
+                sentences[name] = str(error)
         exec('from tf_tree_py import *', names)
-        print(sorted(names.keys() - {'__builtins__'}))
+        print((sentences, sorted(names.keys() - {'__builtins__'})))
     """)
-    without = run_without_rclpy(program)
-    assert (without.returncode, without.stderr) == (0, '')
-    names = ast.literal_eval(without.stdout)
+    assert 'TransformListener' in tf_tree_py._ROS_NAMES
+    assert sentences.keys() == set(tf_tree_py._ROS_NAMES)
+    for name, sentence in sentences.items():
+        assert sentence.startswith(f'tf_tree_py.{name} needs ROS 2, and ')
+        assert ' is not installed: source a ROS 2 installation, or run scripts/setup' in sentence
     assert {'BufferCore', 'Pose', 'lookup_twist', 'TransformException'} <= set(names)
     assert set(names) == set(tf_tree_py.__all__) - set(tf_tree_py._ROS_NAMES)
-    everything = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                                timeout=PATIENCE_S, check=True)
-    assert set(ast.literal_eval(everything.stdout)) == set(tf_tree_py.__all__)
-    assert {'Buffer', 'TransformListener', 'MessageFilter'} < set(tf_tree_py.__all__)
 
 
-def test_importing_the_package_does_not_import_ros():
-    done = subprocess.run(
-        [sys.executable, '-c', 'import sys, tf_tree_py; print("rclpy" in sys.modules)'],
-        capture_output=True, text=True, timeout=PATIENCE_S, check=True)
-    assert done.stdout.strip() == 'False'
+def test_package_imports_ros_only_when_a_name_needs_it():
+    imported, names = run("""
+        import sys, tf_tree_py
+        imported, names = 'rclpy' in sys.modules, {}
+        exec('from tf_tree_py import *', names)
+        print((imported, sorted(names.keys() - {'__builtins__'})))
+    """)
+    assert not imported
+    assert set(names) == set(tf_tree_py.__all__)
+    assert {'Buffer', 'TransformListener', 'MessageFilter'} < set(names)
 
 
-def test_buffer_is_made_as_in_tf2():
+FRAMES = {'target_frame': REQUIRED, 'source_frame': REQUIRED}
+ONE_TIME = {**FRAMES, 'time': REQUIRED, 'timeout': 0}
+TWO_TIMES = {'target_frame': REQUIRED, 'target_time': REQUIRED, 'source_frame': REQUIRED,
+             'source_time': REQUIRED, 'fixed_frame': REQUIRED, 'timeout': 0}
+
+
+@for_each(method_and_parameters=[
+    (Buffer.lookup_transform, ONE_TIME),
+    (Buffer.lookup_transform_full, TWO_TIMES),
+    (Buffer.can_transform, {**ONE_TIME, 'return_debug_tuple': False}),
+    (Buffer.can_transform_full, {**TWO_TIMES, 'return_debug_tuple': False}),
+    (Buffer.get_latest_common_time, FRAMES),
+    (Buffer.all_frames_as_yaml, {}),
+    (Buffer.all_frames_as_string, {}),
+    (Buffer.clear, {}),
+    (TransformListener.unregister, {}),
+    (TransformBroadcaster.sendTransform, {'transform': REQUIRED}),
+    (StaticTransformBroadcaster.sendTransform, {'transform': REQUIRED}),
+])
+def test_methods_have_the_parameters_of_tf2(method_and_parameters):
+    method, expected = method_and_parameters
+    assert list(parameters(method).items()) == list(expected.items())
+    if 'timeout' in expected:
+        assert inspect.signature(method).parameters['timeout'].default == Duration()
+
+
+def test_objects_are_made_as_in_tf2():
     names = parameters(Buffer)
     assert list(names)[:2] == ['cache_time', 'node']
     assert names['cache_time'] is names['node'] is None
     assert issubclass(Buffer, BufferCore)
+    for method in (Buffer.set_transform, Buffer.set_transform_static):
+        assert list(parameters(method)) == ['transform', 'authority']
+    for kind in (TransformBroadcaster, StaticTransformBroadcaster):
+        first, second, *ours = parameters(kind).items()
+        assert (first, second) == (('node', REQUIRED), ('qos', None))
+        assert REQUIRED not in dict(ours).values()
 
-
-@pytest.mark.parametrize(('method', 'expected'), [
-    ('lookup_transform',
-     {'target_frame': REQUIRED, 'source_frame': REQUIRED, 'time': REQUIRED, 'timeout': 0}),
-    ('lookup_transform_full',
-     {'target_frame': REQUIRED, 'target_time': REQUIRED, 'source_frame': REQUIRED,
-      'source_time': REQUIRED, 'fixed_frame': REQUIRED, 'timeout': 0}),
-    ('can_transform',
-     {'target_frame': REQUIRED, 'source_frame': REQUIRED, 'time': REQUIRED, 'timeout': 0,
-      'return_debug_tuple': False}),
-    ('can_transform_full',
-     {'target_frame': REQUIRED, 'target_time': REQUIRED, 'source_frame': REQUIRED,
-      'source_time': REQUIRED, 'fixed_frame': REQUIRED, 'timeout': 0,
-      'return_debug_tuple': False}),
-    ('get_latest_common_time', {'target_frame': REQUIRED, 'source_frame': REQUIRED}),
-    ('all_frames_as_yaml', {}),
-    ('all_frames_as_string', {}),
-    ('clear', {}),
-])
-def test_buffer_is_asked_as_in_tf2(method, expected):
-    names = parameters(getattr(Buffer, method))
-    assert names == expected
-    assert list(names) == list(expected)
-
-
-def test_timeout_defaults_to_an_empty_duration():
-    default = inspect.signature(Buffer.lookup_transform).parameters['timeout'].default
-    assert default == Duration()
-
-
-@pytest.mark.parametrize('method', ['set_transform', 'set_transform_static'])
-def test_transforms_are_set_as_in_tf2(method):
-    names = parameters(getattr(Buffer, method))
-    assert list(names) == ['transform', 'authority']
-
-
-def test_listener_is_made_as_in_tf2():
-    signature = inspect.signature(TransformListener)
-    positional = [name for name, parameter in signature.parameters.items()
-                  if parameter.kind is parameter.POSITIONAL_OR_KEYWORD]
+    positional = [name for name, parameter in inspect.signature(
+        TransformListener).parameters.items() if parameter.kind is parameter.POSITIONAL_OR_KEYWORD]
     assert positional == ['buffer', 'node']
-    names = parameters(TransformListener)
-    assert names['qos'] is names['static_qos'] is None
-    assert (names['tf_topic'], names['tf_static_topic']) == ('/tf', '/tf_static')
-    assert names['static_only'] is False
-    # In tf2 the default is False, and True spins the user's node; ours never does that.
-    assert names['spin_thread'] is True
-    assert parameters(TransformListener.unregister) == {}
+    # In tf2 the default of spin_thread is False, and True spins the user's node; ours never does.
+    assert parameters(TransformListener).items() >= {
+        'qos': None, 'static_qos': None, 'tf_topic': '/tf', 'tf_static_topic': '/tf_static',
+        'static_only': False, 'spin_thread': True}.items()
 
 
-@pytest.mark.parametrize('kind', [TransformBroadcaster, StaticTransformBroadcaster])
-def test_broadcasters_are_made_and_used_as_in_tf2(kind):
-    first, second, *ours = parameters(kind).items()
-    assert (first, second) == (('node', REQUIRED), ('qos', None))
-    assert REQUIRED not in dict(ours).values()
-    assert parameters(kind.sendTransform) == {'transform': REQUIRED}
-
-
-@pytest.mark.parametrize('make', [
+@for_each(make=[
     TransformListener, BufferServer, TransformDiagnostics,
-    lambda buffer, node: MessageFilter(buffer, node, 'map', print)],
-    ids=['TransformListener', 'BufferServer', 'TransformDiagnostics', 'MessageFilter'])
-@pytest.mark.parametrize(('swapped', 'sentence'), [
+    lambda buffer, node: MessageFilter(buffer, node, 'map', print)
+], swapped_and_sentence=[
     (False, r'a Buffer of tf_tree_py, and this is a test_public_api\.OtherBuffer: create it with '
             '`from tf_tree_py import Buffer`'),
     (True, r'a Buffer of tf_tree_py, and this is a rclpy\.node\.Node: the buffer comes first'),
 ])
-def test_buffer_of_somebody_else_is_refused(node, make, swapped, sentence):
-    arguments = (node, Buffer()) if swapped else (OtherBuffer(), node)
+def test_buffer_of_somebody_else_is_refused(node, make, swapped_and_sentence):
+    swapped, sentence = swapped_and_sentence
     before = len(list(node.subscriptions)), len(list(node.services))
     with pytest.raises(TypeError, match=sentence):
-        make(*arguments)
+        make(*((node, Buffer()) if swapped else (OtherBuffer(), node)))
     assert (len(list(node.subscriptions)), len(list(node.services))) == before
+
+
+# --- help(Buffer)
+
+FOR_THE_PACKAGE = {
+    'alarm_clock', 'begin_feed', 'end_feed', 'fail_waiters', 'fed_by', 'forget_orphans',
+    'leave_orphan', 'log_to', 'name_later', 'no_longer_fed_by', 'note', 'observe',
+    'refuse', 'sleep_until_waited_for', 'unobserve', 'wake_everybody'}
+
+
+def test_what_only_the_package_calls_is_not_here_but_in_objects_of_its_own():
+    assert not {name.lstrip('_') for name in dir(Buffer)} & FOR_THE_PACKAGE
+
+
+def test_whatever_is_public_says_what_it_does():
+    undocumented = [name for name in dir(Buffer) if not name.startswith('_')
+                    and not (getattr(Buffer, name).__doc__ or '').strip()]
+    assert undocumented == []
+
+
+def test_a_buffer_is_what_users_take_it_for_and_no_heap_of_parts():
+    assert issubclass(Buffer, BufferCore) and issubclass(Buffer, BufferInterface)
+    for kind in Buffer.__mro__:
+        declared = vars(kind).get('__annotations__', {})
+        assert declared.keys() <= vars(kind).keys(), f'{kind} declares what another class sets'
+    # help() groups related methods: lookups of one pose, other lookups, the core's buffer,
+    # tf2_py's methods, the interface that the client shares, tf2's buffer, object.
+    assert len(Buffer.__mro__) <= 7
