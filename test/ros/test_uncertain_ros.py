@@ -8,27 +8,13 @@ import re
 import threading
 
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from inputs import for_each
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-from ros_helpers import (
-    at,
-    lasting,
-    LATEST,
-    PATIENCE,
-    PATIENCE_S,
-    transform,
-    until,
-    until_waiting,
-)
+from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until, until_waiting
 from sensor_msgs.msg import Imu
-from tf_tree_py import (
-    Buffer,
-    CovarianceListener,
-    FutureExtrapolationException,
-    GyroListener,
-    Pose,
-)
+from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
 from tf_tree_py.core import Kind
 from tf_tree_py.core.geometry.covariances import composed
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped, uncertain_values
@@ -58,11 +44,23 @@ def odometry(seconds=1.5, covariance=COVARIANCE, parent='odom', child='base', po
     return Odometry(header=message.header, child_frame_id=child, pose=message.pose)
 
 
-def send(talker, message, topic):
-    publisher = talker.node.create_publisher(type(message), topic, 10)
+def send(talker, topic, *messages):
+    publisher = talker.node.create_publisher(type(messages[0]), topic, 100)
     talker.until_heard(publisher)
-    publisher.publish(message)
-    return publisher
+    for message in messages:
+        publisher.publish(message)
+
+
+@pytest.fixture
+def hear(buffer, node, talker):
+    """Let a listener hear one message, until a function is true; it is closed afterwards."""
+    def hear(message, until_this, topic='odometry', **options):
+        with CovarianceListener(buffer, node) as listener:
+            listener.subscribe(type(message), topic, **options)
+            send(talker, f'/{topic}', message)
+            until(until_this)
+
+    return hear
 
 
 def covariance_of(buffer, target, source, seconds=1.5):
@@ -71,7 +69,7 @@ def covariance_of(buffer, target, source, seconds=1.5):
 
 # --- in messages
 
-def test_lookup_is_a_pose_with_covariance(buffer):
+def test_lookup_is_a_pose_with_covariance_and_waits_for_its_data(buffer, pool):
     buffer.insert('odom', 'base', 2 * SECOND, Pose(x=2.0), covariance=COVARIANCE)
     message = buffer.lookup_uncertain('odom', 'camera', LATEST)
     assert message.header.frame_id == 'odom' and message.header.stamp == at(2.0).to_msg()
@@ -83,30 +81,22 @@ def test_lookup_is_a_pose_with_covariance(buffer):
     (share,) = buffer.lookup_budget('odom', 'camera', at(2.0))
     assert (share.parent, share.child, share.position) == ('odom', 'base', 1.0)
 
-
-def test_lookup_waits_for_its_data(buffer, pool):
+    between = 'base', at(2.0), 'camera', at(3.0), 'odom'
     found = pool.submit(buffer.lookup_uncertain, 'odom', 'camera', at(3.0), PATIENCE)
-    until_waiting(buffer)
-    buffer.insert('odom', 'base', 3 * SECOND, Pose(x=3.0), covariance=COVARIANCE)
-    assert uncertain_values(found.result().pose)[1].any()
-    with pytest.raises(FutureExtrapolationException):
-        buffer.lookup_uncertain('odom', 'camera', at(4.0), lasting(0.001))
-
-
-def test_lookup_between_two_times_is_a_pose_with_covariance(buffer, pool):
-    buffer.insert('odom', 'base', 2 * SECOND, Pose(x=2.0), covariance=COVARIANCE)
-    args = 'base', at(2.0), 'camera', at(3.0), 'odom'
-    found = pool.submit(buffer.lookup_uncertain_full, *args, PATIENCE)
-    until_waiting(buffer)
+    found_between = pool.submit(buffer.lookup_uncertain_full, *between, PATIENCE)
+    until_waiting(buffer, 2)
     buffer.insert('odom', 'base', 3 * SECOND, Pose(x=3.0))
-    message = found.result()
+    assert uncertain_values(found.result().pose)[1].any()
+    message = found_between.result()
     assert message.header.frame_id == 'base' and message.header.stamp == at(2.0).to_msg()
     pose, covariance = uncertain_values(message.pose)
-    assert pose == pytest.approx(buffer.lookup_full(*args))
+    assert pose == pytest.approx(buffer.lookup_full(*between))
     # The last covariance holds at both stamps: it is one error, and the base did not rotate.
     assert covariance[0, 0] == pytest.approx(0.0, abs=1e-12)
     poses, joint = buffer.lookup_joint('odom', ['base', 'camera'], at(2.0))
     assert poses.shape == (2, 7) and joint[0, 6] == pytest.approx(joint[0, 0]) != 0.0
+    with pytest.raises(FutureExtrapolationException):
+        buffer.lookup_uncertain('odom', 'camera', at(4.0), lasting(0.001))
 
 
 def test_prediction_is_marked(buffer):
@@ -140,46 +130,39 @@ def test_uncertainty_of_the_way_is_added_on_demand(buffer):
 
 # --- topics
 
-def test_odometry_tells_of_the_edge_between_its_frames(buffer, node, talker):
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(Odometry, 'odometry')
-        before = buffer.lookup('odom', 'base', at(1.5))
-        send(talker, odometry(), '/odometry')
-        until(lambda: covariance_of(buffer, 'odom', 'base').any())
+def test_odometry_tells_of_the_edge_between_its_frames(buffer, hear):
+    before = buffer.lookup('odom', 'base', at(1.5))
+    hear(odometry(), lambda: covariance_of(buffer, 'odom', 'base').any())
     np.testing.assert_allclose(covariance_of(buffer, 'odom', 'base'), COVARIANCE)
     # Its pose is not used: that comes on /tf.
     assert buffer.lookup('odom', 'base', at(1.5)) == before
 
 
-def test_localisation_is_as_unsure_of_the_robot_as_it_says(buffer, node, talker):
+AMCL = {'topic': 'amcl_pose', 'child': 'base', 'edge': ('map', 'odom')}
+
+
+def test_localisation_is_as_unsure_of_the_robot_as_it_says(buffer, hear):
     """The uncertain edge is map -> odom; the robot in map must have the covariance as sent."""
     robot = buffer.lookup('map', 'base', at(1.5))
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(PoseWithCovarianceStamped, 'amcl_pose', child='base',
-                           edge=('map', 'odom'))
-        send(talker, stamped(pose=robot), '/amcl_pose')
-        until(lambda: covariance_of(buffer, 'map', 'odom').any())
+    hear(stamped(pose=robot), lambda: covariance_of(buffer, 'map', 'odom').any(), **AMCL)
     np.testing.assert_allclose(covariance_of(buffer, 'map', 'base'), COVARIANCE, atol=1e-12)
     assert not covariance_of(buffer, 'odom', 'base').any()
     assert covariance_of(buffer, 'map', 'odom')[1, 1] > 6e-4
 
 
-def test_localisation_that_is_ahead_of_the_transforms_is_kept(buffer, node, talker):
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(PoseWithCovarianceStamped, 'amcl_pose', child='base',
-                           edge=('map', 'odom'))
-        send(talker, stamped(3.0), '/amcl_pose')
+def test_localisation_that_is_ahead_of_the_transforms_is_kept(buffer, hear):
+    def catch_up():
         until_waiting(buffer)
         for parent, child in (('map', 'odom'), ('odom', 'base')):
             buffer.insert(parent, child, 3 * SECOND, Pose(x=1.0))
         until(lambda: covariance_of(buffer, 'map', 'base', 3.0).any())
+        return True
+
+    hear(stamped(3.0), catch_up, **AMCL)
 
 
-def test_edge_without_transforms_gets_its_poses_too(buffer, node, talker):
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(Odometry, 'visual', with_poses=True)
-        send(talker, odometry(child='eye'), '/visual')
-        until(lambda: 'eye' in buffer.frames())
+def test_edge_without_transforms_gets_its_poses_too(buffer, hear):
+    hear(odometry(child='eye'), lambda: 'eye' in buffer.frames(), with_poses=True)
     assert buffer.lookup('odom', 'eye', at(1.5)) == pytest.approx(TURNED)
     np.testing.assert_allclose(covariance_of(buffer, 'odom', 'eye'), COVARIANCE)
 
@@ -187,11 +170,9 @@ def test_edge_without_transforms_gets_its_poses_too(buffer, node, talker):
 UNKNOWN = np.diag([1e-4, 1e-4, 1e6, 1e6, 1e6, 1e-4])
 
 
-def test_robot_on_a_floor_is_taken_without_what_its_driver_does_not_know(buffer, node, talker):
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(Odometry, 'odometry', planar=True)
-        send(talker, odometry(covariance=UNKNOWN), '/odometry')
-        until(lambda: covariance_of(buffer, 'odom', 'base').any())
+def test_robot_on_a_floor_is_taken_without_what_its_driver_does_not_know(buffer, hear):
+    hear(odometry(covariance=UNKNOWN), lambda: covariance_of(buffer, 'odom', 'base').any(),
+         planar=True)
     np.testing.assert_allclose(covariance_of(buffer, 'odom', 'base'),
                                np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4]))
 
@@ -202,44 +183,48 @@ def test_robot_on_a_floor_is_taken_without_what_its_driver_does_not_know(buffer,
     (-np.eye(6), None, 'in messages -1 means unknown'),
     (COVARIANCE, ('map', 'odom'), "a pose in 'odom', which is not the parent of the edge"),
 ])
-def test_what_cannot_be_used_is_counted_and_told(
-        covariance, edge, sentence, buffer, node, talker, log):
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(Odometry, 'odometry', edge=edge)
-        send(talker, odometry(covariance=covariance), '/odometry')
-        until(lambda: buffer.statistics().incidents[Kind.BAD_COVARIANCE])
+def test_what_cannot_be_used_is_counted_and_told(covariance, edge, sentence, buffer, hear, log):
+    hear(odometry(covariance=covariance),
+         lambda: buffer.statistics().incidents[Kind.BAD_COVARIANCE], edge=edge)
     assert not covariance_of(buffer, 'odom', 'base').any()
-    assert_told(log, sentence)
-
-
-def assert_told(log, sentence):
     until(lambda: "'odom' -> 'base' from '/odometry' (unusable covariance)" in log())
     assert re.search(sentence, log())
 
 
-@pytest.mark.parametrize(('kind', 'options', 'sentence'), [
+@for_each(subscription_and_sentence=[
     (Imu, {}, 'neither Odometry nor PoseWithCovarianceStamped'),
     (PoseWithCovarianceStamped, {}, 'pass child='),
     (Odometry, {'edge': ('a', 'b'), 'with_poses': True}, 'is another'),
 ])
-def test_what_does_not_fit_together_is_told(kind, options, sentence, buffer, node):
+def test_options_that_do_not_fit_together_are_refused(subscription_and_sentence, buffer, node):
+    kind, options, sentence = subscription_and_sentence
     with CovarianceListener(buffer, node) as listener, pytest.raises(ValueError, match=sentence):
         listener.subscribe(kind, 'topic', **options)
+    for limits in ({'max_gap': lasting(0.0)}, {'saturation': 0.0}, {'saturation': float('nan')}):
+        with pytest.raises(ValueError, match='positive'):
+            GyroListener(buffer, node, 'base', **limits)
+
+
+def hear_turning(buffer, node, talker, roll, **limits):
+    """Let a buffer hear a gyroscope that turns right until 1.5 s, then left, at 1 rad/s."""
+    buffer.insert('base', 'imu', 0, Pose.from_xyz_rpy(roll=roll), static=True)
+    with GyroListener(buffer, node, 'base', 'imu', **limits):
+        messages = []
+        for number in range(18, 43):
+            messages.append(Imu(header=transform('imu', '', number / 20).header))
+            messages[-1].angular_velocity.z = -1.0 if number < 30 else 1.0
+        send(talker, '/imu', *messages)
+
+        def came():
+            gyro = getattr(buffer._tree.histories['base'], 'gyro', None)
+            return gyro is not None and gyro.orientations.latest_stamp >= 2 * SECOND
+
+        until(came)
 
 
 def test_gyroscope_aids_the_edge_in_the_axes_of_its_child(buffer, node, talker):
     # Upside down: its rate about its z rotates the robot in the other direction.
-    buffer.insert('base', 'imu', 0, Pose.from_xyz_rpy(roll=np.pi), static=True)
-    plain = buffer.lookup('odom', 'base', at(1.5))
-    with GyroListener(buffer, node, 'base', 'imu'):
-        publisher = talker.node.create_publisher(Imu, '/imu', 100)
-        talker.until_heard(publisher)
-        for seconds in np.arange(0.9, 2.15, 0.05).tolist():
-            message = Imu(header=transform('imu', '', seconds).header)
-            message.angular_velocity.z = -1.0 if seconds < 1.5 else 1.0
-            publisher.publish(message)
-        until(lambda: buffer.lookup('odom', 'base', at(1.5)) != plain)
-        until(lambda: gyro_end(buffer) >= 2 * SECOND)
+    hear_turning(buffer, node, talker, np.pi)
     found = buffer.lookup('odom', 'base', at(1.5))
     assert found.as_rpy()[2] == pytest.approx(0.3 + 0.5, abs=0.05)
     assert buffer.lookup('odom', 'base', at(2.0)).as_rpy()[2] == pytest.approx(0.3)
@@ -247,34 +232,15 @@ def test_gyroscope_aids_the_edge_in_the_axes_of_its_child(buffer, node, talker):
 
 @pytest.mark.parametrize('limits', [{'max_gap': lasting(0.04)}, {'saturation': 1.0}])
 def test_holes_of_the_gyroscope_are_those_of_its_limits(limits, buffer, node, talker):
-    # Rotated by 45 degrees, so that no axis of the child has the full rate of a sensor's axis.
-    buffer.insert('base', 'imu', 0, Pose.from_xyz_rpy(roll=np.pi / 4), static=True)
     plain = buffer.lookup('odom', 'base', at(1.5))
-    with GyroListener(buffer, node, 'base', 'imu', **limits):
-        publisher = talker.node.create_publisher(Imu, '/imu', 100)
-        talker.until_heard(publisher)
-        for seconds in np.arange(0.9, 2.15, 0.05).tolist():
-            message = Imu(header=transform('imu', '', seconds).header)
-            message.angular_velocity.z = -1.0 if seconds < 1.5 else 1.0
-            publisher.publish(message)
-        until(lambda: getattr(buffer._tree.histories['base'], 'gyro', None) is not None
-              and gyro_end(buffer) >= 2 * SECOND)
+    # Rotated by 45 degrees, so that no axis of the child has the full rate of a sensor's axis.
+    hear_turning(buffer, node, talker, np.pi / 4, **limits)
     assert buffer.lookup('odom', 'base', at(1.5)) == plain
-
-
-def test_limits_of_the_gyroscope_are_positive(buffer, node):
-    for limits in ({'max_gap': lasting(0.0)}, {'saturation': 0.0}, {'saturation': float('nan')}):
-        with pytest.raises(ValueError, match='positive'):
-            GyroListener(buffer, node, 'base', **limits)
-
-
-def gyro_end(buffer):
-    return buffer._tree.histories['base'].gyro.orientations.latest_stamp
 
 
 def test_gyroscope_of_which_nobody_knows_where_it_is_mounted_is_told(buffer, node, talker, log):
     with GyroListener(buffer, node, 'base'):
-        send(talker, Imu(header=transform('loose', '', 1.0).header), '/imu')
+        send(talker, '/imu', Imu(header=transform('loose', '', 1.0).header))
         until(lambda: 'A message of the gyroscope cannot be used: "loose" passed to' in log())
 
 
@@ -300,7 +266,7 @@ def test_topics_are_those_of_the_node(buffer, make_node, talker):
                      cli_args=['--ros-args', '-r', 'odometry:=wheels'])
     with CovarianceListener(buffer, node) as listener:
         listener.subscribe(Odometry, 'odometry')
-        send(talker, odometry(), '/robot1/wheels')
+        send(talker, '/robot1/wheels', odometry())
         until(lambda: covariance_of(buffer, 'odom', 'base').any())
 
 
