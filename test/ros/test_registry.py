@@ -18,15 +18,7 @@ from tf_tree_py import Buffer, FutureExtrapolationException, LookupException
 from tf_tree_py.ros.buffer.interface import BufferInterface
 from tf_tree_py.ros.messages import registry
 from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
-from tf_tree_py.ros.messages.registry import (
-    convert,
-    ConvertRegistration,
-    NotImplementedException,
-    Stamped,
-    STAMPED_FORMS,
-    TransformRegistration,
-    TypeException,
-)
+from tf_tree_py.ros.messages.registry import convert, ConvertRegistration, Stamped, TypeException
 
 
 class Landmark:
@@ -58,19 +50,19 @@ def buffer():
 
 
 def test_own_transformation_is_used_printed_and_goes_before_the_table(buffer, capsys):
-    TransformRegistration().add(
+    registry.TransformRegistration().add(
         Landmark, lambda mark, transform: mark.x + transform.transform.translation.x)
-    assert TransformRegistration().get(Landmark)(TREE, transform('a', 'b', x=2.0)) == 4.0
+    assert registry.TransformRegistration().get(Landmark)(TREE, transform('a', 'b', x=2.0)) == 4.0
     assert buffer.transform(Stamped(Landmark('tree', 1.0), at(2), 'base'), 'map') == 3.0
-    TransformRegistration().print_me()
+    registry.TransformRegistration().print_me()
     printed = capsys.readouterr().out
     assert 'Landmark' in printed and 'PointStamped' in printed
-    TransformRegistration().add(PointStamped, lambda point, transform: 'mine')
-    assert TransformRegistration().get(PointStamped)(None, None) == 'mine'
+    registry.TransformRegistration().add(PointStamped, lambda point, transform: 'mine')
+    assert registry.TransformRegistration().get(PointStamped)(None, None) == 'mine'
 
 
 @for_each(get_and_fixes=[
-    (lambda: TransformRegistration().get(Imu),
+    (lambda: registry.TransformRegistration().get(Imu),
      ['not loaded or supported', 'Imu', 'TransformRegistration().add(type, function)',
       'PointCloud2']),
     (lambda: Buffer().transform(Imu(), 'map'), ['not loaded or supported']),
@@ -130,13 +122,13 @@ def test_one_message_does_not_pass_for_another():
 # --- Stamped
 
 
-@for_each(kind=STAMPED_FORMS)
+@for_each(kind=registry.STAMPED_FORMS)
 def test_stamped_gives_a_message_its_form_with_a_header(kind):
     message = filled(kind, np.random.default_rng(2))
     before = deepcopy(message)
     result = Stamped(message, at(3.5), 'base')
     assert (result.header.frame_id, result.header.stamp) == ('base', at(3.5).to_msg())
-    form, field = STAMPED_FORMS[kind]
+    form, field = registry.STAMPED_FORMS[kind]
     assert type(result) is form
     assert getattr(result, field) == before
     assert getattr(result, field) is not message
@@ -224,9 +216,9 @@ def test_interface_needs_a_lookup_beneath_it():
                  lambda: interface.can_transform('a', 'b', at(1)),
                  lambda: interface.can_transform_full('a', at(1), 'b', at(1), 'c'),
                  lambda: interface.transform(stamped_point('a', 1), 'b')):
-        with pytest.raises(NotImplementedException, match='not implemented'):
+        with pytest.raises(registry.NotImplementedException, match='not implemented'):
             call()
-    assert NotImplementedException().errstr == str(NotImplementedException())
+    assert registry.NotImplementedException().errstr == str(registry.NotImplementedException())
 
     class Fixed(BufferInterface):
 
