@@ -11,7 +11,7 @@ from rclpy.clock import ROSClock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
-from ros_helpers import until_waiting
+from ros_helpers import PATIENCE, until_waiting
 from tf_tree_py import Buffer, Pose, TransformException
 
 SECOND = 10**9
@@ -95,8 +95,8 @@ def test_every_kind_of_lookup_is_seen_once(method):
 def test_lookup_that_waits_is_one_however_often_it_tries(pool):
     buffer = filled(audit=True)
     futures = [buffer.wait_for_transform_async('odom', 'base', at(2.1), timeout)
-               for timeout in (None, Duration(seconds=100))]
-    sleeper = pool.submit(buffer.lookup_transform, 'odom', 'base', at(2.1), Duration(seconds=100))
+               for timeout in (None, PATIENCE)]
+    sleeper = pool.submit(buffer.lookup_transform, 'odom', 'base', at(2.1), PATIENCE)
     until_waiting(buffer, 3)
     for stamp in (at(2.05).nanoseconds, at(2.1).nanoseconds):
         # Waiting lookups are repeated whenever the structure changes.
