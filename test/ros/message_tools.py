@@ -12,11 +12,15 @@ import re
 from geometry_msgs.msg import TransformStamped
 from hypothesis import strategies as st
 import numpy as np
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.ros.messages.convert import transform_stamped
 
 INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'octet'}
 FLOATS = {'float', 'double'}
+DATATYPES = {'f4': PointField.FLOAT32, 'f8': PointField.FLOAT64, 'u1': PointField.UINT8,
+             'u2': PointField.UINT16, 'i4': PointField.INT32, 'u4': PointField.UINT32}
 
 
 def stamped_transform(pose, frame_id='map', child_frame_id='base', stamp=5_000_000_007):
@@ -64,6 +68,29 @@ def _value(name, rng, number, length):
         return 'base'
     package, kind = name.split('/')
     return filled(getattr(import_module(f'{package}.msg'), kind), rng, number, length)
+
+
+def make_cloud(columns, offsets, point_step, height=1, row_padding=0, big=False, tail=0, seed=0):
+    """
+    Return a cloud whose gaps are filled with noise.
+
+    :param columns: {name: (N,) array}, whose types are those of the fields.
+    """
+    count = len(next(iter(columns.values())))
+    width = count // height
+    row_step = width * point_step + row_padding
+    noise = np.random.default_rng(seed).integers(0, 256, height * row_step + tail)
+    data = array('B', noise.astype(np.uint8).tobytes())
+    fields = []
+    for name, values in columns.items():
+        kind = np.dtype(values.dtype).newbyteorder('>' if big else '<')
+        view = np.ndarray((height, width), kind, data, offsets[name], (row_step, point_step))
+        view[:] = values.reshape(height, width)
+        fields.append(PointField(name=name, offset=offsets[name], count=1,
+                                 datatype=DATATYPES[values.dtype.str[1:]]))
+    return PointCloud2(header=Header(frame_id='lidar'), height=height, width=width, fields=fields,
+                       is_bigendian=big, point_step=point_step, row_step=row_step, data=data,
+                       is_dense=False)
 
 
 # --- inspecting

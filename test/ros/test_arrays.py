@@ -64,7 +64,8 @@ def test_clouds_and_scans_become_points():
     points[:] = 0.0
     assert as_points(cloud).tolist() == CORNERS.tolist()
     scan = LaserScan(range_max=10.0, angle_increment=np.pi / 2, ranges=[1.0, float('inf'), 2.0])
-    assert as_points(scan) == pytest.approx(np.array([[1.0, 0, 0], [-2.0, 0, 0]]), abs=1e-6)
+    assert as_points(scan) == pytest.approx(
+        np.array([[1.0, 0, 0], [-2.0, 0, 0]]), rel=3e-7, abs=1e-6)
 
 
 @for_each(empty=[msg.Polygon(), msg.PoseArray(), Path(), PointCloud2(), LaserScan()])

@@ -10,10 +10,11 @@ import re
 
 from geometry_msgs.msg import TransformStamped
 from inputs import for_each
+from message_tools import make_cloud
 import numpy as np
 import pytest
 from rclpy.time import Time
-from ros_helpers import at, lasting, transform
+from ros_helpers import at, lasting, PATIENCE, transform, until_waiting
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, BufferCore, ExtrapolationException, InvalidArgumentException, Pose
@@ -170,23 +171,15 @@ def test_frame_of_the_cloud_is_the_target_and_the_log_says_once_what_is_assumed(
 
 
 def test_layout_and_other_fields_are_kept():
-    expected = points_of(deskew_cloud(driving(CALENDAR), scanned()))
     packed = scanned()
-    record = np.zeros((4, 500), dtype={'names': ['x', 'y', 'z', 't', 'ring'],
-                                       'offsets': [3, 12, 20, 24, 1], 'itemsize': 30,
-                                       'formats': ['>f4', '>f4', '>f4', '>u4', '>u2']})
-    for name in 'xyzt':
-        record[name] = field_column(packed, name).reshape(4, 500)
-    record['ring'] = np.arange(2000).reshape(4, 500)
-    cloud = cloud_of(points_of(packed), CALENDAR, t=record['t'].reshape(-1).astype('u4'),
-                     ring=np.arange(2000, dtype='u2'))
-    for field in cloud.fields:
-        field.offset = record.dtype.fields[field.name][1]
-    cloud.height, cloud.width, cloud.point_step, cloud.row_step = 4, 500, 30, 15_100
-    cloud.is_bigendian = True
-    cloud.data = b''.join(row.tobytes() + bytes(100) for row in record)
+    columns = {name: field_column(packed, name).reshape(-1) for name in 'xyzt'}
+    cloud = make_cloud({**columns, 'ring': np.arange(2000, dtype='u2')},
+                       {'x': 3, 'y': 12, 'z': 20, 't': 24, 'ring': 1}, 30, height=4,
+                       row_padding=100, big=True)
+    cloud.header = packed.header
     before = deepcopy(cloud)
     moved = deskew_cloud(driving(CALENDAR), cloud)
+    expected = points_of(deskew_cloud(driving(CALENDAR), packed))
     assert points_of(moved).tolist() == expected.tolist()
     assert cloud == before
     for name in ('t', 'ring'):
@@ -340,7 +333,8 @@ def test_timeout_waits_for_the_last_point(pool):
     buffer.set_transform_static(transform('base_link', 'lidar', w=1.0))
     buffer.set_transform(transform('odom', 'base_link', 1.0))
     cloud = some_cloud(SECOND, t=np.array([0, 10**9], dtype='u4'))
-    waiting = pool.submit(deskew_cloud, buffer, cloud, 'odom', timeout=lasting(20))
+    waiting = pool.submit(deskew_cloud, buffer, cloud, 'odom', timeout=PATIENCE)
+    until_waiting(buffer)
     buffer.set_transform(transform('odom', 'base_link', 1.5, x=0.5))
     assert not waiting.done()
     buffer.set_transform(transform('odom', 'base_link', 2.0, x=1.0))
