@@ -9,23 +9,13 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
 from ros_helpers import with_a_lamp
-from tf_tree_py import Buffer, LookupException, Pose
+from tf_tree_py import Buffer, Pose
 from tf_tree_py.ros.messages.convert import transform_stamped
 
 
 @pytest.fixture
 def buffer():
     return with_a_lamp(Buffer())
-
-
-def test_core_lookup_is_that_of_the_buffer_and_raises_at_once(buffer):
-    at, full = Time(seconds=2), ('map', Time(seconds=2), 'arm', Time(seconds=1), 'odom')
-    assert buffer.lookup_transform_core('map', 'arm', at) == buffer.lookup_transform(
-        'map', 'arm', at)
-    assert buffer.lookup_transform_full_core(*full) == (
-        buffer.lookup_transform_full(*full, Duration()))
-    with pytest.raises(LookupException, match='nowhere'):
-        buffer.lookup_transform_core('map', 'nowhere', Time())
 
 
 def test_can_tells_whether_and_why_not(buffer):

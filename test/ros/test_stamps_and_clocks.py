@@ -64,14 +64,6 @@ def test_bag_in_a_loop_without_a_clock(node, listen, talker, log, pool):
     assert isinstance(later.exception(), ClockJumpException)
 
 
-def test_without_the_option_the_log_says_what_to_pass(node, listen, talker, log):
-    buffer = listen(node)
-    for second in (*BAG, *BAG[:3]):
-        talker.move(transform('map', 'base', second))
-    until(lambda: count(buffer, Kind.OLD_DATA) == 3)
-    until(lambda: 'Buffer(clear_on_jump_back=...)' in log())
-
-
 # --- the far future
 
 def test_stamp_of_the_far_future_is_refused_and_what_is_good_goes_on(node, listen, talker, log):
