@@ -162,7 +162,7 @@ def test_reference_is_any_time(reference_and_stamp):
     assert points_of(moved) == pytest.approx(exact, rel=1e-6, abs=2e-5)
 
 
-def test_frame_of_the_cloud_is_the_target_and_the_log_says_once_what_is_assumed(capfd):
+def test_frame_of_the_cloud_is_the_default_and_assumptions_are_logged(capfd):
     buffer, cloud = driving(CALENDAR), scanned()
     moved = [deskew_cloud(buffer, cloud), deskew_cloud(buffer, cloud)]
     assert moved == [deskew_cloud(buffer, cloud, 'lidar', 'odom', cloud.header.stamp)] * 2
@@ -255,6 +255,7 @@ U4, TODAY = np.array([0, 3, 7], dtype='u4'), np.array([CALENDAR])
     ('t', U4, {'unit': 'us'}, 'us', 7_000),
     ('t', U4, {'unit': 'ns'}, 'ns', 7),
     ('mine', np.array([0.0, 0.05]), {'field': 'mine'}, 's', SECOND // 20),
+    ('time', np.array([1000.0, 1000.1]), {'unit': 's', 'origin': SWITCHED_ON}, 's', SECOND // 10),
     ('t', np.array([0, 500], dtype='u4'), {}, 'ms', 500_000_000),
     ('t', np.array([0, 99_000], dtype='u4'), {}, 'us', 99_000_000),
     ('t', np.array([0, 2_000_000], dtype='u4'), {}, 'ns', 2_000_000),
@@ -273,6 +274,8 @@ def test_unit_is_inferred_unless_it_is_told(field, values, options, unit, furthe
     times = point_times(some_cloud(ring=np.zeros(len(values), dtype='u4'), **{field: values}),
                         **options)
     assert (times.field, times.unit) == (field, unit)
+    if values is U4:
+        assert (times.stamps - CALENDAR).tolist() == [0, furthest // 7 * 3, furthest]
     # A float64 of seconds resolves no more, today.
     error = 300 if values is not U4 and values[0] > 1e8 else 0
     assert abs(int(times.stamps.max()) - CALENDAR - furthest) <= error

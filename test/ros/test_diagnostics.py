@@ -297,7 +297,7 @@ def test_buffer_server_publishes_if_it_is_told_to(published, wanted, talker):
         program.communicate()
 
 
-def test_buffer_server_and_package_say_which_parameter_and_messages_they_need():
+def test_bad_parameter_and_missing_messages_are_one_sentence_each():
     done = subprocess.run([sys.executable, '-c', WITHOUT_DIAGNOSTIC_MSGS], capture_output=True,
                           text=True, timeout=PATIENCE_S, check=False)
     of_package, *of_server = done.stderr.splitlines()

@@ -10,8 +10,7 @@ from tf_tree_py.bag import open_bag
 from tf_tree_py.ros.messages.convert import transform_stamped
 
 
-def test_what_a_listener_heard_is_recorded_on_the_first_lookup_that_is_lost(
-        tmp_path, node, talker, listen):
+def test_first_lost_lookup_records_what_a_listener_heard(tmp_path, node, talker, listen):
     recorder = FlightRecorder(tmp_path)
     buffer = listen(node, Buffer(flight_recorder=recorder))
     talker.fix(transform_stamped('base', 'lidar', 0, Pose(z=1.0)))
