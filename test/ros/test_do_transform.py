@@ -119,7 +119,7 @@ def test_other_numbers_become_floats(kind, number):
     types = {path: type(value) for path, value in tools.leaves(result)}
     assert {types[path] for path in wanted} <= {float}
     as_floats = filled(kind, np.random.default_rng(3), lambda rng: float(number(rng)))
-    assert numbers(result) == pytest.approx(numbers(do_transform(as_floats, transform)), rel=1e-6)
+    assert numbers(result) == pytest.approx(numbers(do_transform(as_floats, transform)), rel=1e-12)
     # A message accepts an int for a float field, and then serializes garbage.
     arrived = deserialize_message(serialize_message(result), kind)
     assert numbers(arrived) == pytest.approx(numbers(result), rel=1e-6)
