@@ -43,6 +43,12 @@ class Inbox:
         return [drop for _, drop, _ in self.dropped]
 
 
+def run_callbacks(executor, message_filter):
+    """Run all pending callbacks of a filter, in this thread."""
+    while message_filter._ready or message_filter._notices:
+        executor.spin_once(timeout_sec=0.0)
+
+
 def check(counts):
     """Check that the counts account for every message."""
     assert counts.received == counts.delivered + sum(counts.dropped.values()) + counts.held
