@@ -17,6 +17,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 from ros_helpers import move, PATIENCE_S, SimClock, Talker, until
 from tf_tree_py import Buffer, TransformListener
+from tf_tree_py.ros.threads.receiver import Receiver
+from tf_tree_py.ros.threads.response_receiver import Responses
 
 # Before rclpy.init, here and in the processes that tests start.
 isolate()
@@ -118,6 +120,14 @@ def pool():
     """Yield threads for lookups while the test continues."""
     with ThreadPoolExecutor() as threads:
         yield threads
+
+
+@pytest.fixture(params=[True, False], ids=['wait_set', 'executor'])
+def use_wait_set(request, monkeypatch):
+    """Receive with rclpy's wait set, and without; return which."""
+    for kind in (Receiver, Responses):
+        monkeypatch.setitem(kind.__init__.__kwdefaults__, 'use_wait_set', request.param)
+    return request.param
 
 
 @pytest.fixture

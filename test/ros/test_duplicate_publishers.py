@@ -4,16 +4,14 @@
 """Two publishers of one edge are detected over real DDS, and similar situations are not."""
 
 import itertools
-import signal
-import subprocess
-import sys
 
+from inputs import for_each
+from programs import executable, Program
 import pytest
-from ros_helpers import PATIENCE_S, transform, until
+from ros_helpers import at, transform, until
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.core import Kind
 from tf_tree_py.core.ingest.sample import Batch
-from tf_tree_py.ros.threads import receiver as receiver_module
 from tf_tree_py.ros.topics.duplicate_publishers import DuplicatePublishers
 
 
@@ -28,52 +26,38 @@ def log(log):
                     if Kind.TWO_PUBLISHERS.value in line]
 
 
-@pytest.fixture(params=['wait set', 'executor', 'on the node'])
-def begin(request, listen, spin, monkeypatch):
+@pytest.fixture(params=[True, False], ids=['own thread', 'on the node'])
+def buffer(request, node, listen, spin, use_wait_set):
     """Listen on a node in each of the available ways."""
-    def listen_so(node):
-        if request.param == 'on the node':
-            spin(node)
-            return listen(node, spin_thread=False)
-        monkeypatch.setitem(receiver_module.Receiver.__init__.__kwdefaults__, 'use_wait_set',
-                            request.param == 'wait set')
-        return listen(node)
-
-    return listen_so
+    spin(node)
+    return listen(node, spin_thread=request.param)
 
 
 @pytest.fixture
 def broadcaster(make_node):
-    """Return a function that creates a broadcaster on a new node."""
+    """Return a function that creates a broadcaster on a new node, and waits for a listener."""
     def make(name, kind=TransformBroadcaster):
-        return kind(make_node(name))
+        made = kind(make_node(name))
+        until(made.pub_tf.get_subscription_count)
+        return made
+
     return make
-
-
-def until_heard(*broadcasters, listeners=1):
-    for each in broadcasters:
-        until(lambda each=each: each.pub_tf.get_subscription_count() >= listeners)
 
 
 def send_in_turns(buffer, senders, until_true):
     """Let each broadcaster send its next message, until a condition holds."""
-    # Stamps that continue from the received ones.
-    newest = max((edge.latest for edge in buffer.edges()), default=0)
-    seconds = itertools.count(1.0 + newest / 1e9, 0.01)
+    seconds = itertools.count(1.0, 0.01)
 
     def send():
         for broadcaster, edges in senders:
             second = next(seconds)
             broadcaster.sendTransform([transform(*edge, second) for edge in edges])
             # One after the other, like robots; a slow receiver would lose messages of a burst.
-            until(lambda second=second: _has_come(buffer, second))
+            stamp = at(second).nanoseconds
+            until(lambda stamp=stamp: any(edge.latest >= stamp for edge in buffer.edges()))
         return until_true()
 
     until(send)
-
-
-def _has_come(buffer, second):
-    return any(edge.latest >= round(second * 1e9) for edge in buffer.edges())
 
 
 ODOM, ARM, TOOL = ('odom', 'base'), ('base', 'arm'), ('arm', 'tool')
@@ -81,14 +65,11 @@ ODOM, ARM, TOOL = ('odom', 'base'), ('base', 'arm'), ('arm', 'tool')
 
 # --- two publishers
 
-def test_edge_of_two_nodes_is_told_once_and_names_both(node, begin, broadcaster, log):
-    buffer = begin(node)
+def test_edge_of_two_nodes_is_told_once_and_names_both(node, buffer, broadcaster, log):
     one, other = broadcaster('wheels'), broadcaster('visual')
-    until_heard(one, other)
-    senders = [(one, [ODOM, ARM]), (other, [ODOM]), (other, [TOOL])]
-    send_in_turns(buffer, senders, lambda: told(buffer))
-    for _ in range(50):
-        send_in_turns(buffer, senders, lambda: True)
+    more_rounds = itertools.count()
+    send_in_turns(buffer, [(one, [ODOM, ARM]), (other, [ODOM]), (other, [TOOL])],
+                  lambda: told(buffer) and next(more_rounds) == 50)
     assert told(buffer) == 1
     (line,) = log()
     assert "Note on transform 'odom' -> 'base' from 'one of /visual, /wheels'" in line
@@ -96,19 +77,7 @@ def test_edge_of_two_nodes_is_told_once_and_names_both(node, begin, broadcaster,
     assert buffer.statistics().refused == 0
 
 
-def test_one_of_several_publishers_is_named_as_such(node, listen, broadcaster, log):
-    buffer = listen(node)
-    senders = [(broadcaster('wheels'), [ODOM]), (broadcaster('visual'), [ODOM]),
-               (broadcaster('arm'), [ARM])]
-    until_heard(*[each for each, _ in senders])
-    send_in_turns(buffer, senders, lambda: told(buffer))
-    send_in_turns(buffer, senders, lambda: True)
-    (line,) = log()
-    assert 'two of /arm, /visual, /wheels send it' in line
-
-
-def test_static_edge_of_two_nodes_is_told(node, begin, broadcaster, log):
-    buffer = begin(node)
+def test_static_edge_of_two_nodes_is_told(node, buffer, broadcaster, log):
     one = broadcaster('calibration', StaticTransformBroadcaster)
     one.sendTransform([transform(*ARM), transform(*TOOL)])
     until(lambda: buffer.statistics().accepted == 2)
@@ -129,8 +98,7 @@ def test_static_edge_of_two_nodes_is_told(node, begin, broadcaster, log):
 def test_two_programs_of_the_same_name(node, listen, log):
     """The most common cause: a program was started twice."""
     buffer = listen(node)
-    command = [sys.executable, '-m', 'tf_tree_py.nodes.five_frame_publisher']
-    programs = [subprocess.Popen(command, stdout=subprocess.DEVNULL) for _ in range(2)]
+    programs = [Program(*executable('five_frame_publisher')) for _ in range(2)]
     try:
         moving = {('world', 'odom'), ('odom', 'base_link'), ('base_link', 'gripper')}
         until(lambda: told(buffer) >= len(moving))
@@ -143,57 +111,45 @@ def test_two_programs_of_the_same_name(node, listen, log):
         assert told(buffer) == len(moving)
     finally:
         for program in programs:
-            program.send_signal(signal.SIGINT)
+            program.interrupt()
         for program in programs:
-            program.wait(PATIENCE_S)
+            program.end()
 
 
 # --- one publisher
 
-@pytest.mark.parametrize('kind', ['moving', 'static'])
-def test_publishers_of_different_edges_are_no_rivals(node, listen, broadcaster, kind):
-    buffer = listen(node)
-    make = StaticTransformBroadcaster if kind == 'static' else TransformBroadcaster
-    one, other = broadcaster('wheels', make), broadcaster('visual', make)
-    until_heard(one, other)
+EACH_KIND = pytest.mark.parametrize(('kind', 'topic'), [
+    (TransformBroadcaster, '/tf'), (StaticTransformBroadcaster, '/tf_static')])
+
+
+@EACH_KIND
+def test_publishers_of_different_edges_are_no_rivals(node, listen, broadcaster, kind, topic):
+    """Also if one of them sends everything twice."""
+    buffer, sent = listen(node), 0
+    one, other = broadcaster('wheels', kind), broadcaster('visual', kind)
     for number in range(1, 101):
-        for each, edges in ((one, [ODOM]), (other, [ARM, TOOL])):
+        for each, edges in ((one, [ODOM]), (one, [ODOM]), (other, [ARM, TOOL])):
             each.sendTransform([transform(*edge, float(number)) for edge in edges])
-        until(lambda number=number: buffer.statistics().accepted >= 3 * number)
+            sent += len(edges)
+            until(lambda sent=sent: buffer.statistics().accepted >= sent)
     assert told(buffer) == 0
 
 
-@pytest.mark.parametrize('kind', [TransformBroadcaster, StaticTransformBroadcaster])
-def test_node_that_is_restarted_is_no_rival(node, make_node, listen, broadcaster, kind):
+@EACH_KIND
+def test_node_that_is_restarted_is_no_rival(node, make_node, listen, broadcaster, kind, topic):
     buffer, sent = listen(node), 0
     beside = broadcaster('beside', kind)
     for _ in range(6):
         again = make_node('again')
         one = kind(again)
-        until_heard(one, beside)
+        until(one.pub_tf.get_subscription_count)
         for _ in range(3):
             one.sendTransform(transform(*ODOM, 1.0 + sent))
             beside.sendTransform(transform(*ARM, 1.0 + sent))
             sent += 2
             until(lambda sent=sent: buffer.statistics().accepted == sent)
         again.destroy_node()
-        until(lambda: node.count_publishers(one_topic(kind)) == 1)
-    assert told(buffer) == 0
-
-
-def one_topic(kind):
-    return '/tf' if kind is TransformBroadcaster else '/tf_static'
-
-
-def test_publisher_that_sends_everything_twice_is_no_rival(node, listen, make_node, broadcaster):
-    buffer = listen(node)
-    one, beside = broadcaster('wheels'), broadcaster('arm')
-    until_heard(one, beside)
-    for number in range(1, 101):
-        for _ in range(2):
-            one.sendTransform(transform(*ODOM, float(number)))
-        beside.sendTransform(transform(*ARM, float(number)))
-        until(lambda number=number: buffer.statistics().accepted == 3 * number)
+        until(lambda: node.count_publishers(topic) == 1)
     assert told(buffer) == 0
 
 
@@ -219,8 +175,8 @@ class Graph:
         return 'one of ' + ', '.join(self.names)
 
 
-def follow(rivals, *numbers, edges=(ODOM,)):
-    batch = Batch(list(edges), [1] * len(edges), [b''] * len(edges))
+def follow(rivals, *numbers):
+    batch = Batch([('/odom', '/base')], [1], [b''])
     return [incident for number in numbers
             for incident in rivals.judge(batch, {'publication_sequence_number': number})]
 
@@ -228,12 +184,20 @@ def follow(rivals, *numbers, edges=(ODOM,)):
 IN_TURNS = [number + begin for number in range(10) for begin in (1, 100)]
 
 
-def test_single_publisher_is_none_whatever_the_numbers():
-    assert follow(DuplicatePublishers(Graph('/a'), False), *IN_TURNS) == []
-
-
-def test_middleware_without_numbers_tells_nothing():
-    assert follow(DuplicatePublishers(Graph('/a', '/b'), False), *[None] * 100) == []
+@for_each(case=[
+    (['/a'], False, IN_TURNS, None),
+    (['/a', '/b'], False, [None] * 100, None),
+    (['/a', '/b'], False, IN_TURNS, 'both /a and /b send it'),
+    (['/a', '/a'], False, IN_TURNS, 'two publishers of /a send it'),
+    (['/a', '/b', '/c'], False, IN_TURNS, 'two of /a, /b, /c send it'),
+    # A crashed node of a static edge, and its successor.
+    (['/a', '/a'], True, [1, 1], None),
+])
+def test_two_are_told_if_the_graph_and_the_numbers_show_them(case):
+    names, static, numbers, words = case
+    incidents = follow(DuplicatePublishers(Graph(*names), static), *numbers)
+    assert [(each.parent, each.child) for each in incidents] == ([ODOM] if words else [])
+    assert all(words in incident.detail for incident in incidents)
 
 
 def test_who_turns_out_to_have_left_was_restarted():
@@ -248,18 +212,13 @@ def test_who_turns_out_to_have_left_was_restarted():
     assert told_now.kind is Kind.TWO_PUBLISHERS
 
 
-@pytest.mark.parametrize('static', [False, True])
+@for_each(static=[False, True])
 def test_numbers_of_who_has_left_count_no_more(static):
     graph = Graph('/a', '/b')
     rivals = DuplicatePublishers(graph, static)
     for run in range(20):
         graph.show('/a', '/b', as_of=run)
         assert follow(rivals, 7, 8, 9) == []
-
-
-def test_static_edge_of_a_crashed_node_and_its_successor_is_not_told():
-    assert follow(DuplicatePublishers(Graph('/a', '/a'), True), 1, 1) == []
-    assert len(follow(DuplicatePublishers(Graph('/a', '/a'), False), *IN_TURNS)) == 1
 
 
 def test_while_a_name_is_missing_it_is_not_told_and_then_it_is():
@@ -269,9 +228,3 @@ def test_while_a_name_is_missing_it_is_not_told_and_then_it_is():
     assert follow(rivals, *IN_TURNS) == []
     graph.names = names
     assert len(follow(rivals, *[number + 100 for number in IN_TURNS])) == 1
-
-
-def test_frames_with_slashes_are_named_as_in_the_buffer():
-    (incident,) = follow(DuplicatePublishers(Graph('/a', '/b'), False), *IN_TURNS,
-                         edges=[('/odom', '/base')])
-    assert (incident.parent, incident.child) == ODOM

@@ -4,7 +4,6 @@
 """The thread that takes a listener's messages, with rclpy's wait set and without."""
 
 from contextlib import closing, suppress
-import functools
 import os
 import sys
 import threading
@@ -28,18 +27,11 @@ from ros_helpers import (
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, BufferClient, LookupException, TransformException, TransformListener
-from tf_tree_py.ros.threads import receiver as receiver_module
 from tf_tree_py.ros.threads.receiver import HAS_WAIT_SET, Receiver
-from tf_tree_py.ros.topics import listener as listener_module
-
-
-@pytest.fixture(params=[True, False], ids=['wait_set', 'executor'])
-def use_wait_set(request):
-    return request.param
 
 
 @pytest.fixture
-def receive(context, make_node, use_wait_set):
+def receive(make_node, use_wait_set):
     """Serve callbacks of String topics in a receiver, which owns its node."""
     receivers = []
 
@@ -47,11 +39,10 @@ def receive(context, make_node, use_wait_set):
         node = make_node('received')
         for topic, callback in callbacks.items():
             node.create_subscription(String, topic, callback, 1000, raw=True)
-        receivers.append(Receiver(node, ended.set, use_wait_set=use_wait_set))
+        receivers.append(Receiver(node, begin.ended.set))
         return receivers[-1]
 
-    ended = threading.Event()
-    begin.ended = ended
+    begin.ended = threading.Event()
     yield begin
     for receiver in receivers:
         receiver.close()
@@ -73,145 +64,71 @@ def publish(make_node):
 
 
 @pytest.fixture
-def pour(make_node):
+def pour(publish, pool):
     """Publish continuously, like a robot, until the end of the test or of ROS."""
-    stop, threads = threading.Event(), []
+    stop = threading.Event()
 
-    def begin(topic):
-        publisher = make_node('pouring').create_publisher(String, topic, 100)
+    def publish_on(topic):
+        with suppress(Exception):  # after the context has ended
+            while not stop.wait(0.0005):
+                publish(topic, 'x')
 
-        def publish():
-            with suppress(Exception):  # after the context has ended
-                while not stop.wait(0.0005):
-                    publisher.publish(String(data='x'))
-
-        threads.append(threading.Thread(target=publish))
-        threads[-1].start()
-
-    yield begin
+    yield lambda topic: pool.submit(publish_on, topic)
     stop.set()
-    for thread in threads:
-        thread.join()
 
 
-def text_of(data):
-    return deserialize_message(data, String).data
-
-
-def test_this_rclpy_has_what_the_fast_path_needs():
+def test_wait_set_is_used_where_rclpy_has_it():
     assert HAS_WAIT_SET
+    assert Receiver.__init__.__kwdefaults__['use_wait_set'] is HAS_WAIT_SET
 
 
 def test_messages_arrive_in_order_in_one_daemon_thread(receive, publish):
-    got, threads, done = [], set(), threading.Event()
-
     def take(data):
-        got.append(text_of(data))
-        threads.add(threading.current_thread())
-        if got[-1] == 'end':
-            done.set()
+        got.append((deserialize_message(data, String).data, threading.current_thread()))
 
-    receiver = receive(topic=take)
+    got, receiver = [], receive(topic=take)
     texts = [str(i) for i in range(500)]
-    publish('topic', *texts, 'end')
-    assert done.wait(PATIENCE_S)
-    assert got == [*texts, 'end']
-    assert threads == {receiver.thread}
+    publish('topic', *texts)
+    until(lambda: len(got) == len(texts))
+    assert got == [(text, receiver.thread) for text in texts]
     assert receiver.thread.daemon
-
-
-def test_exception_in_a_callback_is_logged_and_the_next_message_gets_through(
-        receive, publish, log):
-    done = threading.Event()
-
-    def take(data):
-        if text_of(data) == 'bad':
-            raise ValueError('it was bad')
-        done.set()
-
-    receive(topic=take)
-    publish('topic', 'bad', 'good')
-    assert done.wait(PATIENCE_S)
-    until(lambda: 'ValueError: it was bad' in log())
-    assert 'failed:' in log()
-    assert 'Traceback' in log()
 
 
 def test_flooded_topic_does_not_starve_the_other(receive, publish):
     """The single message of the other is processed long before the end of the flood."""
-    seen, done = [], threading.Event()
-
-    def flood(data):
-        seen.append('flood')
-        if text_of(data) == 'end':
-            done.set()
-
-    blocked = threading.Event()
+    seen, blocked = [], threading.Event()
 
     def hold(_):
-        if not blocked.is_set():
-            blocked.wait(PATIENCE_S)
+        blocked.wait(PATIENCE_S)
         seen.append('other')
 
-    receive(flood=flood, other=hold)
+    receive(flood=lambda _: seen.append('flood'), other=hold)
     publish('other', 'hold')
-    publish('flood', *['x'] * 900, 'end')
+    publish('flood', *['x'] * 900)
     publish('other', 'quick')
     blocked.set()
-    assert done.wait(PATIENCE_S)
+    until(lambda: len(seen) == 902)
     assert seen.index('other', 1) < 500
 
 
-def test_closing_ends_the_thread_and_destroys_the_node(receive, publish):
-    receiver = receive(topic=lambda _: None)
-    publish('topic', 'x')
-    receiver.close()
+@pytest.mark.parametrize('end', ['close', 'stop', 'shutdown', 'close in a callback'])
+def test_receiver_ends_quietly_while_messages_pour_in(receive, context, pour, log, end):
+    def take(_):
+        if end == 'close in a callback':
+            receiver.close()
+        arrived.append('x')
+
+    arrived = []
+    receiver = receive(topic=take)
+    pour('topic')
+    until(lambda: len(arrived) >= 50 or not receiver.thread.is_alive())
+    {'close': receiver.close, 'stop': receiver.stop, 'shutdown': context.shutdown}.get(end, int)()
+    receiver.thread.join(PATIENCE_S)
     assert not receiver.thread.is_alive()
     assert receive.ended.is_set()
-    receiver.close()
-    receiver.stop()
-    receiver.wake()
-
-
-def test_closing_from_a_callback_does_not_wait_for_itself(receive, publish):
-    returned = threading.Event()
-    receiver = receive(topic=lambda _: (receiver.close(), returned.set()))
-    publish('topic', 'x')
-    assert returned.wait(PATIENCE_S)
-    assert receive.ended.wait(PATIENCE_S)
-    receiver.thread.join(PATIENCE_S)
-    assert not receiver.thread.is_alive()
-
-
-def test_closing_while_messages_pour_in(receive, pour):
-    for i in range(3):
-        arrived = threading.Semaphore(0)
-        receiver = receive(**{f'topic_{i}': lambda _, arrived=arrived: arrived.release()})
-        pour(f'topic_{i}')
-        for _ in range(50):
-            assert arrived.acquire(timeout=PATIENCE_S)
-        receiver.stop()
-        receiver.thread.join(PATIENCE_S)
-        assert not receiver.thread.is_alive()
-
-
-def test_end_of_the_context_ends_the_thread(receive, context):
-    receiver = receive(topic=lambda _: None)
-    context.shutdown()
-    assert receive.ended.wait(PATIENCE_S)
-    receiver.thread.join(PATIENCE_S)
-    assert not receiver.thread.is_alive()
-
-
-def test_end_of_the_context_while_messages_pour_in_is_quiet(receive, context, pour, log):
-    arrived = threading.Semaphore(0)
-    receiver = receive(topic=lambda _: arrived.release())
-    pour('topic')
-    for _ in range(50):
-        assert arrived.acquire(timeout=PATIENCE_S)
-    context.shutdown()
-    receiver.thread.join(PATIENCE_S)
-    assert not receiver.thread.is_alive()
+    assert arrived, 'so a callback does not wait for its own thread'
+    for again in (receiver.close, receiver.stop, receiver.wake):
+        again()
     assert 'Traceback' not in log()
 
 
@@ -247,17 +164,11 @@ def test_subscription_that_is_destroyed_just_before_the_wait_does_no_harm(receiv
 # --- the listener on each of the two
 
 
-@pytest.fixture
-def either(monkeypatch, use_wait_set):
-    """Make every listener of the test use one or the other."""
-    monkeypatch.setattr(
-        listener_module, 'Receiver',
-        functools.partial(Receiver, use_wait_set=use_wait_set))
-
-
-@pytest.mark.usefixtures('either')
-def test_listener_hears_and_waits(node, listen, talker, pool):
-    buffer = listen(node)
+@pytest.mark.usefixtures('use_wait_set')
+def test_listener_hears_waits_warns_and_ends_with_its_context(
+        context, node, make_node, talker, pool, log):
+    buffer = Buffer()
+    TransformListener(buffer, node)
     asked = pool.submit(buffer.lookup_transform, 'map', 'base', at(2.0), PATIENCE)
     until_waiting(buffer)
     talker.fix(transform('base', 'camera'))
@@ -266,9 +177,18 @@ def test_listener_hears_and_waits(node, listen, talker, pool):
     talker.send(b'\0\1')
     talker.move(transform('map', 'base', 3.0))
     buffer.lookup_transform('map', 'camera', at(3.0), PATIENCE)
+    make_node('careless').create_publisher(TFMessage, '/tf_static', 1)
+    until(lambda: "topic '/tf_static', offering incompatible QoS" in log()
+          and 'DURABILITY' in log())
+    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
+    until_waiting(buffer)
+    context.shutdown()
+    with pytest.raises(LookupException, match='Given up'):
+        asked.result(PATIENCE_S)
+    until(lambda: not [t for t in threading.enumerate() if t.name.endswith('receiver')])
 
 
-@pytest.mark.usefixtures('either')
+@pytest.mark.usefixtures('use_wait_set')
 def test_listener_follows_simulated_time(make_node, listen, sim_clock):
     node = make_node('simulated', **SIM_TIME)
     buffer = listen(node)
@@ -278,29 +198,6 @@ def test_listener_follows_simulated_time(make_node, listen, sim_clock):
     assert simulated_seconds(buffer) is None
     node.set_parameters([Parameter('use_sim_time', value=True)])
     sim_clock.show(6.0, buffer)
-
-
-@pytest.mark.usefixtures('either')
-def test_listener_ends_with_its_context(context, node, pool):
-    buffer = Buffer()
-    TransformListener(buffer, node)
-    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
-    until_waiting(buffer)
-    context.shutdown()
-    with pytest.raises(LookupException, match='Given up'):
-        asked.result(PATIENCE_S)
-    until(lambda: not [t for t in threading.enumerate() if t.name.endswith('receiver')])
-
-
-@pytest.mark.usefixtures('either')
-def test_publisher_of_another_quality_is_reported(node, make_node, listen, log):
-    listen(node)
-    make_node('careless').create_publisher(listener_module.TFMessage, '/tf_static', 1)
-    until(lambda: 'offering incompatible QoS' in log())
-
-
-def test_without_the_wait_set_an_executor_is_the_default():
-    assert Receiver.__init__.__kwdefaults__['use_wait_set'] is receiver_module.HAS_WAIT_SET
 
 
 def test_two_hundred_listeners_leave_nothing_behind(make_node, context):
@@ -330,46 +227,31 @@ def test_two_hundred_listeners_leave_nothing_behind(make_node, context):
         listener.buffer.lookup_transform('a', 'b', LATEST, PATIENCE)
 
 
-def test_receiver_rests_between_messages_that_come_fast(make_node, context):
-    """Resting ends when a thread waits, so that it does not delay that thread."""
-    buffer = Buffer()
-    rests = []
+def test_receiver_rests_between_messages_that_come_fast(make_node, publish):
+    def take(data):
+        begin.wait(PATIENCE_S)
+        received.append(data)
 
-    def rest(seconds):
-        rests.append(seconds)
-        buffer.waiting.sleep_until_somebody(seconds)
-
-    home = make_node('home')
-    receiver = Receiver(home, lambda: None, rest=rest)
-    received = []
-    home.create_subscription(TFMessage, '/tf', received.append, 1000, raw=True)
-    receiver.wake()
-    talker = Talker(make_node('talker'))
-    for _ in range(300):
-        talker.send(TFMessage())
-    until(lambda: len(received) == 300)
+    rests, received, begin, home = [], [], threading.Event(), make_node('home')
+    home.create_subscription(String, 'topic', take, 1000, raw=True)
+    receiver = Receiver(home, int, rest=rests.append)
+    publish('topic', *['x'] * 900)
+    begin.set()
+    until(lambda: len(received) == 900)
     receiver.close()
     assert rests
     assert max(rests) < 0.005
 
 
-def test_nobody_sleeps_while_somebody_waits():
+def test_rest_ends_when_somebody_waits(pool):
     buffer = Buffer()
-    began = threading.Event()
-
-    def wait():
-        began.set()
-        with suppress(TransformException):
-            buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
-
-    thread = threading.Thread(target=wait)
-    thread.start()
-    began.wait(PATIENCE_S)
-    until(lambda: len(buffer.waiting) == 1)
+    asked = pool.submit(buffer.lookup_transform, 'map', 'base', LATEST, PATIENCE)
+    until_waiting(buffer)
     # Otherwise it would sleep for an hour.
-    buffer.waiting.sleep_until_somebody(3600.0)
+    assert buffer.waiting.sleep_until_somebody(3600.0)
     buffer.waiting.fail(TransformException('enough'))
-    thread.join(PATIENCE_S)
+    with pytest.raises(TransformException, match='enough'):
+        asked.result(PATIENCE_S)
     assert not buffer.waiting.sleep_until_somebody(0.0)
 
 
