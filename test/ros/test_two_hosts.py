@@ -9,7 +9,6 @@ import time
 
 from hosts import two_hosts
 from programs import PATIENCE_S
-import pytest
 from tf_tree_py import LATEST
 
 GAP_S = 5.0
@@ -72,28 +71,21 @@ DESK = """
 """
 
 
-@pytest.fixture
-def hosts():
-    with two_hosts() as hosts:
-        yield hosts
-
-
-def test_after_a_gap_lookups_go_on_and_statics_that_were_missed_arrive(hosts):
-    robot, desk = hosts
-    robot.run(ROBOT, **ENVIRONMENT)
-    desk.run(DESK, **ENVIRONMENT)
-
+def test_after_a_gap_lookups_go_on_and_statics_that_were_missed_arrive():
     def where_is(frame, stamp=None, timeout_s=PATIENCE_S):
         """Return the desk's result for a frame, by default at the current time."""
         stamp = time.time_ns() if stamp is None else stamp
         return desk.tell(json.dumps([frame, stamp, timeout_s]))
 
-    assert robot.tell('camera') == 'mounted'
-    # The latest first, because the time of discovery is unknown.
-    assert where_is('camera', LATEST) == where_is('camera') == '3.0'
-    robot.set_link('down')
-    assert robot.tell('lidar') == 'mounted'
-    assert where_is('base', timeout_s=GAP_S) == 'FutureExtrapolationException'
-    assert where_is('lidar', LATEST, 0.0) == 'LookupException'
-    robot.set_link('up')
-    assert [where_is(frame) for frame in ('base', 'camera', 'lidar')] == ['1.0', '3.0', '3.0']
+    with two_hosts() as (robot, desk):
+        robot.run(ROBOT, **ENVIRONMENT)
+        desk.run(DESK, **ENVIRONMENT)
+        assert robot.tell('camera') == 'mounted'
+        # The latest first, because the time of discovery is unknown.
+        assert where_is('camera', LATEST) == where_is('camera') == '3.0'
+        robot.set_link('down')
+        assert robot.tell('lidar') == 'mounted'
+        assert where_is('base', timeout_s=GAP_S) == 'FutureExtrapolationException'
+        assert where_is('lidar', LATEST, 0.0) == 'LookupException'
+        robot.set_link('up')
+        assert [where_is(frame) for frame in ('base', 'camera', 'lidar')] == ['1.0', '3.0', '3.0']
