@@ -206,13 +206,13 @@ def test_flood_of_rubbish_is_survived_and_logged_in_a_few_lines(node, listen, ta
                *[message(with_numbers(f'child_{i}', y=NAN)) for i in range(50)]]
     send_and_settle(talker, buffer)
     for turn in range(20):
-        new_names = message(*[transform('map', f'new_{turn}_{i}') for i in range(500)])
+        new_names = message(*[transform('map', f'new_{turn}_{i}') for i in range(100)])
         send_and_settle(talker, buffer, *rubbish, new_names)
     counts = buffer.statistics()
     assert counts.frames == 5
     assert counts.accepted == 21 + 3, 'the markers, and as many names as there is room for'
-    assert counts.incidents[Kind.TOO_MANY_FRAMES] == 20 * 500 - 3
-    assert counts.refused == 20 * (len(rubbish) + 500) - 3
+    assert counts.incidents[Kind.TOO_MANY_FRAMES] == 20 * 100 - 3
+    assert counts.refused == 20 * (len(rubbish) + 100) - 3
     until(lambda: 'malformed' in log() and 'max_frames' in log())
     lines = Counter(kind for line in log().splitlines() for kind in Kind if kind.value in line)
     assert lines[Kind.MALFORMED] == lines[Kind.SELF_EDGE] == 1

@@ -94,6 +94,7 @@ def test_late_joiner_gets_all_statics_of_all_broadcasters(node, make_node, liste
     first.sendTransform([transform('base', 'b', x=9.0), transform('base', 'c', x=3.0)])
     first.sendTransform([transform('c', 'a', x=1.0), transform('/base', '/b', x=9.0)])
     first.sendTransform(transform('base', 'b', x=2.0))
+    assert [each.child_frame_id for each in first.net_message.transforms] == ['a', 'b', 'c']
     second.sendTransform(transform('base', 'd', x=4.0))
     names = [f'sensor_{number}' for number in range(60)]
     list(pool.map(lambda name: third.sendTransform(transform('base', name, x=5.0)), names))

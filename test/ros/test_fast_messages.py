@@ -15,23 +15,8 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
+from tf_tree_py.ros.messages import fast_messages as fast
 from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
-from tf_tree_py.ros.messages.fast_messages import (
-    copy_of,
-    maker,
-    many_maker,
-    public_maker,
-    public_many_maker,
-    public_reader,
-    public_whole_maker,
-    reader,
-    slots_are_known,
-    slotted_maker,
-    slotted_many_maker,
-    slotted_reader,
-    slotted_whole_maker,
-    whole_maker,
-)
 
 KINDS = [*TRANSFORMERS, Header, Time, PointField]
 
@@ -45,13 +30,14 @@ def leaves(message):
 
 @for_each(kind=KINDS)
 def test_message_is_made_of_all_its_values_and_no_others(kind):
-    assert slots_are_known(kind)
+    assert fast.slots_are_known(kind)
     wanted = filled(kind, np.random.default_rng(1))
     sent = deserialize_message(serialize_message(wanted), kind)
     of_fields = [value for _, value in fields(wanted)]
-    for values, makers in ((of_fields, (slotted_maker, public_maker, maker)),
-                           (leaves(wanted), (slotted_whole_maker, public_whole_maker,
-                                             whole_maker))):
+    for values, makers in [
+            (of_fields, [fast.maker, fast.slotted_maker, fast.public_maker]),
+            (leaves(wanted), [fast.whole_maker, fast.slotted_whole_maker,
+                              fast.public_whole_maker])]:
         for make in (make_maker(kind) for make_maker in makers):
             made = make(*values)
             assert type(made) is kind
@@ -68,11 +54,11 @@ def test_message_is_made_of_all_its_values_and_no_others(kind):
 def test_many_are_made_and_read_as_one_by_one(kind, count):
     rng = np.random.default_rng(3)
     messages = [filled(kind, rng) for _ in range(count)]
-    columns = slotted_reader(kind)(messages)
-    assert columns == public_reader(kind)(messages)
+    columns = fast.slotted_reader(kind)(messages)
+    assert columns == fast.public_reader(kind)(messages)
     assert columns == [[dict(fields(message))[name] for message in messages]
                        for name, _ in fields(kind())]
-    for make_many in (slotted_many_maker(kind), public_many_maker(kind)):
+    for make_many in (fast.slotted_many_maker(kind), fast.public_many_maker(kind)):
         made = make_many(*columns)
         assert made == messages
         assert [type(message) for message in made] == [kind] * count
@@ -85,7 +71,7 @@ def test_many_are_made_and_read_as_one_by_one(kind, count):
 @for_each(kind=[Point, Odometry, PointCloud2])
 def test_message_is_as_good_as_any_to_its_owner_and_shares_nothing(kind):
     before, after = (filled(kind, np.random.default_rng(seed)) for seed in (1, 2))
-    make, values = maker(kind), [value for _, value in fields(before)]
+    make, values = fast.maker(kind), [value for _, value in fields(before)]
     one, other = make(*values), make(*values)
     for field, value in fields(after):
         setattr(one, field, value)
@@ -107,17 +93,17 @@ def test_other_slots_are_noticed_and_the_constructor_is_used(slots):
             return {'x': 'double', 'y': 'double', 'z': 'double'}
 
     Other.__slots__ = slots
-    assert not slots_are_known(Other)
-    assert maker(Other)(1.0, 2.0, 3.0).values == {'x': 1.0, 'y': 2.0, 'z': 3.0}
-    one, other = many_maker(Other)([1.0, 2.0], [3.0, 4.0], [5.0, 6.0])
+    assert not fast.slots_are_known(Other)
+    assert fast.maker(Other)(1.0, 2.0, 3.0).values == {'x': 1.0, 'y': 2.0, 'z': 3.0}
+    one, other = fast.many_maker(Other)([1.0, 2.0], [3.0, 4.0], [5.0, 6.0])
     assert other.values == {'x': 2.0, 'y': 4.0, 'z': 6.0}
     assert one.values == {'x': 1.0, 'y': 3.0, 'z': 5.0}
-    assert reader(Other)([Point(x=1.0), Point(y=2.0)]) == [[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]]
+    assert fast.reader(Other)([Point(x=1.0), Point(y=2.0)]) == [[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]]
 
 
 def test_header_is_copied():
     header = Header(frame_id='base', stamp=Time(sec=1, nanosec=2))
-    twin, elsewhere = copy_of(header), copy_of(header, 'map')
+    twin, elsewhere = fast.copy_of(header), fast.copy_of(header, 'map')
     assert twin == header
     assert (elsewhere.frame_id, elsewhere.stamp) == ('map', header.stamp)
     twin.stamp.sec = 5

@@ -71,6 +71,7 @@ def test_twenty_robots_of_fifteen_frames_are_one_tree(make_node):
     buffer, node = Buffer(), make_node('fleet')
     for robot in robots:
         listen_to(robot.name, buffer, node)
+    for robot in robots:
         robot.move(1.0, 2.0)
     for robot, frame in itertools.product(robots, FRAMES):
         buffer.lookup_transform('map', f'{robot.name}/{frame}', at(2.0), PATIENCE)
