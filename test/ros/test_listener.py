@@ -355,7 +355,7 @@ def test_node_may_be_destroyed_before_the_listener_is_closed(context, spin_threa
     assert receivers() == []
 
 
-def test_listener_after_listener_may_fill_one_buffer_and_then_lets_go_of_it(node, talker):
+def test_listener_after_listener_may_fill_a_buffer_and_let_go_of_it(node, talker):
     buffer = Buffer()
     gone = weakref.ref(buffer)
     for stamp in (1.0, 2.0, 3.0):

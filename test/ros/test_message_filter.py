@@ -402,7 +402,7 @@ def test_message_that_is_just_being_answered_is_not_dropped_meanwhile(
     assert not inbox.dropped
 
 
-def test_threads_add_while_transforms_arrive_and_nothing_is_lost_or_doubled(
+def test_threads_add_while_transforms_arrive_and_none_is_lost_or_doubled(
         node, make_filter, spin, inbox, pool):
     spin(node, kind=MultiThreadedExecutor)
     # It forgets nothing, however long a busy machine delays one of the threads.
