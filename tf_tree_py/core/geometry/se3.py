@@ -344,5 +344,4 @@ def _jacobian_product(v: Any, w: Any, first: Any, second: Any) -> Any:
 
 
 def _jacobian_product_many(v: Array, w: Array, first: Array, second: Array) -> Array:
-    columns = _jacobian_product(so3.columns(v), so3.columns(w), first, second)
-    return np.stack(columns, axis=-1)
+    return so3.joined(_jacobian_product(so3.columns(v), so3.columns(w), first, second))

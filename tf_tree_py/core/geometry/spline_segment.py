@@ -217,11 +217,11 @@ def _compose(a: Any, b: Any) -> Numbers:
 
 
 def _exp_many(tangent: Numbers) -> Numbers:
-    return so3.columns(se3.exp_many(_joined(tangent)))  # type: ignore[no-any-return]
+    return so3.columns(se3.exp_many(so3.joined(tangent)))  # type: ignore[no-any-return]
 
 
 def _log_many(pose: Numbers) -> Numbers:
-    return so3.columns(se3.log_many(_joined(pose)))  # type: ignore[no-any-return]
+    return so3.columns(se3.log_many(so3.joined(pose)))  # type: ignore[no-any-return]
 
 
 def _adjoint(pose: Any, tangent: Any) -> Numbers:
@@ -236,10 +236,6 @@ def _bracket(a: Numbers, b: Numbers) -> Numbers:
 def _in_childs_axes(pose: Any, rate: Any, bend: Any) -> tuple[Numbers, Numbers]:
     """Return the twist, and the acceleration with the term for the rotation of the axes."""
     return rate, (*_plus(bend[:3], _cross(rate[3:], rate[:3])), *bend[3:])
-
-
-def _joined(numbers: Numbers) -> Array:
-    return np.stack(np.broadcast_arrays(*numbers), axis=-1)
 
 
 SPLIT = Group('R3 x SO(3)', _split_compose, _split_inverse, _split_exp, _split_exp_many,
