@@ -11,9 +11,15 @@ import pytest
 collect_ignore_glob = [] if find_spec('zenoh') else ['test_*.py']
 if find_spec('zenoh'):
     from fleet_helpers import router_here, session_at
-    from tf_tree_py.fleet import FleetListener, RobotPublisher
+    from tf_tree_py.fleet import connection, FleetListener, RobotPublisher
 
 numbers = itertools.count()
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """Let an attempt to connect end soon, where the router is on this machine or nowhere."""
+    monkeypatch.setattr(connection, '_ATTEMPT_S', 0.2)
 
 
 @pytest.fixture(scope='module')

@@ -38,9 +38,13 @@ def free_port():
         return probe.getsockname()[1]
 
 
+# A router would search for half a second before it is open, although it may not search.
+AT_ONCE = {'delay': 1}
+
+
 def router_config(endpoint, **more):
     return json.dumps({'mode': 'router', 'listen': {'endpoints': [endpoint]},
-                       'scouting': {'multicast': {'enabled': False}}, **more})
+                       'scouting': {'multicast': {'enabled': False}, **AT_ONCE}, **more})
 
 
 class Router:

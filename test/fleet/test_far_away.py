@@ -14,15 +14,19 @@ from poor_link import PoorLink
 from programs import PATIENCE_S
 import pytest
 
-GAP_S = 10.0
+GAP_S = 3.0
 RATE_HZ = 20
 PORT = 7447
+# By default, Zenoh gives a connection up after ten seconds of silence. With this setting of both
+# sides, the gap is long enough for that.
+IMPATIENT = 'transport: {link: {tx: {lease: 1000}}}'
 # The position of the robot as a function of the stamp, used by the robot and here.
 PLACE = 'math.sin(stamp * 1e-9)'
 
 ROBOT = f"""
     import json
     import math
+    import os
     import sys
     import threading
     import time
@@ -30,7 +34,8 @@ ROBOT = f"""
     from tf_tree_py.core.thinning.senders import StaticSender
     from tf_tree_py.fleet.uplink import Uplink
 
-    uplink = Uplink('tcp/10.0.0.2:{PORT}', 'robot7', history=400)
+    uplink = Uplink('tcp/10.0.0.2:{PORT}', 'robot7', history=400,
+                    config=os.environ['ZENOH_FILE'])
     static, ended, stamps = StaticSender(uplink.send_static), threading.Event(), []
 
     def drive():
@@ -63,7 +68,8 @@ DESK = f"""
 
     router = zenoh.open(zenoh.Config.from_json5('''{{
         mode: "router", listen: {{endpoints: ["tcp/0.0.0.0:{PORT}"]}},
-        scouting: {{multicast: {{enabled: false}}}}, timestamping: {{enabled: true}}}}'''))
+        scouting: {{multicast: {{enabled: false}}}}, timestamping: {{enabled: true}},
+        {IMPATIENT}}}'''))
     with FleetListener('tcp/127.0.0.1:{PORT}', cache_time=60 * 10**9) as listener:
         print('listens', flush=True)
         # Each line asks where a frame is at a stamp, and how long to wait for the answer. An
@@ -95,10 +101,11 @@ def hosts():
         desk.end()
 
 
-def test_after_a_gap_nothing_is_missing_and_the_newest_statics_are_there(hosts):
+def test_after_a_gap_nothing_is_missing_and_the_newest_statics_are_there(hosts, tmp_path):
     robot, desk, link = hosts
+    (tmp_path / 'robot.json5').write_text(f'{{{IMPATIENT}}}')
     desk.run(DESK)
-    robot.run(ROBOT)
+    robot.run(ROBOT, ZENOH_FILE=str(tmp_path / 'robot.json5'))
 
     def where_is(frame, stamp=None, timeout_s=PATIENCE_S):
         """Return the desk's result for a frame, and the seconds that it took; None: the latest."""

@@ -255,7 +255,7 @@ def test_a_listener_may_be_closed_anywhere_and_twice_and_keeps_what_it_has(liste
     assert closed.wait(PATIENCE_S)
 
 
-def test_a_listener_without_a_router_waits_for_one_and_can_be_closed(caplog):
+def test_a_listener_without_a_router_waits_for_one_and_can_be_closed(impatient, caplog):
     with FleetListener('tcp/127.0.0.1:9') as listener:
         until(lambda: 'yet, retrying' in caplog.text)
         assert not listener.connected

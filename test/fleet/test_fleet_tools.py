@@ -110,7 +110,7 @@ def test_view_shows_a_fleet(hall):
         program.kill()
 
 
-def test_a_router_that_is_not_there_is_told():
+def test_a_router_that_is_not_there_is_told(impatient):
     done = tool('tf_echo', 'map', 'base', '--fleet', NOBODY, '--once', '--seconds', 0.1)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == (

@@ -54,7 +54,7 @@ def test_a_router_that_comes_back_finds_everything_as_it_was(router, caplog):
     assert messages(caplog) == ['the connection', 'connected']
 
 
-def test_a_listener_that_was_there_before_its_router_hears_all(router, caplog):
+def test_a_listener_that_was_there_before_its_router_hears_all(impatient, router, caplog):
     router.kill()
     with FleetListener(router.endpoint) as listener:
         until(lambda: caplog.records)

@@ -3,11 +3,13 @@
 
 """Mutual TLS, access control, users with passwords: with the files that docs/fleet.md explains."""
 
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timezone
 from pathlib import Path
 
 from conditions import until
 from fleet_helpers import (
+    AT_ONCE,
     free_port,
     kept,
     message,
@@ -19,6 +21,7 @@ from fleet_helpers import (
 import pytest
 from tf_tree_py.fleet import configuration, FleetError, FleetListener, open_session, RobotPublisher
 from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
+from tf_tree_py.fleet.session import try_session
 from tf_tree_py.tools.tf_doctor import main as tf_doctor
 import zenoh
 
@@ -75,12 +78,23 @@ def router(folder):
         endpoint = f'tls/127.0.0.1:{free_port()}'
         path = written(folder, 'fleet_router', 'router',
                        {'tls/0.0.0.0:7447': endpoint, **(changes or {})})
-        sessions.append(zenoh.open(zenoh.Config.from_file(path)))
+        config = zenoh.Config.from_file(path)
+        for name, value in AT_ONCE.items():
+            config.insert_json5(f'scouting/{name}', str(value))
+        sessions.append(zenoh.open(config))
         return endpoint
 
     yield router
     for session in sessions:
         session.close()
+
+
+@pytest.fixture
+def guarded(folder, router):
+    """Return the address of a router that wants the password of robot7."""
+    (folder / 'users.txt').write_text('robot7:secret\n')
+    return router({'    link: {': f"""auth: {{ usrpwd: {{
+        user: "router", password: "x", dictionary_file: "{folder}/users.txt" }} }}, link: {{"""})
 
 
 def test_each_robot_speaks_below_its_own_name_and_the_desk_hears(folder, router):
@@ -153,28 +167,32 @@ def test_who_has_no_certificate_of_the_fleet_is_kept_out(folder, router):
     endpoint = router()
     nothing = folder / 'nothing.json5'
     nothing.write_text('{}')
-    for stranger, there in [(nothing, endpoint), (client(folder, 'stranger'), endpoint),
-                            (nothing, endpoint.replace('tls', 'tcp'))]:
-        with pytest.raises(FleetError, match='Unable to connect'):
-            open_session(configuration(there, stranger), timeout_s=0.5)
+    assert_refused([(endpoint, nothing), (endpoint, client(folder, 'stranger')),
+                    (endpoint.replace('tls', 'tcp'), nothing)])
 
 
-def test_users_have_passwords_where_the_router_wants_them(folder, router):
-    (folder / 'users.txt').write_text('robot7:secret\n')
-    endpoint = router({'    link: {': f"""auth: {{ usrpwd: {{
-        user: "router", password: "x", dictionary_file: "{folder}/users.txt" }} }}, link: {{"""})
-    with session_at(endpoint, client(folder, 'robot7', user('robot7', 'secret'))):
+def test_users_have_passwords_where_the_router_wants_them(folder, guarded):
+    with session_at(guarded, client(folder, 'robot7', user('robot7', 'secret'))):
         pass
-    for wrong in (user('robot7', 'guessed'), user('desk', 'secret'), ''):
+    assert_refused([(guarded, client(folder, 'robot7', wrong)) for wrong in (
+        user('robot7', 'guessed'), user('desk', 'secret'), '')])
+
+
+def assert_refused(attempts):
+    """Assert that no session starts with any of these addresses and files, tried together."""
+    def attempt(there, config):
         with pytest.raises(FleetError, match='Unable to connect'):
-            open_session(configuration(endpoint, client(folder, 'robot7', wrong)), timeout_s=0.5)
+            try_session(configuration(there, config), timeout_s=0.5)
+
+    with ThreadPoolExecutor() as pool:
+        assert list(pool.map(attempt, *zip(*attempts, strict=True))) == [None] * len(attempts)
 
 
 # --- the reasons of refusals
 
 def reason(endpoint, config=None):
     with pytest.raises(FleetError) as raised:
-        open_session(configuration(endpoint, config), timeout_s=0.3)
+        open_session(configuration(endpoint, config), timeout_s=0.05)
     assert '\n' not in str(raised.value)
     return str(raised.value)
 
@@ -215,21 +233,19 @@ def test_other_reasons_are_explained(folder, router):
     assert 'no address is known' in reason('tcp/no-such-host.invalid:7447')
 
 
-def test_password_that_is_wrong_is_a_possible_reason(folder, router):
-    (folder / 'users.txt').write_text('robot7:secret\n')
-    endpoint = router({'    link: {': f"""auth: {{ usrpwd: {{
-        user: "router", password: "x", dictionary_file: "{folder}/users.txt" }} }}, link: {{"""})
+def test_password_that_is_wrong_is_a_possible_reason(folder, guarded):
     assert 'may require a user and a password' in reason(
-        endpoint, client(folder, 'robot7', user('robot7', 'guessed')))
+        guarded, client(folder, 'robot7', user('robot7', 'guessed')))
 
 
-def test_listener_and_tool_say_why(folder, router, caplog, capsys):
+def test_listener_and_tool_say_why(impatient, folder, router, caplog, capsys):
     config = desk(folder, 'expired', {'desk.': 'old.'})
     endpoint = router()
     with FleetListener(endpoint, config=config) as listener:
         until(lambda: 'yet, retrying' in caplog.text)
         assert 'certificate has expired' in caplog.text
         assert 'certificate has expired' in listener.why_not_connected()
-    tf_doctor(['tf_doctor', '--fleet', endpoint, '--fleet-config', str(config), '--seconds', '1'])
+    tf_doctor(['tf_doctor', '--fleet', endpoint, '--fleet-config', str(config),
+               '--seconds', '0.1'])
     shown = capsys.readouterr()
     assert 'certificate has expired' in ' '.join((shown.out + shown.err).split())

@@ -46,7 +46,7 @@ def test_who_comes_late_hears_the_last_statics_and_what_moved_lately(caplog):
     assert not caplog.records, 'nothing was wrong'
 
 
-def test_router_that_comes_late_gets_the_statics_of_before(caplog):
+def test_router_that_comes_late_gets_the_statics_of_before(impatient, caplog):
     endpoint = f'tcp/127.0.0.1:{free_port()}'
     with uplink(endpoint) as robot:
         robot.send_static([CAMERA])
@@ -75,7 +75,7 @@ def test_router_that_died_comes_back_to_what_was_sent_meanwhile(caplog):
         router.kill()
 
 
-def test_uplink_that_never_came_up_ends():
+def test_uplink_that_never_came_up_ends(impatient):
     with uplink('tcp/127.0.0.1:9') as robot:
         robot.send_static([CAMERA])
         assert 'uplink' in names_of_threads()
