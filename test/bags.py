@@ -199,14 +199,14 @@ STATIC = [Message(START + SECOND, '/tf_static', [
 
 def driving(prefix='', count=150, topic='/tf', publisher=''):
     """Return messages of a driving robot: odometry and an arm of two joints."""
-    messages = []
+    messages, rng = [], np.random.default_rng([7, *f'{prefix} {topic} {publisher}'.encode()])
     for number in range(count):
         stamp = START + number * PERIOD
         messages.append(Message(stamp + 5_000_000, topic, [
-            ('map', f'{prefix}odom', stamp, random_pose(RNG)),
-            (f'{prefix}odom', f'{prefix}base', stamp, random_pose(RNG))], publisher=publisher))
+            ('map', f'{prefix}odom', stamp, random_pose(rng)),
+            (f'{prefix}odom', f'{prefix}base', stamp, random_pose(rng))], publisher=publisher))
         messages.append(Message(stamp + 6_000_000, topic, [
-            (f'{prefix}base', f'{prefix}hand', stamp + 1_000, random_pose(RNG))],
+            (f'{prefix}base', f'{prefix}hand', stamp + 1_000, random_pose(rng))],
             publisher=publisher))
     return messages
 

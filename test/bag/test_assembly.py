@@ -9,6 +9,7 @@ number of calls shows how a message was inserted.
 """
 
 import math
+from zlib import crc32
 
 from bags import as_cdr, as_ros1, random_pose, SECOND
 from counting import calls
@@ -29,13 +30,17 @@ TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
 OTHER = TF._replace(topic='/other/tf')
 STATIC = TF._replace(topic='/tf_static', latched=True)
 ROS1 = TF._replace(publisher='/old', ros1=True)
-RNG = np.random.default_rng(11)
 ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def arrival(source, transforms, data=None):
-    """Return a message; transforms are (parent, child, stamp), optionally with a pose."""
-    transforms = [each if len(each) == 4 else (*each, random_pose(RNG)) for each in transforms]
+    """
+    Return a message; transforms are (parent, child, stamp), optionally with a pose.
+
+    Without one, the pose is random, and depends on the message alone.
+    """
+    rng = np.random.default_rng(crc32(repr((source, transforms)).encode()))
+    transforms = [each if len(each) == 4 else (*each, random_pose(rng)) for each in transforms]
     if data is None:
         data = (as_ros1 if source.ros1 else as_cdr)(transforms)
     return RecordedMessage(0, source, data)

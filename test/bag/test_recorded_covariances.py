@@ -13,7 +13,6 @@ from bags import (
     ODOMETRY,
     PERIOD,
     random_pose,
-    RNG,
     SECOND,
     START,
     write_ros1,
@@ -247,8 +246,8 @@ def test_other_byte_order_is_read():
     assert found.covariance.dtype.isnative
 
 
-def test_odometry_moves_an_edge_of_a_bag_without_transforms(tmp_path):
-    messages = [estimate('/odom', 'odom', 'base', START + number * PERIOD, random_pose(RNG),
+def test_odometry_moves_an_edge_of_a_bag_without_transforms(tmp_path, rng):
+    messages = [estimate('/odom', 'odom', 'base', START + number * PERIOD, random_pose(rng),
                          np.eye(6)) for number in range(10)]
     bag = write_ros2(tmp_path / 'run', messages)
     with pytest.raises(BagError, match=r"odometry='/odom'\) makes an edge of its odometry"):
@@ -258,7 +257,7 @@ def test_odometry_moves_an_edge_of_a_bag_without_transforms(tmp_path):
         ('odom', 'base', 10)]
 
 
-def test_topic_named_tf_of_another_type_is_told(tmp_path):
-    message = estimate('/tf', 'odom', 'base', START, random_pose(RNG), np.eye(6))
+def test_topic_named_tf_of_another_type_is_told(tmp_path, rng):
+    message = estimate('/tf', 'odom', 'base', START, random_pose(rng), np.eye(6))
     with pytest.raises(BagError, match='/tf has messages of type nav_msgs/Odometry, not tf2_msgs'):
         open_bag(write_ros2(tmp_path / 'run', [message]))

@@ -3,7 +3,7 @@
 
 """A buffer is recorded as a bag that opens as the same buffer, to the bit."""
 
-from bags import fed, random_pose, RNG, RUN, SECOND, START, write_ros2
+from bags import fed, random_pose, RUN, SECOND, START, write_ros2
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
@@ -41,10 +41,10 @@ def test_recordings_and_loaded_trees_are_recorded_too(tmp_path):
         open_bag(tmp_path / 'third.mcap'))
 
 
-def test_window_of_a_live_buffer_is_recorded_and_no_more(tmp_path):
+def test_window_of_a_live_buffer_is_recorded_and_no_more(tmp_path, rng):
     buffer = BufferCore(SECOND)
     for number in range(500):
-        buffer.insert('map', 'base', START + number * SECOND // 100, random_pose(RNG))
+        buffer.insert('map', 'base', START + number * SECOND // 100, random_pose(rng))
     buffer.insert('map', 'table', START, Pose(x=1.0), static=True)
     buffer.record(tmp_path / 'incident.mcap')
     again = open_bag(tmp_path / 'incident.mcap')
@@ -52,14 +52,14 @@ def test_window_of_a_live_buffer_is_recorded_and_no_more(tmp_path):
     assert len(again.edges()) == 2
 
 
-def test_frame_that_was_hung_elsewhere_and_a_corrected_sample_are_recorded(tmp_path):
+def test_frame_that_was_hung_elsewhere_and_a_corrected_sample_are_recorded(tmp_path, rng):
     buffer = BufferCore(UNLIMITED)
     for number in range(20):
-        buffer.insert('map', 'base', START + number * SECOND, random_pose(RNG))
+        buffer.insert('map', 'base', START + number * SECOND, random_pose(rng))
         buffer.insert('table' if number < 8 else 'base', 'cup', START + number * SECOND,
-                      random_pose(RNG))
-    buffer.insert('map', 'base', START + 19 * SECOND, random_pose(RNG))
-    buffer.insert('base', 'cup', START + 12 * SECOND, random_pose(RNG))
+                      random_pose(rng))
+    buffer.insert('map', 'base', START + 19 * SECOND, random_pose(rng))
+    buffer.insert('base', 'cup', START + 12 * SECOND, random_pose(rng))
     buffer.record(tmp_path / 'incident.mcap')
     with pytest.warns(UserWarning, match='repeated stamp'):
         assert content(open_bag(tmp_path / 'incident.mcap')) == content(buffer)
@@ -67,10 +67,10 @@ def test_frame_that_was_hung_elsewhere_and_a_corrected_sample_are_recorded(tmp_p
 
 @pytest.mark.parametrize('edges', [[], [('map', 'table', True)], [('map', 'base', False)]],
                          ids=['nothing', 'static only', 'moving only'])
-def test_little_is_recorded_as_well(tmp_path, edges):
+def test_little_is_recorded_as_well(tmp_path, edges, rng):
     buffer = BufferCore()
     for parent, child, static in edges:
-        buffer.insert(parent, child, START, random_pose(RNG), static=static)
+        buffer.insert(parent, child, START, random_pose(rng), static=static)
     buffer.record(tmp_path / 'little.mcap')
     assert content(open_bag(tmp_path / 'little.mcap')) == content(buffer)
 
@@ -137,14 +137,14 @@ def test_spline_is_recorded_as_poses_that_follow_it(tmp_path):
     assert open_bag(tmp_path / 'nothing.mcap').edges() == []
 
 
-def test_of_an_aided_edge_the_poses_are_recorded(tmp_path):
+def test_of_an_aided_edge_the_poses_are_recorded(tmp_path, rng):
     plain, aided = (BufferCore(UNLIMITED) for _ in range(2))
     for number in range(20):
-        pose = random_pose(RNG)
+        pose = random_pose(rng)
         plain.insert('map', 'base', START + number * SECOND, pose)
         aided.insert('map', 'base', START + number * SECOND, pose, covariance=np.eye(6))
     stamps = START + np.arange(0, 10 * SECOND, SECOND // 50)
-    aided.aid('base', stamps, RNG.normal(size=(len(stamps), 3)))
-    aided.aid('camera', stamps, RNG.normal(size=(len(stamps), 3)))
+    aided.aid('base', stamps, rng.normal(size=(len(stamps), 3)))
+    aided.aid('camera', stamps, rng.normal(size=(len(stamps), 3)))
     aided.record(tmp_path / 'incident.mcap')
     assert content(open_bag(tmp_path / 'incident.mcap')) == content(plain)

@@ -35,15 +35,17 @@ from tf_tree_py.core.tree.frozen import freeze, thaw
 from tf_tree_py.core.tree.queries import Snapshot
 
 SECOND = 10**9
-RNG = np.random.default_rng(3)
 
 
-def pose():
-    return se3.exp(tuple(RNG.normal(size=6).tolist()))
+def poses(seed=3):
+    """Return a function that returns random poses, one after the other."""
+    rng = np.random.default_rng(seed)
+    return lambda: se3.exp(tuple(rng.normal(size=6).tolist()))
 
 
 def fill(buffer):
     """Insert edges that move, are static, change their parent, and are reversed."""
+    pose = poses()
     for number in range(200):
         stamp = SECOND + number * SECOND // 20
         buffer.insert('map', 'odom', stamp, pose(), authority='slam')
@@ -60,15 +62,16 @@ def fill(buffer):
 
 def fill_with_more_than_samples(buffer):
     """Insert a spline that covers the end, a partly unused gyroscope, covariances."""
+    pose, rng = poses(4), np.random.default_rng(5)
     stamps = np.arange(8 * SECOND, 11 * SECOND, SECOND // 20)
     buffer.insert_curve('base', 'imu', Spline.fit(stamps, waving_poses(stamps * 1e-9), 10.0))
     buffer.insert_curve('imu', 'screw', Spline.fit(
         stamps, waving_poses(stamps * 1e-9), 10.0, on_se3=True))
-    rates = RNG.normal(size=(len(stamps), 3))
+    rates = rng.normal(size=(len(stamps), 3))
     buffer.aid('odom', stamps + 3, rates)
     buffer.aid('nobody', stamps, rates)
     for stamp in stamps.tolist():
-        buffer.insert('imu', 'gps', stamp, pose(), covariance=np.diag(RNG.random(6)) * 1e-4)
+        buffer.insert('imu', 'gps', stamp, pose(), covariance=np.diag(rng.random(6)) * 1e-4)
     buffer.insert('gps', 'roof', 0, pose(), static=True, covariance=np.eye(6) * 1e-8)
 
 
@@ -144,7 +147,7 @@ def test_edge_that_jumps_goes_on_jumping(tmp_path):
 
 def test_buffer_that_lives_can_be_saved_and_goes_on(tmp_path, buffer):
     buffer.save(tmp_path / 'run.tftree')
-    buffer.insert('odom', 'base', 20 * SECOND, pose())
+    buffer.insert('odom', 'base', 20 * SECOND, Pose())
     assert buffer.latest_common_time('odom', 'base') == 20 * SECOND
     assert load(tmp_path / 'run.tftree').latest_common_time('odom', 'base') < 20 * SECOND
 
@@ -178,7 +181,7 @@ def test_header_that_was_changed_is_told(tmp_path, buffer):
 
 
 def test_every_bit_that_flips_is_found_where_the_file_is_verified(tmp_path):
-    buffer, path = BufferCore(), tmp_path / 'run.tftree'
+    buffer, path, pose = BufferCore(), tmp_path / 'run.tftree', poses()
     for stamp in range(1, 6):
         buffer.insert('map', 'base', stamp * SECOND, pose())
     buffer.insert('base', 'lidar', 0, pose(), static=True)
@@ -248,7 +251,8 @@ def test_pipe_without_a_writer_is_refused_at_once(tmp_path):
 
 PREFIX = struct.Struct('<8sIII')
 WHOLE = freeze(fill(BufferCore(3 * SECOND))._tree).as_bytes()
-HEADER_ENDS = PREFIX.size + PREFIX.unpack_from(WHOLE)[2]
+MAGIC, VERSION, SIZE, _ = PREFIX.unpack_from(WHOLE)
+HEADER_ENDS = PREFIX.size + SIZE
 FACTS = json.loads(WHOLE[PREFIX.size:HEADER_ENDS])
 
 
@@ -295,7 +299,7 @@ def test_facts_that_cannot_be_are_told_whoever_wrote_them(data):
     header = json.dumps(facts).encode()
     header += b' ' * (-(PREFIX.size + len(header)) % 8)
     nothing_but_the_tree_error(
-        PREFIX.pack(b'tf_tree\0', 1, len(header), zlib.crc32(header)) + header
+        PREFIX.pack(MAGIC, VERSION, len(header), zlib.crc32(header)) + header
         + WHOLE[HEADER_ENDS:])
 
 
