@@ -22,8 +22,9 @@ LIMITS = [Limits(OVER, 0.5, math.inf, 0.0), Limits(OVER, math.inf, math.inf, 0.0
 
 
 def place(offset, plan, seconds):
-    """Return the remaining offset after a time in seconds."""
-    gone = [way(seconds, course[1:]) * np.array(course.line) for course in plan[:2]]
+    """Return the remaining offset after a time in seconds, or after each of several."""
+    gone = [np.multiply.outer(way(seconds, course[1:], np.minimum, np.maximum), course.line)
+            for course in plan[:2]]
     return np.array(offset) + gone[0] + gone[1]
 
 
@@ -112,17 +113,17 @@ def followed(limits, every, noise, seconds, seed=0):
     """Return the places, one per millisecond, of a follower of a noisy goal at 1."""
     rng, scale = np.random.default_rng(seed), scale_of(limits)
     plan, offset, goal, places = AT_REST, np.zeros(6), np.zeros(6), []
-    for stamp in range(round(1000 * seconds)):
-        since = stamp % every / 1000
-        if not since and (noise is not None or not stamp):
-            passed = every / 1000 if stamp else 0.0
-            here, rates = goal + place(offset, plan, passed), plan.rates_at(passed)
-            goal = np.array([1.0, 0, 0, 0, 0, 0]) + np.append(
-                rng.normal(0.0, noise or 0.0, 3), (0, 0, 0))
-            offset = here - goal
-            plan = planned(tuple(offset.tolist()), rates, scale, plan)
-        places.append((goal + place(offset, plan, stamp / 1000 if noise is None else since))[:3])
-    return np.array(places)
+    end = round(1000 * seconds)
+    every = end if noise is None else every
+    for begin in range(0, end, every):
+        passed = every / 1000 if begin else 0.0
+        here, rates = goal + place(offset, plan, passed), plan.rates_at(passed)
+        goal = np.array([1.0, 0, 0, 0, 0, 0]) + np.append(
+            rng.normal(0.0, noise or 0.0, 3), (0, 0, 0))
+        offset = here - goal
+        plan = planned(tuple(offset.tolist()), rates, scale, plan)
+        places.append(goal + place(offset, plan, np.arange(min(every, end - begin)) / 1000))
+    return np.concatenate(places)[:, :3]
 
 
 def arrival(places, tolerance):
