@@ -436,7 +436,7 @@ def test_static_edge_is_the_same_at_all_times():
 
 
 def test_sample_costs_72_bytes_and_the_slack_of_two_arrays():
-    count = 50_000
+    count = 10_000
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
