@@ -13,7 +13,7 @@ from tf_tree_py.core import Incident, Kind, Sample
 from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.core.ingest.incidents import one_of
-from tf_tree_py.core.ingest.wire import WireError, WireReader, write
+from tf_tree_py.core.ingest.wire import DEFAULT_REMEMBERED, WireError, WireReader, write
 from tf_tree_py.core.reports.audit import LookupAudit
 from tf_tree_py.core.text import LONGEST_TEXT, shorten
 
@@ -191,10 +191,11 @@ def test_messages_with_long_names_are_not_kept(samples_of):
 def test_long_messages_of_known_edges_are_not_kept():
     """The same two edges repeatedly, each time in another number."""
     listening = Listening()
+    listening.reader = WireReader(most=DEFAULT_REMEMBERED // 10)
     for number in range(60):
-        listening.hear(*[Sample('map', f'good{number % 2}', 1, Pose())] * (1000 + number))
+        listening.hear(*[Sample('map', f'good{number % 2}', 1, Pose())] * (100 + number))
     samples = bytes_of(listening.buffer._tree.histories)
-    assert bytes_of(listening.buffer, listening.reader) - samples < 15_000_000
+    assert bytes_of(listening.buffer, listening.reader) - samples < 3_000_000
 
 
 def test_who_fights_over_everything_is_not_kept_for_ever():
