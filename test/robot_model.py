@@ -98,14 +98,17 @@ class Robot:
     def messages(self):
         """Return the messages that a recorder receives, in order."""
         origin = 10 if self.simulated else BEGIN
-        return sorted((ReceivedMessage(
-            Batch([(edge.parent, edge.child)], [0 if edge.static else round(
-                (origin + stamp) * SECOND)], [pose.tobytes()]),
-            round((BEGIN + received) * SECOND), '/tf_static' if edge.static else '/tf',
-            edge.static)
-            for edge in self.edges.values()
-            for stamp, received, pose in zip(edge.stamps, edge.received, edge.poses, strict=True)),
-            key=lambda message: message.received)
+        messages = []
+        for edge in self.edges.values():
+            stamps, received = (np.rint((begin + times) * SECOND).astype(np.int64).tolist()
+                                for begin, times in ((origin, edge.stamps),
+                                                     (BEGIN, edge.received)))
+            topic = '/tf_static' if edge.static else '/tf'
+            messages += [ReceivedMessage(
+                Batch([(edge.parent, edge.child)], [0 if edge.static else stamp],
+                      [pose.tobytes()]), arrived, topic, edge.static)
+                for stamp, arrived, pose in zip(stamps, received, edge.poses, strict=True)]
+        return sorted(messages, key=lambda message: message.received)
 
     def findings(self, doctor=None):
         """Return a doctor's findings."""
