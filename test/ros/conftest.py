@@ -15,7 +15,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from ros_helpers import move, PATIENCE_S, SimClock, Talker, until
+from ros_helpers import move, PATIENCE_S, SIM_TIME, SimClock, Talker, until
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.threads.response_receiver import Responses
@@ -172,3 +172,11 @@ def pytest_runtest_call(item):
 @pytest.fixture
 def sim_clock(make_node):
     return SimClock(make_node('simulation'))
+
+
+@pytest.fixture
+def simulated_buffer(make_node, listen, sim_clock):
+    """Return a buffer that listens in simulated time, now 10 s."""
+    buffer = listen(make_node('simulated', **SIM_TIME))
+    sim_clock.show(10.0, buffer)
+    return buffer

@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Helpers of the tests of the ROS layer: messages, and waiting for conditions without events."""
+"""Helpers of the tests of the ROS layer: messages, and waiting for futures and conditions."""
+
+import threading
 
 from conditions import until
 from geometry_msgs.msg import TransformStamped
@@ -79,6 +81,19 @@ def until_subscribed(node):
 def until_waiting(buffer, count=1):
     """Wait until this number of threads wait in a buffer."""
     until(lambda: len(buffer.waiting) >= count)
+
+
+def ended(future):
+    """Return an event that is set when a future, of any kind, ends."""
+    event = threading.Event()
+    future.add_done_callback(lambda _: event.set())
+    return event
+
+
+def result_of(future):
+    """Wait until a future of any kind ends; return its result, or raise its exception."""
+    assert ended(future).wait(PATIENCE_S)
+    return future.result()
 
 
 class Talker:

@@ -4,13 +4,22 @@
 """The buffer in ROS: messages in, messages out, its service and its listing."""
 
 from contextlib import suppress
-import threading
 
 from domains import claim
+from inputs import for_each
 import pytest
 from rclpy.duration import Duration
 from rclpy.time import Time
-from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    result_of,
+    transform,
+    until,
+)
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py import (
     Buffer,
@@ -32,8 +41,8 @@ def buffer():
     buffer = Buffer()
     for second in (1.0, 2.0, 3.0):
         buffer.set_transform(transform('map', 'odom', second, x=second), '/localiser')
-    buffer.set_transform(transform('odom', 'base', 2.0, x=1.0, **TURN), '/odometry')
-    buffer.set_transform(transform('odom', 'base', 4.0, x=1.0, **TURN), '/odometry')
+    for second in (2.0, 4.0):
+        buffer.set_transform(transform('odom', 'base', second, x=1.0, **TURN), '/odometry')
     buffer.set_transform_static(transform('base', 'camera', x=0.5), '/calibration')
     return buffer
 
@@ -47,15 +56,12 @@ def test_answer_takes_coordinates_in_the_source_to_the_target(buffer):
     assert (q.x, q.y, q.z, q.w) == pytest.approx((0.0, 0.0, TURN['z'], TURN['w']))
 
 
-@pytest.mark.parametrize('time', [
+@for_each(time=[
     Time(), Time(seconds=0).to_msg(), transform('a', 'b', 0.0).header.stamp, Duration()])
 def test_time_zero_is_the_latest_common_time(buffer, time):
     assert buffer.lookup_transform('map', 'camera', time).header.stamp.sec == 3
     assert buffer.get_latest_common_time('map', 'camera') == Time(seconds=3)
-
-
-def test_latest_common_time_of_statics_is_zero(buffer):
-    assert buffer.get_latest_common_time('base', 'camera') == Time()
+    assert buffer.get_latest_common_time('base', 'camera') == Time(), 'which is static'
     with pytest.raises(LookupException):
         buffer.get_latest_common_time('base', 'nowhere')
 
@@ -80,30 +86,26 @@ def test_frame_to_itself_is_the_identity_also_when_nobody_knows_it(buffer):
     assert buffer.lookup_transform('odom', 'odom', LATEST).header.stamp.sec == 3
 
 
-def test_answers_do_not_share_anything(buffer):
-    first = buffer.lookup_transform('map', 'odom', LATEST)
-    first.transform.translation.x = 99.0
-    first.header.stamp.sec = 99
-    second = buffer.lookup_transform('map', 'odom', LATEST)
-    assert (second.transform.translation.x, second.header.stamp.sec) == (3.0, 3)
-
-
-def test_callers_message_is_not_kept(buffer):
+def test_messages_are_shared_with_no_caller(buffer):
     message = transform('map', 'odom', 5.0, x=5.0)
     buffer.set_transform(message, 'me')
     message.transform.translation.x = 99.0
     message.header.frame_id = 'elsewhere'
-    assert buffer.lookup_transform('map', 'odom', at(5.0)).transform.translation.x == 5.0
+    for _ in range(2):
+        found = buffer.lookup_transform('map', 'odom', LATEST)
+        assert (found.transform.translation.x, found.header.stamp.sec) == (5.0, 5)
+        found.transform.translation.x = 99.0
+        found.header.stamp.sec = 99
 
 
-def test_cache_time_is_a_duration():
-    buffer = Buffer(Duration(seconds=2.5))
-    assert buffer.cache_time == 2_500_000_000
+def test_cache_time_is_a_duration_or_unlimited():
     assert Buffer().cache_time == 10_000_000_000
+    assert Buffer(Duration(seconds=2.5)).cache_time == 2_500_000_000
     assert Buffer(cache_time=lasting(1.0)).cache_time == 1_000_000_000
-
-
-def test_buffer_may_keep_everything():
+    for given, meant in ((3 * 10**9, 'nanoseconds=3000000000'), (3, 'seconds=3'),
+                         (0.5, 'seconds=0.5')):
+        with pytest.raises(TypeError, match=rf'cache_time=.*Duration\({meant}\)'):
+            Buffer(cache_time=given)
     buffer = Buffer(cache_time=UNLIMITED)
     for stamp in (1, 10**18):
         assert buffer.insert('map', 'base', stamp, Pose()) == []
@@ -133,51 +135,28 @@ def test_clear_keeps_names_and_statics(buffer):
 
 # --- listing
 
-YAML = """\
-odom: 
-  parent: 'map'
-  broadcaster: '/localiser'
-  rate: 1.500
-  most_recent_transform: 3.000000
-  oldest_transform: 1.000000
-  buffer_length: 2.000
-base: 
-  parent: 'odom'
-  broadcaster: '/odometry'
-  rate: 1.000
-  most_recent_transform: 4.000000
-  oldest_transform: 2.000000
-  buffer_length: 2.000
-camera: 
-  parent: 'base'
-  broadcaster: '/calibration'
-  rate: 10000.000
-  most_recent_transform: 0.000000
-  oldest_transform: 0.000000
-  buffer_length: 0.000
-"""  # noqa: W291 - as in tf2
 
-
-def test_frames_are_listed_as_yaml_as_tf2_writes_it(buffer):
-    assert buffer.all_frames_as_yaml() == YAML
-    parsed = yaml.safe_load(buffer.all_frames_as_yaml())
-    assert parsed['odom'] == {
-        'parent': 'map', 'broadcaster': '/localiser', 'rate': 1.5,
-        'most_recent_transform': 3.0, 'oldest_transform': 1.0, 'buffer_length': 2.0}
-    assert list(parsed) == ['odom', 'base', 'camera']
-
-
-def test_empty_buffer_is_an_empty_list():
-    assert Buffer().all_frames_as_yaml() == '[]'
-    assert yaml.safe_load(Buffer().all_frames_as_yaml()) == []
-    assert Buffer().all_frames_as_string() == ''
-
-
-def test_frames_are_listed_as_text_as_tf2_writes_it(buffer):
+def test_frames_are_listed_as_tf2_lists_them(buffer):
     assert buffer.all_frames_as_string() == (
         'Frame odom exists with parent map.\n'
         'Frame base exists with parent odom.\n'
         'Frame camera exists with parent base.\n')
+    edges = yaml.safe_load(buffer.all_frames_as_yaml())
+    assert list(edges['odom']) == ['parent', 'broadcaster', 'rate', 'most_recent_transform',
+                                   'oldest_transform', 'buffer_length']
+    assert {child: tuple(edge.values()) for child, edge in edges.items()} == {
+        'odom': ('map', '/localiser', 1.5, 3.0, 1.0, 2.0),
+        'base': ('odom', '/odometry', 1.0, 4.0, 2.0, 2.0),
+        'camera': ('base', '/calibration', 10_000.0, 0.0, 0.0, 0.0)}
+
+
+def test_listing_of_an_empty_buffer_is_that_of_tf2():
+    buffer = Buffer()
+    assert buffer.all_frames_as_yaml() == '[]'
+    assert buffer.all_frames_as_string() == ''
+    buffer.insert('map', 'base', 1, Pose())
+    buffer.clear()
+    assert buffer.all_frames_as_yaml() == ''
 
 
 @pytest.mark.parametrize('namespace', ['', '/robot'])
@@ -191,11 +170,7 @@ def test_frames_are_served(make_node, spin, namespace):
     assert client.wait_for_service(PATIENCE_S)
 
     def ask():
-        answered = threading.Event()
-        future = client.call_async(FrameGraph.Request())
-        future.add_done_callback(lambda _: answered.set())
-        assert answered.wait(PATIENCE_S)
-        return future.result().frame_yaml
+        return result_of(client.call_async(FrameGraph.Request())).frame_yaml
 
     assert ask() == '[]'
     buffer.set_transform(transform('map', 'odom', 3.0), '/localiser')
@@ -221,38 +196,28 @@ def test_listing_names_the_publishing_node(node, listen, talker):
     until(lambda: "broadcaster: '/talking'" in buffer.all_frames_as_yaml())
 
 
-def test_cache_time_without_a_unit_is_refused_by_name():
-    for given, meant in ((3 * 10**9, 'nanoseconds=3000000000'), (3, 'seconds=3'),
-                         (0.5, 'seconds=0.5')):
-        with pytest.raises(TypeError, match=rf'cache_time=.*Duration\({meant}\)'):
-            Buffer(cache_time=given)
-
-
-def test_listing_of_a_cleared_buffer_is_empty_and_of_a_new_one_a_list_as_in_tf2():
-    buffer = Buffer()
-    assert buffer.all_frames_as_yaml() == '[]'
-    buffer.insert('map', 'base', 1, Pose())
-    buffer.clear()
-    assert buffer.all_frames_as_yaml() == ''
-
-
 def test_frame_that_is_no_string_is_no_answer(buffer):
     for ask in (buffer.can_transform, buffer.can_transform_core, buffer.lookup_transform):
         with pytest.raises(TypeError, match='a frame name in a query must be a string'):
             ask(None, 'odom', LATEST)
 
 
-@pytest.mark.parametrize('mistake', [
+@for_each(mistake=[
     lambda buffer: buffer.lookup_transform('map', 'odom', 0),
+    lambda buffer: buffer.lookup_transform('map', 'odom', 0.0, PATIENCE),
     lambda buffer: buffer.lookup_transform('map', 'odom', LATEST, timeout=1.0),
     lambda buffer: buffer.lookup_transform('map', 'odom', LATEST, timeout=None),
     lambda buffer: buffer.lookup_transform_full('map', 0, 'odom', LATEST, 'map'),
     lambda buffer: buffer.lookup_transform_core('map', 'odom', 0.0),
+    lambda buffer: buffer.wait_for_transform_async('map', 'odom', 0.0),
+    lambda buffer: buffer.wait_for_transform_async('map', 'odom', at(9.0), 1.0),
+    # Otherwise a loop that waits for True would never end, without giving the reason.
     lambda buffer: buffer.can_transform('map', 'odom', 0.0),
+    lambda buffer: buffer.can_transform('map', 'odom', LATEST, 1.0, return_debug_tuple=True),
+    lambda buffer: buffer.can_transform_full('map', LATEST, 'odom', 1, 'map'),
     lambda _: Buffer(cache_time=30.0),
 ])
-def test_mistake_of_the_programmer_is_not_swallowed_as_a_missing_transform(buffer, mistake):
+def test_mistake_of_the_programmer_is_not_swallowed_as_a_missing_transform(mistake):
     # As in nodes that wait for a transform.
-    with pytest.raises(TypeError) as raised, suppress(TransformException):
-        mistake(buffer)
-    assert 'is not a time' in str(raised.value)
+    with pytest.raises(TypeError, match='is not a time'), suppress(TransformException):
+        mistake(Buffer())

@@ -14,7 +14,18 @@ import threading
 
 import pytest
 import rclpy
-from ros_helpers import LATEST, PATIENCE, PATIENCE_S, transform, until_waiting
+from ros_helpers import (
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    result_of,
+    SIM_TIME,
+    transform,
+    until,
+    until_waiting,
+    WAITED,
+)
 from tf_tree_py import Buffer, LookupException, TransformBroadcaster, TransformListener
 
 BEGIN = """
@@ -56,11 +67,15 @@ LISTEN = 'listener = TransformListener(buffer, node)'
 
 
 def run(code, send=None, listen=LISTEN):
-    """Run a process, send it a signal when it is ready; return its exit code and outputs."""
+    """Run a program; return its exit code and outputs."""
     program = textwrap.dedent(BEGIN) + listen + '\n' + textwrap.dedent(code)
+    return outcome([sys.executable, '-X', 'faulthandler', '-c', program], send)
+
+
+def outcome(command, send=None):
+    """Run a process, send it a signal when it is ready; return its exit code and outputs."""
     process = subprocess.Popen(
-        [sys.executable, '-X', 'faulthandler', '-c', program],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         first = process.stdout.readline()
         if send is not None and first:
@@ -71,31 +86,38 @@ def run(code, send=None, listen=LISTEN):
     return process.returncode, first + out, err
 
 
-def assert_not_our_fault(err):
-    """Rclpy itself sometimes complains when a signal arrives between two calls."""
+def assert_ended(result, *said, codes=(0,)):
+    """Check the exit code, and the output; rclpy itself may complain of an untimely signal."""
+    code, out, err = result
+    assert code in codes
     assert 'tf_tree_py' not in err
     assert 'receiver' not in err
+    for words in said:
+        assert words in out
 
 
-def test_signal_ends_a_spinning_node_cleanly(pool):
-    results = pool.map(lambda number: run("""
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_a_spinning_node_and_the_lookups_of_its_threads(pool, number):
+    """They would keep the process alive for an hour, or forever while /clock stands still."""
+    for result in pool.map(lambda simulated: run(f"""
+        node.set_parameters([Parameter('use_sim_time', value={simulated})])
+        threading.Thread(target=wait_for_ever).start()
+        until_waiting()
         try:
             ready()
             rclpy.spin(node)
         except ENDED:
-            pass
-        finally:
-            node.destroy_node()
-            rclpy.try_shutdown()
+            print('interrupted')
         for thread in threading.enumerate():
-            if 'receiver' in thread.name:
+            if thread is not threading.main_thread():
                 thread.join()
-        print('threads', threading.active_count())
-    """, number), [signal.SIGINT, signal.SIGTERM])
-    for code, out, err in results:
-        assert code == 0
-        assert_not_our_fault(err)
-        assert 'threads 1' in out, 'the receiver ended though nobody closed it'
+        print('the receiver ended though nobody closed it')
+        node.destroy_node()
+        rclpy.try_shutdown()
+    """, number), [True, False]):
+        assert_ended(result, 'interrupted', 'LookupException',
+                     'Given up: the listener was closed, or ROS was shut down',
+                     'the receiver ended')
 
 
 def test_ctrl_c_that_nobody_catches_looks_as_without_a_listener(pool):
@@ -103,12 +125,10 @@ def test_ctrl_c_that_nobody_catches_looks_as_without_a_listener(pool):
         ready()
         rclpy.spin(node)
     """
-    with_listener, without = pool.map(
-        lambda listen: run(spin, signal.SIGINT, listen), [LISTEN, ''])
-    for code, _, err in (with_listener, without):
-        assert code in (-signal.SIGINT, 1), 'KeyboardInterrupt, or rclpy was between two waits'
-        assert 'Traceback' in err
-        assert_not_our_fault(err)
+    for result in pool.map(lambda listen: run(spin, signal.SIGINT, listen), [LISTEN, '']):
+        # KeyboardInterrupt, or rclpy was between two waits.
+        assert_ended(result, codes=(-signal.SIGINT, 1))
+        assert 'Traceback' in result[2]
 
 
 def test_ctrl_c_interrupts_a_lookup_of_the_main_thread():
@@ -123,30 +143,10 @@ def test_ctrl_c_interrupts_a_lookup_of_the_main_thread():
     assert 'interrupted' in out
 
 
-def test_ctrl_c_ends_the_lookups_of_other_threads(pool):
-    """They would keep the process alive for an hour, or forever while /clock stands still."""
-    results = pool.map(lambda simulated: run(f"""
-        node.set_parameters([Parameter('use_sim_time', value={simulated})])
-        threading.Thread(target=wait_for_ever).start()
-        until_waiting()
-        try:
-            ready()
-            rclpy.spin(node)
-        except ENDED:
-            print('interrupted')
-    """, signal.SIGINT), [True, False])
-    for code, out, err in results:
-        assert code == 0
-        assert_not_our_fault(err)
-        assert 'interrupted' in out
-        assert 'LookupException' in out
-        assert 'Given up: the listener was closed, or ROS was shut down' in out
-
-
 def test_ctrl_c_ends_a_callback_of_a_multi_threaded_executor_that_waits():
     # The signal is sent after the pool has recorded its thread. If KeyboardInterrupt keeps
     # ThreadPoolExecutor from recording a thread, the process waits for that thread forever.
-    code, out, err = run("""
+    assert_ended(run("""
         executor = MultiThreadedExecutor()
         executor.add_node(node)
         executor.create_task(wait_for_ever)
@@ -157,45 +157,37 @@ def test_ctrl_c_ends_a_callback_of_a_multi_threaded_executor_that_waits():
             executor.spin()
         except ENDED:
             print('interrupted')
-    """, signal.SIGINT)
-    assert code == 0
-    assert_not_our_fault(err)
-    assert 'interrupted' in out
-    assert 'Given up' in out
+    """, signal.SIGINT), 'interrupted', 'Given up')
+
+
+POURING = """
+    from geometry_msgs.msg import TransformStamped
+    from tf_tree_py import TransformBroadcaster
+
+    broadcaster = TransformBroadcaster(node)
+    message = TransformStamped(child_frame_id='b')
+    message.header.frame_id = 'a'
+
+    def pour():
+        while True:
+            message.header.stamp.nanosec += 1
+            broadcaster.sendTransform(message)
+
+    for _ in range(3):
+        TransformListener(buffer, node)
+    threading.Thread(target=pour, daemon=True).start()
+    buffer.lookup_transform('a', 'b', Time(), HOUR)
+    ready()
+"""
 
 
 def test_process_that_just_ends_does_so_quietly(pool):
+    """Also while messages pour in."""
     ends = ['', 'rclpy.shutdown()', 'node.destroy_node(); rclpy.shutdown(); listener.close()',
             'sys.exit(0)', 'del node, listener, buffer']
-    results = pool.map(lambda end: run(f"""
-        ready()
-        {end}
-    """), ends)
-    for end, result in zip(ends, results, strict=True):
-        assert (end, *result) == (end, 0, 'ready\n', '')
-
-
-def test_process_that_ends_while_messages_pour_in_does_so_quietly():
-    code, _, err = run("""
-        from geometry_msgs.msg import TransformStamped
-        from tf_tree_py import TransformBroadcaster
-
-        broadcaster = TransformBroadcaster(node)
-        message = TransformStamped(child_frame_id='b')
-        message.header.frame_id = 'a'
-
-        def pour():
-            while True:
-                message.header.stamp.nanosec += 1
-                broadcaster.sendTransform(message)
-
-        for _ in range(3):
-            TransformListener(buffer, node)
-        threading.Thread(target=pour, daemon=True).start()
-        buffer.lookup_transform('a', 'b', Time(), HOUR)
-        ready()
-    """)
-    assert (code, err) == (0, '')
+    programs = [POURING, *(f'ready()\n{end}' for end in ends)]
+    for program, result in zip(programs, pool.map(run, programs), strict=True):
+        assert (program, *result) == (program, 0, 'ready\n', '')
 
 
 def test_exception_of_the_program_is_the_one_that_is_shown():
@@ -211,27 +203,49 @@ def test_exception_of_the_program_is_the_one_that_is_shown():
 # --- in this process
 
 
-def test_shutdown_of_the_context_ends_listener_and_waits(context, node, pool):
-    buffer = Buffer()
-    TransformListener(buffer, node)
-    (thread,) = [thread for thread in threading.enumerate() if 'receiver' in thread.name]
-    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
-    until_waiting(buffer)
-    context.shutdown()
-    thread.join(PATIENCE_S)
-    assert not thread.is_alive()
-    with pytest.raises(LookupException, match='Given up'):
-        asked.result(PATIENCE_S)
-
-
-def test_listener_may_be_closed_after_its_context(context, node):
-    listener = TransformListener(Buffer(), node)
-    (thread,) = [thread for thread in threading.enumerate() if 'receiver' in thread.name]
-    context.shutdown()
-    listener.close()
-    listener.close()
-    thread.join(PATIENCE_S)
-    assert not thread.is_alive()
+@pytest.mark.parametrize('options', [{}, SIM_TIME], ids=['wall time', 'simulated time'])
+@pytest.mark.parametrize('ends', ['listener', 'context'])
+def test_end_of_the_last_listener_ends_the_waits(
+        context, make_node, sim_clock, pool, capfd, options, ends):
+    """Also those that wait for a clock that will never tick."""
+    node, other = make_node('node', **options), make_node('other', **options)
+    # The node's own clock would outlive the listener, and stand still.
+    buffer = Buffer(node=node if ends == 'context' else None)
+    first, second = TransformListener(buffer, node), TransformListener(buffer, other)
+    if options:
+        sim_clock.show(10.0, buffer)
+    asked = [pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)]
+    asked += [buffer.wait_for_transform_async('a', 'b', LATEST, timeout)
+              for timeout in (None, PATIENCE)]
+    unread = buffer.wait_for_transform_async('a', 'b', LATEST)
+    until_waiting(buffer, 4)
+    first.close()
+    asked.append(pool.submit(buffer.lookup_transform, 'a', 'c', LATEST, PATIENCE))
+    until_waiting(buffer, 5)
+    assert not any(future.done() for future in asked)
+    if ends == 'context':
+        context.shutdown()
+    else:
+        second.close()
+    for future in asked:
+        with pytest.raises(LookupException, match='Given up: the listener was closed, or ROS was'
+                           ) as raised:
+            result_of(future)
+        assert raised.value.waited_s < PATIENCE_S
+    until(unread.done)
+    del unread
+    # A wait that begins now is an ordinary one.
+    with pytest.raises(LookupException, match=WAITED + r'\.\nNothing has been'):
+        buffer.lookup_transform('a', 'b', LATEST, lasting(0.01))
+    later = [pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE),
+             buffer.wait_for_transform_async('a', 'b', LATEST)]
+    until_waiting(buffer, 2)
+    buffer.set_transform(transform('a', 'b'), 'me')
+    for future in later:
+        result_of(future)
+    second.close()
+    second.close()
+    assert 'never retrieved' not in capfd.readouterr().err
 
 
 def test_one_context_may_end_while_another_goes_on(context, node, listen, talker):
@@ -283,12 +297,8 @@ def test_listeners_may_be_made_and_closed_by_many_threads_at_once(node, pool):
     assert node.get_subscriptions_info_by_topic('/tf') == []
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_example_of_a_quiet_end(number):
+def test_example_of_a_quiet_end(pool):
     example = Path(__file__).parents[2] / 'examples' / 'quiet_end.py'
-    with subprocess.Popen([sys.executable, example], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True) as process:
-        process.stdout.readline()
-        process.send_signal(number)
-        _, err = process.communicate(timeout=PATIENCE_S)
-    assert (process.returncode, err) == (0, '')
+    for code, _, err in pool.map(lambda number: outcome([sys.executable, example], number),
+                                 [signal.SIGINT, signal.SIGTERM]):
+        assert (code, err) == (0, '')
