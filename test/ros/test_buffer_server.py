@@ -8,6 +8,7 @@ import threading
 
 from action_clients import close_race
 from action_msgs.msg import GoalStatus
+from inputs import for_each
 import pytest
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -16,7 +17,7 @@ from ros_helpers import (
     lasting,
     move,
     PATIENCE_S,
-    SIM_TIME,
+    result_of,
     transform,
     until,
     until_waiting,
@@ -30,10 +31,10 @@ SUCCEEDED, ABORTED, CANCELED = (
     GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
 
 
-def goal(source='base', seconds=1.5, timeout=0.0, target='map'):
+def goal(source='base', seconds=1.5, timeout=0.0, target='map', **fields):
     return LookupTransform.Goal(
         target_frame=target, source_frame=source, source_time=at(seconds).to_msg(),
-        timeout=lasting(timeout).to_msg())
+        timeout=lasting(timeout).to_msg(), **fields)
 
 
 class Asker:
@@ -46,23 +47,19 @@ class Asker:
     def until_served(self):
         until(self.client.server_is_ready)
 
+    def until_nobody_serves(self):
+        until(lambda: not self.client.server_is_ready())
+
     def send(self, wanted):
         """Return the handle of an accepted goal, and the future of its result."""
-        handle = settled(self.client.send_goal_async(wanted))
+        handle = result_of(self.client.send_goal_async(wanted))
         assert handle.accepted
         return handle, handle.get_result_async()
 
     def ask(self, wanted):
         """Return the status and the result."""
-        response = settled(self.send(wanted)[1])
+        response = result_of(self.send(wanted)[1])
         return response.status, response.result
-
-
-def settled(future):
-    done = threading.Event()
-    future.add_done_callback(lambda _: done.set())
-    assert done.wait(PATIENCE_S)
-    return future.result()
 
 
 @pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
@@ -71,15 +68,16 @@ def kind(request):
 
 
 @pytest.fixture
-def serve(make_node, spin):
-    """Serve buffers until the end of the test."""
+def serve(make_node, spin, asker):
+    """Return a function that serves a buffer until the end of the test."""
     servers = []
 
-    def begin(buffer, kind=SingleThreadedExecutor, **options):
-        node = make_node('serving', **options)
+    def begin(buffer, kind=SingleThreadedExecutor):
+        node = make_node('serving')
         servers.append(BufferServer(buffer, node))
-        spin(node, kind=kind)
-        return servers[-1]
+        executor = spin(node, kind=kind)
+        asker.until_served()
+        return servers[-1], node, executor
 
     yield begin
     for server in servers:
@@ -95,109 +93,71 @@ def asker(make_node, spin):
 
 
 @pytest.fixture
-def server(buffer, serve, asker, kind):
-    server = serve(buffer, kind)
-    asker.until_served()
-    return server
+def server(buffer, serve, kind):
+    return serve(buffer, kind)[0]
 
 
 # --- results
 
 
 @pytest.mark.usefixtures('server')
-def test_what_is_there_is_answered_at_once(asker):
+def test_goals_are_answered_as_soon_as_they_can_be(asker, buffer):
     status, result = asker.ask(goal())
-    assert status == SUCCEEDED
-    assert result.error == TF2Error()
+    assert (status, result.error) == (SUCCEEDED, TF2Error())
     assert result.transform == transform('map', 'base', 1.5, x=1.5, w=1.0)
-
-
-@pytest.mark.usefixtures('server')
-def test_advanced_goal_goes_through_the_fixed_frame(asker):
-    wanted = goal(seconds=2.0, target='base')
-    wanted.advanced, wanted.fixed_frame, wanted.target_time = True, 'map', at(1.0).to_msg()
-    status, result = asker.ask(wanted)
-    assert status == SUCCEEDED
-    assert result.transform.transform.translation.x == 1.0
-    assert result.transform.header.stamp == at(1.0).to_msg()
-
-
-@pytest.mark.usefixtures('server')
-def test_goal_waits_for_what_arrives_later(asker, buffer):
-    _, future = asker.send(goal(seconds=3.0, timeout=PATIENCE_S))
-    until_waiting(buffer)
-    assert not future.done()
-    move(buffer, 4.0)
-    response = settled(future)
-    assert response.status == SUCCEEDED
-    assert response.result.transform.transform.translation.x == 3.0
-
-
-@pytest.mark.usefixtures('server')
-def test_goals_are_answered_in_whatever_order_they_can_be(asker, buffer):
-    futures = [asker.send(goal(seconds=seconds, timeout=PATIENCE_S))[1]
-               for seconds in (5.0, 4.0, 3.0)]
+    status, result = asker.ask(goal(seconds=2.0, target='base', advanced=True, fixed_frame='map',
+                                    target_time=at(1.0).to_msg()))
+    assert (status, result.error) == (SUCCEEDED, TF2Error())
+    assert result.transform == transform('base', 'base', 1.0, x=1.0, w=1.0)
+    futures = {seconds: asker.send(goal(seconds=seconds, timeout=PATIENCE_S))[1]
+               for seconds in (5.0, 4.0, 3.0)}
     until_waiting(buffer, 3)
-    for seconds, future in zip((3.0, 4.0, 5.0), reversed(futures), strict=True):
+    assert not any(future.done() for future in futures.values())
+    for seconds in (3.0, 4.0, 5.0):
         move(buffer, seconds)
-        assert settled(future).result.transform.transform.translation.x == seconds
+        response = result_of(futures[seconds])
+        assert response.status == SUCCEEDED
+        assert response.result.transform.transform.translation.x == seconds
 
 
 @pytest.mark.usefixtures('server')
-@pytest.mark.parametrize(('wanted', 'code', 'text'), [
+@for_each(case=[
     (goal('nowhere'), TF2Error.LOOKUP_ERROR, 'nowhere.*does not exist'),
     (goal('tree'), TF2Error.CONNECTIVITY_ERROR, 'not part of the same tree'),
     (goal(seconds=3.0), TF2Error.EXTRAPOLATION_ERROR, 'into the future'),
     (goal(seconds=0.5), TF2Error.EXTRAPOLATION_ERROR, 'into the past'),
     (goal(''), TF2Error.INVALID_ARGUMENT_ERROR, 'Invalid argument source_frame'),
+    # What can never be is not waited for.
+    (goal('old', seconds=1.0, timeout=3600.0), TF2Error.EXTRAPOLATION_ERROR, 'into the past'),
+    (goal('/base', timeout=3600.0), TF2Error.INVALID_ARGUMENT_ERROR, 'Invalid argument source'),
+    (goal(seconds=3.0, timeout=0.03), TF2Error.TIMEOUT_ERROR, 'future.*map -> base.*waited'),
 ])
-def test_failure_without_a_timeout_is_an_answer_with_its_code(asker, buffer, wanted, code, text):
-    """The goal succeeds with the error as its result, as with tf2's server."""
+def test_failure_is_an_answer_with_its_code_and_the_reason(asker, buffer, case):
+    """Without a timeout the goal succeeds with the error as its result, as with tf2's server."""
+    wanted, code, text = case
     buffer.set_transform(transform('island', 'tree', 1.5), 'me')
+    for _ in range(2):
+        buffer.set_transform(transform('map', 'old', 30.0), 'me')
     status, result = asker.ask(wanted)
-    assert status == SUCCEEDED
+    assert status == (ABORTED if wanted.timeout != lasting(0.0).to_msg() else SUCCEEDED)
     assert result.error.error == code
     assert re.search(text, result.error.error_string)
+    waited = re.search(r'waited (\d+\.\d{3}) s', result.error.error_string)
+    assert waited is None if code != TF2Error.TIMEOUT_ERROR else float(waited[1]) >= 0.03
 
 
-@pytest.mark.usefixtures('server')
-def test_timeout_is_told_as_one_with_the_reason(asker):
-    status, result = asker.ask(goal(seconds=3.0, timeout=0.03))
-    assert status == ABORTED
-    assert result.error.error == TF2Error.TIMEOUT_ERROR
-    told = re.search(r'future.*map -> base.*waited (\d+\.\d{3}) s', result.error.error_string)
-    assert float(told[1]) >= 0.03
-
-
-@pytest.mark.usefixtures('server')
-@pytest.mark.parametrize(('wanted', 'code'), [
-    (goal(seconds=1.0, timeout=3600.0), TF2Error.EXTRAPOLATION_ERROR),
-    (goal('/base', timeout=3600.0), TF2Error.INVALID_ARGUMENT_ERROR),
-])
-def test_what_can_never_be_is_not_waited_for(asker, buffer, wanted, code):
-    move(buffer, 30.0)
-    move(buffer, 30.0)
-    status, result = asker.ask(wanted)
-    assert status == ABORTED
-    assert result.error.error == code
-
-
-def test_timeouts_go_by_the_buffers_clock(asker, serve, listen, make_node, sim_clock):
-    node = make_node('hearing', **SIM_TIME)
-    buffer = listen(node)
-    sim_clock.show(10.0, buffer)
-    serve(buffer)
-    asker.until_served()
+def test_timeouts_go_by_the_buffers_clock(asker, serve, simulated_buffer, sim_clock):
+    serve(simulated_buffer)
     _, future = asker.send(goal(seconds=11.0, timeout=5.0))
-    until_waiting(buffer)
-    sim_clock.show(14.0, buffer)
+    until_waiting(simulated_buffer)
+    sim_clock.show(14.0, simulated_buffer)
     assert not future.done()
-    sim_clock.show(15.0, buffer)
-    assert 'waited 5.000 s' in settled(future).result.error.error_string
+    sim_clock.show(15.0, simulated_buffer)
+    assert 'waited 5.000 s' in result_of(future).result.error.error_string
 
 
 def test_answers_come_from_the_executor_not_from_who_delivers_transforms(
-        asker, buffer, make_node, spin, monkeypatch):
+        asker, buffer, serve, monkeypatch):
     threads = []
     answer = BufferServer._answer
 
@@ -206,14 +166,11 @@ def test_answers_come_from_the_executor_not_from_who_delivers_transforms(
         return answer(self, handle)
 
     monkeypatch.setattr(BufferServer, '_answer', note)
-    node = make_node('serving')
-    with BufferServer(buffer, node):
-        spin(node)
-        asker.until_served()
-        _, future = asker.send(goal(seconds=3.0, timeout=PATIENCE_S))
-        until_waiting(buffer)
-        move(buffer, 3.0)
-        settled(future)
+    serve(buffer)
+    _, future = asker.send(goal(seconds=3.0, timeout=PATIENCE_S))
+    until_waiting(buffer)
+    move(buffer, 3.0)
+    result_of(future)
     assert threads[0] is not threading.current_thread()
 
 
@@ -221,57 +178,32 @@ def test_answers_come_from_the_executor_not_from_who_delivers_transforms(
 
 
 @pytest.mark.usefixtures('server')
-def test_cancelled_goal_waits_no_longer(asker, buffer):
+def test_goal_can_be_cancelled_until_it_is_answered(asker, buffer):
     handle, future = asker.send(goal(seconds=3.0, timeout=3600.0))
-    other, _ = asker.send(goal(seconds=4.0, timeout=3600.0))
+    other, answer = asker.send(goal(seconds=4.0, timeout=3600.0))
     until_waiting(buffer, 2)
-    response = settled(handle.cancel_goal_async())
+    response = result_of(handle.cancel_goal_async())
     assert [bytes(each.goal_id.uuid) for each in response.goals_canceling] == [
         bytes(handle.goal_id.uuid)]
-    response = settled(future)
+    response = result_of(future)
     assert response.status == CANCELED
     assert response.result.error.error == TF2Error.TRANSFORM_ERROR
     assert len(buffer.waiting) == 1
-    settled(other.cancel_goal_async())
+    move(buffer, 4.0)
+    result_of(answer)
+    assert not result_of(other.cancel_goal_async()).goals_canceling
 
 
-@pytest.mark.usefixtures('server')
-def test_goal_that_was_answered_cannot_be_cancelled(asker):
-    handle, future = asker.send(goal())
-    settled(future)
-    assert not settled(handle.cancel_goal_async()).goals_canceling
-
-
-def test_closed_server_is_gone_and_holds_nothing(server, asker, buffer):
-    asker.send(goal(seconds=3.0, timeout=3600.0))
-    until_waiting(buffer)
-    server.close()
-    server.close()
-    assert len(buffer.waiting) == 0
-    until(lambda: not asker.client.server_is_ready())
-
-
-def test_goals_are_freed_after_the_last_use_of_the_server(server, asker, buffer):
+def test_goals_of_a_closed_server_are_freed_after_its_last_use(server, asker, buffer):
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
     with server._server:  # as in an executor
         server.close()
+        server.close()
+        assert len(buffer.waiting) == 0
         assert server._server._detached, 'rcl still reads the goal'
     until(lambda: not server._server._detached)
-    until(lambda: not asker.client.server_is_ready())
-
-
-def test_what_cannot_be_answered_any_more_is_no_complaint(asker, buffer, make_node, spin, capfd):
-    node = make_node('serving')
-    executor = spin(node)
-    with BufferServer(buffer, node) as server:
-        asker.until_served()
-        asker.send(goal(seconds=3.0, timeout=3600.0))
-        until_waiting(buffer)
-        executor.remove_node(node)
-        buffer.waiting.fail(TransformException('the test is over'))
-    server._lookups.clear()
-    assert 'never retrieved' not in capfd.readouterr().err
+    asker.until_nobody_serves()
 
 
 def test_closing_under_a_busy_executor_leaves_it_alone(asker, buffer, make_node, spin, kind):
@@ -283,22 +215,24 @@ def test_closing_under_a_busy_executor_leaves_it_alone(asker, buffer, make_node,
         server = BufferServer(buffer, node)
         asker.until_served()
         futures = [asker.client.send_goal_async(goal(timeout=1.0)) for _ in range(5)]
-        settled(futures[0])
+        result_of(futures[0])
         server.close()
         executor.remove_node(node)
-        until(lambda: not asker.client.server_is_ready())
-    alive = executor.create_task(lambda: 'alive')
-    assert settled(alive) == 'alive'
+        asker.until_nobody_serves()
+    assert result_of(executor.create_task(lambda: 'alive')) == 'alive'
 
 
-def test_server_whose_node_is_gone_takes_the_arrival_quietly(asker, buffer, make_node, spin):
-    node = make_node('serving')
-    server = BufferServer(buffer, node)
-    executor = spin(node)
-    asker.until_served()
+@pytest.mark.parametrize('gone', [False, True], ids=['no executor', 'no node'])
+def test_what_can_no_longer_be_answered_is_no_complaint(asker, buffer, serve, capfd, gone):
+    server, node, executor = serve(buffer)
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
     executor.remove_node(node)
-    node.destroy_node()
-    move(buffer, 3.0)
+    if gone:
+        node.destroy_node()
+        move(buffer, 3.0)
+    else:
+        buffer.waiting.fail(TransformException('the test is over'))
     server.close()
+    server._lookups.clear()
+    assert 'never retrieved' not in capfd.readouterr().err
