@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, transform, until
+from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, result_of, transform, until
 from tf_tree_py import Buffer
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import BufferServer
@@ -43,14 +43,6 @@ def start_server():
 
 
 @pytest.fixture
-def old_server(client, start_server):
-    """Return such a server, when it is available."""
-    process = start_server()
-    assert client.wait_for_server(PATIENCE)
-    return process
-
-
-@pytest.fixture
 def respawn(make_node, spin):
     """Return a function that starts a server with a new buffer in this process."""
     servers = []
@@ -81,67 +73,40 @@ def fill(buffer):
         buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
 
 
-def test_wait_that_was_accepted_goes_to_the_new_server(client, old_server, respawn):
+def until_accepted(client, count):
+    until(lambda: sum(call.accepted for call in client.action_client.goals_in(*WANTED)) == count)
+
+
+def test_waits_outlive_server_after_server(client, start_server, respawn, pool):
+    server = start_server()
+    assert client.wait_for_server(PATIENCE)
     calls = [long_wait(client) for _ in range(20)]
-    until(lambda: all(call.accepted for call in calls))
-    kill(old_server)
-    buffer = respawn()
-    # They also wait at the new server, until it has the result.
-    until(lambda: len(buffer.waiting) == len(calls))
-    fill(buffer)
-    until(lambda: all(call.done() for call in calls))
-    assert {call.result().transform.translation.x for call in calls} == {1.0}
-
-
-def test_wait_that_the_dead_server_never_accepted_goes_to_the_new_one(
-        client, old_server, respawn):
-    first = long_wait(client)
-    until(lambda: first.accepted)
-    kill(old_server)
+    blocking = pool.submit(client.lookup_transform, 'map', 'base', at(1.0), lasting(LONG_S))
+    until_accepted(client, 21)
+    kill(server)
     assert client.action_client.server_is_ready()
     # More than the maximum number of pending requests at a server.
-    calls = [first, *(long_wait(client) for _ in range(20))]
-    fill(respawn())
-    until(lambda: all(call.done() for call in calls))
-    assert {call.result().transform.translation.x for call in calls} == {1.0}
-
-
-def test_waits_that_were_cancelled_at_the_dead_server_are_in_nobodys_way(
-        client, old_server, respawn):
-    first = long_wait(client)
-    until(lambda: first.accepted)
-    kill(old_server)
-    # The maximum number of goals that may await acceptance.
+    calls += [long_wait(client) for _ in range(20)]
+    asked_before = [call.goal_id for call in calls]
+    server = start_server()
+    until(lambda: all(call.goal_id != before
+                      for call, before in zip(calls, asked_before, strict=True)))
+    until_accepted(client, 41)
+    kill(server)
+    # The maximum number of goals that may await acceptance: cancelled, they are in nobody's way.
     for call in [long_wait(client) for _ in range(8)]:
         until(lambda call=call: call.sent)
         call.cancel()
-    fill(respawn())
-    until(first.done)
-    assert first.result().transform.translation.x == 1.0
-    last = long_wait(client)
-    until(last.done)
-
-
-def test_blocking_lookup_gets_the_answer_of_the_new_server(client, old_server, respawn, pool):
-    asked = pool.submit(client.lookup_transform, 'map', 'base', at(1.0), PATIENCE)
-    until(lambda: any(call.accepted for call in client.action_client.goals_in(*WANTED)))
-    kill(old_server)
-    fill(respawn())
-    assert asked.result(PATIENCE_S).transform.translation.x == 1.0
-
-
-def test_wait_outlives_server_after_server(client, old_server, start_server, respawn):
-    call = long_wait(client)
-    until(lambda: call.accepted)
-    for _ in range(2):
-        kill(old_server)
-        asked_before = call.goal_id
-        old_server = start_server()
-        until(lambda before=asked_before: call.accepted and call.goal_id != before)
-    kill(old_server)
-    fill(respawn())
-    until(call.done)
-    assert call.result().transform.translation.x == 1.0
+    other = client.wait_for_transform_async('map', 'lamp', at(1.0), lasting(LONG_S))
+    buffer = respawn()
+    # All wait at the new server, until it has the result.
+    until(lambda: len(buffer.waiting) >= 42)
+    fill(buffer)
+    assert {result_of(call).transform.translation.x for call in calls} == {1.0}
+    assert blocking.result(PATIENCE_S).transform.translation.x == 1.0
+    until(lambda: len(buffer.waiting) == 1)
+    other.cancel()
+    until(lambda: len(buffer.waiting) == 0)
 
 
 def test_goals_leave_nothing_behind_at_a_server_that_lives_on(client, respawn):
@@ -158,13 +123,3 @@ def test_goals_leave_nothing_behind_at_a_server_that_lives_on(client, respawn):
     for call in calls:
         call.cancel()
     until(lambda: len(first.waiting) == len(second.waiting) == 0, 2 * PATIENCE_S)
-
-
-def test_cancelled_wait_is_cancelled_at_the_new_server(client, old_server, respawn):
-    call = long_wait(client)
-    until(lambda: call.accepted)
-    kill(old_server)
-    buffer = respawn()
-    until(lambda: len(buffer.waiting) == 1)
-    call.cancel()
-    until(lambda: len(buffer.waiting) == 0)
