@@ -68,10 +68,13 @@ class AttachedListeners:
 
     def end(self, clock: Clock, context: Context) -> None:
         """Remove a listener; after the last one, release all waits that need a source."""
+        is_last = not self._add(-1)
+        if is_last:
+            # Before its clock leaves: that also ends waits, but gives them no reason.
+            self.watch.release()
         self.watch.leave(clock, context)
         self._intake.read_clock_anew()
-        if not self._add(-1):
-            self.watch.release()
+        if is_last:
             # Without a listener some of the waits give up.
             self._waiting.ask_again()
 
