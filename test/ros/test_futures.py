@@ -28,13 +28,7 @@ from ros_helpers import (
     until,
     until_waiting,
 )
-from tf_tree_py import (
-    Buffer,
-    ClockJumpException,
-    FutureExtrapolationException,
-    LookupException,
-    TransformException,
-)
+import tf_tree_py as tf
 from tf_tree_py.core.buffer import waiting
 from tf_tree_py.ros.waiting import awaitable
 from tf_tree_py.ros.waiting.alarm_clock import AlarmDeadline, Alarms
@@ -229,13 +223,13 @@ def test_executor_or_loop_that_has_ended_is_left_alone(buffer, executor):
 def test_timeout_says_what_was_missing_and_how_long_it_waited(buffer, make_node, spin):
     begin = time.monotonic()
     future = wait_for(buffer, 3.0, lasting(0.05))
-    with pytest.raises(FutureExtrapolationException, match=r'map -> base.*\(waited \d'):
+    with pytest.raises(tf.FutureExtrapolationException, match=r'map -> base.*\(waited \d'):
         result_of(future)
     assert time.monotonic() - begin >= 0.05
     assert future.exception().waited_s >= 0.05
 
     async def ask():
-        with pytest.raises(LookupException, match='nowhere') as raised:
+        with pytest.raises(tf.LookupException, match='nowhere') as raised:
             await buffer.lookup_transform_async('map', 'nowhere', LATEST, lasting(0.02))
         return raised.value.waited_s
 
@@ -301,13 +295,13 @@ def test_clock_that_jumps_back_while_it_is_just_being_woken_ends_the_wait(buffer
     def wake_later(waiters):
         monkeypatch.undo()
         buffer.clear()
-        buffer.waiting.fail(ClockJumpException('jumped'))
+        buffer.waiting.fail(tf.ClockJumpException('jumped'))
         wake_all(waiters)
 
     future = wait_for(buffer, 3.0)
     monkeypatch.setattr(waiting, 'wake_all', wake_later)
     move(buffer, 3.0)
-    with pytest.raises(ClockJumpException, match='jumped'):
+    with pytest.raises(tf.ClockJumpException, match='jumped'):
         future.result()
 
 
@@ -434,7 +428,7 @@ def test_asyncio_cancels_and_times_out(buffer):
         with pytest.raises(asyncio.CancelledError):
             await task
         assert future.cancelled()
-        with pytest.raises(FutureExtrapolationException, match='waited'):
+        with pytest.raises(tf.FutureExtrapolationException, match='waited'):
             await buffer.lookup_transform_async('map', 'base', at(3.0), lasting(0.01))
 
     asyncio.run(main())
@@ -486,7 +480,7 @@ def test_coroutine_that_is_dropped_leaves_nothing(buffer, context):
 
 
 def test_buffer_dies_with_its_futures():
-    buffer = Buffer()
+    buffer = tf.Buffer()
     futures = [buffer.wait_for_transform_async('a', 'b', LATEST) for _ in range(3)]
     futures[0].add_done_callback(print)
     references = [weakref.ref(buffer), *map(weakref.ref, futures)]
@@ -522,7 +516,7 @@ def end_by_arrival(buffer, futures):
 
 
 def end_by_failure(buffer, futures):
-    buffer.waiting.fail(TransformException('given up'))
+    buffer.waiting.fail(tf.TransformException('given up'))
     assert all(future.exception() for future in futures)
 
 

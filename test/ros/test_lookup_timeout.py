@@ -3,8 +3,8 @@
 
 """Lookups that wait for data that has not arrived yet."""
 
+from concurrent.futures import ThreadPoolExecutor
 import re
-import threading
 import time
 
 from inputs import for_each
@@ -23,14 +23,7 @@ from ros_helpers import (
     until_waiting,
     WAITED,
 )
-from tf_tree_py import (
-    Buffer,
-    ConnectivityException,
-    FutureExtrapolationException,
-    InvalidArgumentException,
-    LookupException,
-    PastExtrapolationException,
-)
+import tf_tree_py as tf
 
 
 @pytest.fixture
@@ -105,18 +98,18 @@ def test_can_transform_says_no_and_why(buffer):
 
 
 @for_each(case=[
-    (('map', 'base', at(200.0), lasting(0.0)), FutureExtrapolationException),
-    (('map', 'base', at(200.0), lasting(-1.0)), FutureExtrapolationException),
-    (('map', 'base', at(1.0), PATIENCE), PastExtrapolationException),
-    (('', 'base', LATEST, PATIENCE), InvalidArgumentException),
-    (('map', '', LATEST, PATIENCE), InvalidArgumentException),
-    (('/map', 'base', LATEST, PATIENCE), InvalidArgumentException),
-    (('map', '/base', at(1.0), PATIENCE), InvalidArgumentException),
+    (('map', 'base', at(200.0), lasting(0.0)), tf.FutureExtrapolationException),
+    (('map', 'base', at(200.0), lasting(-1.0)), tf.FutureExtrapolationException),
+    (('map', 'base', at(1.0), PATIENCE), tf.PastExtrapolationException),
+    (('', 'base', LATEST, PATIENCE), tf.InvalidArgumentException),
+    (('map', '', LATEST, PATIENCE), tf.InvalidArgumentException),
+    (('/map', 'base', LATEST, PATIENCE), tf.InvalidArgumentException),
+    (('map', '/base', at(1.0), PATIENCE), tf.InvalidArgumentException),
 ])
 def test_lookup_without_time_or_without_hope_fails_at_once(case):
     """Every caller gets an exception of its own, also those who share a future."""
     question, kind = case
-    buffer = Buffer()
+    buffer = tf.Buffer()
     # The window ends at the newest stamp before each insertion, as in tf2.
     for seconds in (1.0, 100.0, 101.0):
         move(buffer, seconds)
@@ -128,7 +121,7 @@ def test_lookup_without_time_or_without_hope_fails_at_once(case):
     assert len(set(map(str, errors))) == 1
     assert [error.waited_s for error in errors] == [None] * 3
     assert 'waited' not in str(errors[0])
-    if kind is PastExtrapolationException:
+    if kind is tf.PastExtrapolationException:
         assert 'The buffer keeps 10.000 s' in str(errors[0])
         with pytest.raises(kind):
             buffer.lookup_transform_full('base', at(101.0), 'base', at(1.0), 'map', PATIENCE)
@@ -144,19 +137,19 @@ def test_wait_ends_when_its_time_has_become_too_old(buffer, talker, pool):
     until_waiting(buffer, 2)
     talker.move(transform('map', 'odom', 30.0))
     for future in asked:
-        with pytest.raises(PastExtrapolationException, match='waited'):
+        with pytest.raises(tf.PastExtrapolationException, match='waited'):
             result_of(future)
 
 
 @for_each(case=[
-    ('lookup_transform', ('map', 'odom', at(3.0)), FutureExtrapolationException,
+    ('lookup_transform', ('map', 'odom', at(3.0)), tf.FutureExtrapolationException,
      r'future\. Requested time 3\.0+ but the latest data is at time 2\.0+.*map -> odom'),
-    ('lookup_transform', ('map', 'nowhere', LATEST), LookupException,
+    ('lookup_transform', ('map', 'nowhere', LATEST), tf.LookupException,
      r'nowhere.*source_frame.*does not exist'),
-    ('lookup_transform', ('map', 'camera', LATEST), ConnectivityException,
+    ('lookup_transform', ('map', 'camera', LATEST), tf.ConnectivityException,
      r'map.*camera.* because they are not part of the same tree'),
     ('lookup_transform_full', ('odom', at(1.0), 'odom', at(9.0), 'map'),
-     FutureExtrapolationException, ''),
+     tf.FutureExtrapolationException, ''),
 ])
 def test_expiry_says_what_was_missing_and_how_long_it_waited(buffer, case):
     method, question, kind, missing = case
@@ -169,26 +162,19 @@ def test_expiry_says_what_was_missing_and_how_long_it_waited(buffer, case):
 
 
 def test_many_threads_wait_at_once_and_each_gets_its_own_answer(buffer, talker):
-    answers = {}
-
-    def ask(i):
-        stamp = at(3.0 + i / 10)
-        answers[i] = buffer.lookup_transform('map', 'odom', stamp, PATIENCE)
-
-    threads = [threading.Thread(target=ask, args=(i,)) for i in range(100)]
-    for thread in threads:
-        thread.start()
-    until_waiting(buffer, 100)
-    for second in range(3, 14):
-        talker.move(transform('map', 'odom', second, x=float(second)))
-        expected = min(100, 10 * (second - 3) + 1)
-        until(lambda expected=expected: len(answers) == expected)
-        assert len(buffer.waiting) == 100 - expected
-    for thread in threads:
-        thread.join(PATIENCE_S)
-    for i, found in answers.items():
-        assert found.header.stamp == at(3.0 + i / 10).to_msg()
-        assert found.transform.translation.x == pytest.approx(3.0 + i / 10)
+    stamps = [at(3.0 + number / 10) for number in range(100)]
+    with ThreadPoolExecutor(100) as threads:
+        asked = [threads.submit(buffer.lookup_transform, 'map', 'odom', stamp, PATIENCE)
+                 for stamp in stamps]
+        until_waiting(buffer, 100)
+        for second in range(3, 14):
+            talker.move(transform('map', 'odom', second, x=float(second)))
+            expected = min(100, 10 * (second - 3) + 1)
+            until(lambda expected=expected: sum(each.done() for each in asked) == expected)
+            assert len(buffer.waiting) == 100 - expected
+    for stamp, found in zip(stamps, (each.result() for each in asked), strict=True):
+        assert found.header.stamp == stamp.to_msg()
+        assert found.transform.translation.x == pytest.approx(stamp.nanoseconds / 1e9)
 
 
 def test_threads_of_a_multi_threaded_executor_wait_side_by_side(buffer, talker, make_node, spin):

@@ -107,7 +107,7 @@ def test_signal_ends_a_spinning_node_and_the_lookups_of_its_threads(pool, number
             ready()
             rclpy.spin(node)
         except ENDED:
-            print('interrupted')
+            pass
         for thread in threading.enumerate():
             if thread is not threading.main_thread():
                 thread.join()
@@ -115,9 +115,8 @@ def test_signal_ends_a_spinning_node_and_the_lookups_of_its_threads(pool, number
         node.destroy_node()
         rclpy.try_shutdown()
     """, number), [True, False]):
-        assert_ended(result, 'interrupted', 'LookupException',
-                     'Given up: the listener was closed, or ROS was shut down',
-                     'the receiver ended')
+        assert_ended(result, 'LookupException', 'the receiver ended',
+                     'Given up: the listener was closed, or ROS was shut down')
 
 
 def test_ctrl_c_that_nobody_catches_looks_as_without_a_listener(pool):
