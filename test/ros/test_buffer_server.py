@@ -12,16 +12,7 @@ from inputs import for_each
 import pytest
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from ros_helpers import (
-    at,
-    lasting,
-    move,
-    PATIENCE_S,
-    result_of,
-    transform,
-    until,
-    until_waiting,
-)
+from ros_helpers import at, lasting, move, PATIENCE_S, result_of, transform, until, until_waiting
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 from tf_tree_py import TransformException
