@@ -103,6 +103,39 @@ def test_lower_limits_are_kept_after_half_the_time_of_a_blend(first, second, off
             norm(plan.rates_at(part * plan.seconds)), after.scale.most) * (1.0 + 1e-9)
 
 
+def braked(offset, plan, then, scale, every, noise):
+    """Return times since other limits apply, and rates, while noisy goals follow each other."""
+    rng, begin, found = np.random.default_rng(0), 0.0, []
+    while begin < scale.seconds:
+        offset, rates = place(offset, plan, then), plan.rates_at(then)
+        offset += rng.normal(0.0, noise, 6)
+        plan, then = planned(tuple(offset.tolist()), rates, scale, plan), every
+        found += [(begin + s, scale.norm(plan.rates_at(s))) for s in np.linspace(0.0, every, 5)]
+        begin += every
+    return np.array(found).T
+
+
+@given(offset=vectors, part=st.floats(0.1, 0.9), most=st.floats(2.0, 8.0), second=limits,
+       every=st.sampled_from([0.002, 0.01, 0.03]), noise=st.sampled_from([0.0, 1e-6, 0.001, 0.1]))
+def test_lower_limits_are_kept_as_soon_if_noisy_goals_follow(
+        offset, part, most, second, every, noise):
+    first, scale = begun(offset, Limits(OVER, most, most, 0.0)), scale_of(second)
+    times, rates = braked(offset, first, part * first.seconds, scale, every, noise)
+    assert (rates[times >= 0.5 * scale.seconds] <= scale.most * (1.0 + 1e-9)).all()
+
+
+@for_each(every=[0.001, 0.01, 0.033], noise=[0.0, 1e-6, 1e-3])
+def test_lower_limit_is_reached_with_the_deceleration_of_the_first_goal(every, noise):
+    """In proportion to the remaining excess, the deceleration would decrease with each goal."""
+    offset = (9.0, 0, 0, 0, 0, 0)
+    first = begun(offset, Limits(OVER, 8.0, math.inf, 0.0))
+    lower = scale_of(Limits(200_000_000, 0.5, math.inf, 0.0))
+    times, rates = braked(offset, first, 0.5, lower, every, noise)
+    speeds, during = rates / lower.translation, times < 0.1
+    np.testing.assert_allclose(speeds[during], 8.0 - 75.0 * times[during], atol=0.1)
+    assert speeds[~during].max() <= 0.5 * (1.0 + 1e-9)
+
+
 def test_without_any_limit_it_takes_no_time():
     assert begun((1.0, 0, 0, 0, 0, 0), Limits(0, math.inf, math.inf, 0.0)) is AT_REST
 

@@ -26,6 +26,8 @@ _WEIGHT_OF_UNLIMITED = 1e-6
 _NOTHING = 1e-18
 # How much harder than usual it may brake if the goal has moved nearer.
 _BRAKE = 4.0
+# A rate is above its limit from this part of the limit on; rounding errors are smaller.
+_ABOVE = 1e-12
 # The largest part of the limit that a perpendicular rate may have, to be reversed during the
 # motion along the line.
 _MOST_ASIDE = math.sqrt(0.5)
@@ -110,6 +112,11 @@ class Course(NamedTuple):
     def seconds(self) -> float:
         """Return the duration."""
         return self.wait + self.first + self.cruise + self.last
+
+    @property
+    def acceleration(self) -> float:
+        """Return the acceleration at the beginning, without its sign."""
+        return abs(self.cruise_rate - self.rate) / self.first if self.first else 0.0
 
 
 STANDING = Course(ZERO, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -250,16 +257,32 @@ def _acceleration(distance: float, speed: float, scale: Scale,
     slightly.
 
     :return: that acceleration, and the one allowed for stopping if the goal has moved nearer, or
-        for reaching a lower limit within half of that time.
+        for reaching a lower limit in time.
     """
-    known = before.acceleration if before.scale == scale else 0.0
-    known = known or 2.0 * speed / scale.seconds
+    same = before.scale == scale
+    known = (before.acceleration if same else 0.0) or 2.0 * speed / scale.seconds
     whole = distance + (0.5 * speed * speed / known if speed >= _NOTHING else 0.0)
     from_rest = min(4.0 * whole / scale.seconds**2, 2.0 * scale.most / scale.seconds)
     to_stop = 0.5 * speed * speed / distance if distance else math.inf
     usual = max(from_rest, min(_BRAKE * to_stop, known))
-    too_fast = max(speed - scale.most, 0.0)
-    return usual, max(usual, min(to_stop, _BRAKE * usual), 2.0 * too_fast / scale.seconds)
+    allowed = max(usual, min(to_stop, _BRAKE * usual))
+    too_fast = speed - scale.most
+    if too_fast > _ABOVE * scale.most:
+        allowed = max(allowed, _to_limit(too_fast, scale, before if same else AT_REST))
+    return usual, allowed
+
+
+def _to_limit(too_fast: float, scale: Scale, before: Plan) -> float:
+    """
+    Return the deceleration that reaches the limit within half of the minimum duration.
+
+    It does not decrease from one plan to the next: the excess does, so a deceleration in
+    proportion to it would never reach the limit while new goals keep coming.
+
+    :param before: the plan that the excess comes from; at rest, if its limits were others.
+    """
+    return max(2.0 * too_fast / scale.seconds,
+               before.main.acceleration, before.aside.acceleration)
 
 
 def _times(factor: float, vector: Vector6) -> Vector6:
