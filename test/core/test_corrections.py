@@ -477,6 +477,29 @@ def test_one_that_is_sent_again_arrives_as_soon_as_one_that_is_sent_once(every, 
     assert_same_pose(often.lookup('odom', 'base'), Pose(y=1.0) @ driven(stamp), 1e-9)
 
 
+@for_each(limits=[BOUNDS, {}])
+def test_opposite_quaternion_is_the_same_rotation_that_is_sent_again(limits):
+    once, often = fed(SECOND), fed(SECOND)
+    opposite = Pose(*SHIFT[:3], *(-part for part in SHIFT[3:]))
+    change = once.correct('base', SHIFT, **limits)
+    for stamp in range(SECOND, 3 * SECOND, STEP):
+        assert often.correct('base', (SHIFT, opposite)[stamp // STEP % 2], **limits) == change
+        for buffer in (once, often):
+            fed(stamp, buffer, since=stamp)
+        assert often.lookup('odom', 'base') == once.lookup('odom', 'base')
+
+
+def test_same_is_what_was_sent_last_for_this_parent():
+    buffer = fed(SECOND)
+    change = buffer.correct('base', SHIFT, **BOUNDS)
+    buffer.insert('lift', 'base', SECOND + STEP, FIXED, strict=False)
+    assert buffer.correct('base', SHIFT, about=CENTRE).version == 2  # the first of this parent
+    buffer.insert('odom', 'base', SECOND + 2 * STEP, driven(SECOND), strict=False)
+    assert buffer.correct('base', SHIFT, **BOUNDS)[1:] == change[1:]
+    assert buffer.corrections_version == 2
+    assert buffer.correct('base', SHIFT, about=CENTRE).version == 3
+
+
 def test_first_correction_after_clear_changes_nothing_that_was_answered():
     buffer = fed(3 * SECOND)
     buffer.correct('base', SHIFT)
@@ -538,7 +561,8 @@ def test_point_beside_a_child_that_turns_gains_the_turn_times_the_angle_that_is_
     left = se3.distance_many(buffer.lookup_many('odom', 'base', stamps), ends)[1]
     speeds = gone / (STEP / SECOND)
     assert speeds.max() > 0.5
-    assert (speeds <= 0.1 + 2.0 * left[:-1] + 1e-3).all()
+    own_turn = 2.0
+    assert (speeds <= 0.1 + 2.0 * np.sin(0.5 * left[:-1]) * own_turn + 1e-9).all()
     assert speeds[-1] < 1e-6
 
 
@@ -555,6 +579,44 @@ def test_another_pivot_of_a_child_that_turns_begins_with_the_velocity_it_has_the
     velocities = np.diff(places_of(buffer, stamps, CENTRE), axis=0) / (STEP / 5 / SECOND)
     assert np.linalg.norm(velocities, axis=1).max() > 0.5
     assert np.linalg.norm(np.diff(velocities, axis=0), axis=1).max() < 0.06
+
+
+@for_each(over=[SECOND, 200 * MS])
+def test_velocity_of_another_point_is_within_its_limit_after_half_of_over(over):
+    """It begins with 10 m/s there, and noisy corrections follow at 100 Hz."""
+    buffer, rng, point = BufferCore(UNLIMITED), np.random.default_rng(0), (5.0, 0.0, 0.0)
+    begin = SECOND + 500 * MS
+    for stamp in range(0, begin + SECOND, STEP):
+        buffer.insert('map', 'odom', stamp, Pose())
+        goal = Pose.from_xyz_rpy(yaw=1.0 + rng.normal(0.0, 1e-5))
+        if stamp == SECOND:
+            buffer.correct('odom', goal, over=SECOND, max_speed=0.5)
+        elif stamp >= begin:
+            buffer.correct('odom', goal, over=over, max_speed=0.5, about=point)
+    stamps = np.arange(begin, begin + SECOND, STEP)
+    poses = buffer.lookup_many('map', 'odom', stamps)
+    places = se3.apply_many(poses, np.broadcast_to(point, (len(poses), 3)))
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / (STEP / SECOND)
+    assert speeds[0] > 9.0
+    assert speeds[stamps[:-1] >= begin + over // 2].max() <= 0.5 + 1e-9
+
+
+def test_switch_during_a_blend_about_another_point_keeps_the_velocity():
+    """The robot turns on the spot, so the base has no other velocity than the blend's."""
+    buffer = BufferCore(UNLIMITED)
+    for stamp in range(0, 2 * SECOND, 2 * STEP):
+        for source in ('wheels', 'visual'):
+            buffer.insert_from(source, 'odom', 'base', stamp,
+                               Pose.from_xyz_rpy(yaw=2.0 * stamp / SECOND))
+        if stamp == SECOND:
+            goal = Pose.from_xyz_rpy(yaw=0.5)
+            buffer.correct('base', goal, over=SECOND, about=(1.0, 0.0, 0.0))
+        elif stamp == SECOND + 200 * MS:
+            buffer.switch('base', to='visual', over=SECOND)
+    stamps = np.arange(SECOND + 100 * MS, SECOND + 300 * MS, 2 * STEP)
+    velocities = np.diff(places_of(buffer, stamps, (0, 0, 0)), axis=0) / (2 * STEP / SECOND)
+    assert np.linalg.norm(velocities, axis=1).max() > 0.8
+    assert np.linalg.norm(np.diff(velocities, axis=0), axis=1).max() < 0.1
 
 
 def test_jump_in_the_middle_of_a_blend_leaves_the_covariance_that_was_answered():

@@ -91,7 +91,7 @@ class CorrectedHistory(DynamicHistory):
         """
         begin, here, correction = self._newest()
         stage = correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
-                                   begin - self.cache_time)
+                                   begin - self.cache_time, lambda: self._own_turn(correction))
         correction.measured.clear()
         return stage
 

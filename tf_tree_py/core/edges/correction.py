@@ -66,7 +66,7 @@ class Correction:
         The parameters are those of ``go_over``.
         """
         now = self.stage
-        if (motion, about, limits) == (now.motion, now.about, self._limits):
+        if (about, limits) == (now.about, self._limits) and _is_same(motion, now.motion):
             return now
         raw = self.stages.at(begin).raw(begin, here)
         return self.go_over(motion, begin, here, raw, about, limits, oldest, own_turn)
@@ -138,6 +138,11 @@ class Correction:
         twin.stages, twin.measured = self.stages.copy(), self.measured.copy()
         twin._limits = self._limits
         return twin
+
+
+def _is_same(a: PoseTuple, b: PoseTuple) -> bool:
+    """Return whether two poses are equal; q and -q are the same rotation."""
+    return a == b or (a[:3] == b[:3] and a[3:] == tuple(-part for part in b[3:]))
 
 
 def _rates(before: Stage, begin: int, here: PoseTuple, about: Vector3,
