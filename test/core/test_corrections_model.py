@@ -14,6 +14,7 @@ from bisect import bisect_left, bisect_right, insort
 import math
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 from effort import examples
 from hypothesis import strategies as st
@@ -47,6 +48,14 @@ goals = st.builds(lambda x, y, yaw, roll: Pose.from_xyz_rpy(x=x, y=y, yaw=yaw, r
 some_limits, some_points = st.sampled_from(LIMITS), st.sampled_from(POINTS)
 
 
+class Sent(NamedTuple):
+    """A correction as it was sent, or a switch of the source."""
+
+    goal: Pose
+    about: tuple[float, float, float]
+    limits: Limits
+
+
 class CorrectedEdge(RuleBasedStateMachine):
     """An edge, its original samples, and all results of lookups."""
 
@@ -63,10 +72,12 @@ class CorrectedEdge(RuleBasedStateMachine):
     def forget(self):
         """Forget everything when time has started again."""
         self.raw, self.stamps, self.answered = {}, [], {}
-        self.parent, self.goal, self.change = 'odom', {}, None
+        self.parent, self.change = 'odom', None
+        # What was sent last, by parent: each has its own transition.
+        self.sent = {}
         # By stamp: the remaining angle of the correction at it or at the stamp before.
         self.left = {}
-        # The stamp from which the current limits, point and source apply.
+        # The stamp from which the current parent, its limits and point, and the source apply.
         self.since = self.now
 
     def motion(self, stamp):
@@ -101,7 +112,7 @@ class CorrectedEdge(RuleBasedStateMachine):
 
     def angle_left(self, stamp):
         parent, raw = self.raw[stamp]
-        goal = self.goal.get(parent, Pose()) @ raw
+        goal = self.goal_of(parent) @ raw
         return se3.distance(self.answered.get(stamp, (goal,))[0], goal)[1]
 
     def ask(self, tree, stamp):
@@ -138,10 +149,16 @@ class CorrectedEdge(RuleBasedStateMachine):
 
     # --- corrections
 
+    def goal_of(self, parent):
+        return self.sent[parent].goal if parent in self.sent else Pose()
+
     def correct(self, goal):
         options = self.limits._asdict()
         self.change = self.buffer.correct('base', goal, about=self.about, **options)
-        self.goal[self.parent] = goal
+        before = self.sent.get(self.parent)
+        self.sent[self.parent] = Sent(goal, self.about, self.limits)
+        if before and before[1:] != self.sent[self.parent][1:]:
+            self.since = self.now
 
     @rule(goal=goals)
     def correct_once(self, goal):
@@ -162,18 +179,22 @@ class CorrectedEdge(RuleBasedStateMachine):
         self.correct(goal)
         self.drive(30)
 
-    @precondition(lambda self: self.parent in self.goal)
-    @rule()
-    def correct_again(self):
-        change, version = self.change, self.buffer.corrections_version
-        self.correct(self.goal[self.parent])
-        assert self.source or self.since == self.now or (
+    @precondition(lambda self: self.parent in self.sent)
+    @rule(opposite=st.booleans())
+    def correct_again(self, opposite):
+        """Send it again, perhaps with the opposite quaternion, which is the same rotation."""
+        change, version, goal = self.change, self.buffer.corrections_version, self.goal_of(
+            self.parent)
+        # With another parent, the robot may have got other limits and another point.
+        is_same = self.sent[self.parent][1:] == (self.about, self.limits)
+        self.correct(Pose(*goal[:3], *(-part for part in goal[3:])) if opposite else goal)
+        assert not is_same or (
             change in (None, self.change) and self.buffer.corrections_version == version)
 
     @rule(limits=some_limits, about=some_points)
     def change_limits(self, limits, about):
-        self.limits, self.about, self.since = limits, about, self.now
-        self.correct(self.goal.get(self.parent, Pose()))
+        self.limits, self.about = limits, about
+        self.correct(self.goal_of(self.parent))
 
     @rule(goal=goals, regret=st.booleans())
     def jump(self, goal, regret):
@@ -195,14 +216,14 @@ class CorrectedEdge(RuleBasedStateMachine):
     def switch(self):
         self.source = 'visual' if self.source == 'wheels' else 'wheels'
         self.change = self.buffer.switch('base', to=self.source, **self.limits._asdict())
-        self.goal, self.about, self.since = {'odom': Pose()}, POINTS[0], self.now
+        self.about, self.since = POINTS[0], self.now
+        self.sent = {'odom': Sent(Pose(), self.about, self.limits)}
 
     # --- other operations
 
     @precondition(lambda self: self.source is None)
     @rule()
     def change_parent(self):
-        # Each parent has its own transition.
         self.parent, self.change = PARENTS[self.parent == 'odom'], None
         self.since = self.now + STEP
         self.drive(2)
@@ -245,9 +266,8 @@ class CorrectedEdge(RuleBasedStateMachine):
                 self.drive(20)
                 self.expire()
             assert self.change.end < self.now
-            if self.parent in self.goal:
-                assert_same_pose(self.buffer.lookup_at(self.parent, 'base', self.now),
-                                 self.goal[self.parent] @ self.motion(self.now), 1e-9)
+            assert_same_pose(self.buffer.lookup_at(self.parent, 'base', self.now),
+                             self.goal_of(self.parent) @ self.motion(self.now), 1e-9)
 
     # --- the guarantees
 
@@ -272,7 +292,18 @@ class CorrectedEdge(RuleBasedStateMachine):
 
     @invariant()
     def nothing_is_faster_than_stated(self):
-        scale = scale_of(self.limits)
+        """
+        Compare turns, and the speeds of points, with those of the original samples.
+
+        A point at a lever s from ``about`` is at G a + d + Q G s: G is its goal, whose turn w and
+        speed are those of the original samples; the offset d of ``about`` and the rotation Q by
+        the angle that is left decrease to zero. So its velocity is that of G (a + s), and d' +
+        q x Q G s of the blend, which is within the limits, and (Q - 1) (w x G s). The norm of
+        the last is at most 2 sin(angle / 2) w |s|. The same holds for differences of samples,
+        with the angle at either of them. At ``about`` the lever is zero.
+        """
+        _, about, limits = self.sent.get(self.parent, Sent(Pose(), self.about, self.limits))
+        scale = scale_of(limits)
         since = self.since + round(0.5 * scale.seconds * SECOND)
         since = max(since, self.stamps[0], self.now - SECOND)
         stamps = [stamp for stamp in self.stamps if stamp >= since]
@@ -283,20 +314,19 @@ class CorrectedEdge(RuleBasedStateMachine):
         seconds = np.diff(stamps) / SECOND
         turned = se3.distance_many(here[:-1], here[1:])[1] / seconds
         own_turn = se3.distance_many(raw[:-1], raw[1:])[1] / seconds
-        assert (turned - own_turn <= self.limits.max_turn_rate + 1e-6).all()
-        assert (self.excess(here, raw, self.about) / seconds
-                <= self.limits.max_speed + 1e-6).all()
-        # Within the reach, a point of a rotating edge gains a part of the remaining angle.
-        gain = self.limits.reach * own_turn * [self.left[stamp] for stamp in stamps[1:]]
-        for aside in self.limits.reach * np.eye(3):
-            assert (self.excess(here, raw, self.about + aside) / seconds
-                    <= self.limits.max_speed + gain + 1e-3).all()
+        assert (turned - own_turn <= limits.max_turn_rate + 1e-6).all()
+        left = np.array([self.left[stamp] for stamp in stamps[1:]])
+        gain = 2.0 * np.sin(0.5 * left) * own_turn * limits.reach
+        for lever, more in ((np.zeros(3), 0.0), *((lever, gain) for lever in (
+                limits.reach * np.eye(3)))):
+            assert (self.excess(here, raw, about + lever) / seconds
+                    <= limits.max_speed + more + 1e-6).all()
 
     @invariant()
     def without_a_correction_samples_are_as_they_came(self):
         stamp = self.stamps[-1]
         parent, raw = self.raw[stamp]
-        if parent not in self.goal:
+        if parent not in self.sent:
             assert_same_pose(self.buffer.lookup_at(parent, 'base', stamp), raw, 1e-9)
 
     def excess(self, here, raw, point):
