@@ -254,10 +254,10 @@ class BufferCore(Queries):
         Correct an edge without a jump: its pose blends to the corrected one.
 
         When the blend has ended, ``parent_T_child`` is the correction times the inserted pose.
-        A correction replaces the previous one. The same correction given again has no effect
-        and returns the transition that is in progress. A blend begins at the edge's newest
-        sample, so earlier answers stay valid. It begins with the current value and rate, so
-        corrections may arrive at any rate, and may be noisy.
+        A correction replaces the previous one. The same correction, point and limits as last
+        given for this parent have no effect and return the transition that is in progress. A
+        blend begins at the edge's newest sample, so earlier answers stay valid. It begins with
+        the current value and rate, so corrections may arrive at any rate, and may be noisy.
 
         :param correction: any type that ``insert`` accepts as a pose.
         :param over: the minimum duration of a blend from rest, nanoseconds; if a speed is
@@ -272,8 +272,8 @@ class BufferCore(Queries):
             and that the blend rotates about. A point at a distance of r metres from it may
             additionally gain r times the turn rate.
         :param reach: ``max_speed`` holds for all points up to this distance from ``about``,
-            metres. If the edge itself rotates, a point additionally gains its distance times
-            the edge's turn rate times the angle that remains to be corrected.
+            metres. If the edge itself rotates, a point may additionally gain its distance times
+            the edge's turn rate times 2 sin(a / 2), with a the angle that remains to be corrected.
         :return: when the blend begins and ends, and the number of the correction.
         :raises InvalidArgumentException: an edge without samples, a static edge or a
             curve; an invalid pose, stamp or limit.

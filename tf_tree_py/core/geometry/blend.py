@@ -26,7 +26,7 @@ _WEIGHT_OF_UNLIMITED = 1e-6
 _NOTHING = 1e-18
 # How much harder than usual it may brake if the goal has moved nearer.
 _BRAKE = 4.0
-# A rate is above its limit from this part of the limit on; rounding errors are smaller.
+# An excess of a rate by less than this part of its limit is a rounding error.
 _ABOVE = 1e-12
 # The largest part of the limit that a perpendicular rate may have, to be reversed during the
 # motion along the line.
