@@ -103,9 +103,11 @@ def test_signal_ends_a_spinning_node_and_the_lookups_of_its_threads(pool, number
         node.set_parameters([Parameter('use_sim_time', value={simulated})])
         threading.Thread(target=wait_for_ever).start()
         until_waiting()
+        # Without a timeout, rclpy alone sometimes misses the end of its context, and spins on.
+        rclpy.get_global_executor().create_task(ready)
         try:
-            ready()
-            rclpy.spin(node)
+            while rclpy.ok():
+                rclpy.spin_once(node, timeout_sec=1.0)
         except ENDED:
             pass
         for thread in threading.enumerate():
