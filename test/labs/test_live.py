@@ -109,12 +109,12 @@ def gone(_, pipe):
 
 
 def test_process_that_is_gone_or_silent_is_told(monkeypatch):
-    monkeypatch.setattr(live_session, '_PATIENCE_S', 0.1)
+    monkeypatch.setattr(live_session, 'PATIENCE_S', 0.1)
     with live_session.session() as lab:
         pipe = lab.start(silent)
         with pytest.raises(RuntimeError, match='sent nothing'):
             live_session.answer(pipe)
-        monkeypatch.setattr(live_session, '_PATIENCE_S', 20.0)
+        monkeypatch.setattr(live_session, 'PATIENCE_S', 20.0)
         with pytest.raises(RuntimeError, match='ended prematurely'):
             live_session.answer(lab.start(gone))
 

@@ -25,7 +25,7 @@ from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stampe
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
-from .live_session import answer, executable, session, ticks
+from .live_session import answer, executable, PATIENCE_S, session, ticks
 from ..anchor import COVARIANCE, driven, LATE_S, LIMITS, measured, odometry, Pass, sightings, STEP
 from ..report import Column, Report, Table
 
@@ -75,7 +75,9 @@ def run(seconds: float = _SECONDS) -> Report:
             began = answer(pipe)
             while answer(pipe) is not None:
                 pass
-        stamps = np.arange(from_seconds(_SETTLED_S), from_seconds(seconds - 0.5), STEP)
+            stamps = np.arange(from_seconds(_SETTLED_S), from_seconds(seconds - 0.5), STEP)
+            # The node may be later than the robot.
+            buffer.lookup_within(PATIENCE_S, 'map', 'base_link', began + int(stamps[-1]))
         odom_T_base = buffer.lookup_many('odom', 'base_link', began + stamps)
         map_T_base = buffer.lookup_many('map', 'base_link', began + stamps)
     alone = se3.compose_many(np.array(driven(0)), odom_T_base)

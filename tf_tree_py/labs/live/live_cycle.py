@@ -22,14 +22,13 @@ from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import session, ticks
+from .live_session import PATIENCE_S, session, ticks
 from ..cycle import BASE_T_ODOM, BELOW, FRAMES, ODOM_T_BASE
 from ..report import Column, Report, Table
 
 _PERIOD = from_seconds(0.020)
 # The names of publishers are looked up in the graph, once a second.
 _WATCHED_S = 1.5
-_PATIENCE_S = 20.0
 
 
 class Refusals(Observer):
@@ -74,9 +73,9 @@ def run(seconds: float = _WATCHED_S) -> Report:
         buffer.observers.add(refusals)
         with TransformListener(buffer, lab.node('robot')):
             lab.start(ekf)
-            buffer.lookup_transform('odom', 'camera', Time(), Duration(seconds=int(_PATIENCE_S)))
+            buffer.lookup_transform('odom', 'camera', Time(), Duration(seconds=int(PATIENCE_S)))
             lab.start(wheel_odometry)
-            if not refusals.has_refused.wait(_PATIENCE_S):
+            if not refusals.has_refused.wait(PATIENCE_S):
                 raise RuntimeError('nothing was received from the second node')
             end = time.monotonic() + seconds
             while time.monotonic() < end:

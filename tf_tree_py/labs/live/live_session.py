@@ -30,7 +30,8 @@ from rclpy.utilities import try_shutdown
 
 from .domain import own_domain
 
-_PATIENCE_S = 20.0
+PATIENCE_S = 60.0
+"""How long a lab waits for its processes; on a busy machine, each takes half a minute to start."""
 
 Work = Callable[..., None]
 
@@ -78,7 +79,7 @@ class Session:
         for _, pipe in self._processes:
             pipe.close()
         for process, _ in self._processes:
-            process.join(_PATIENCE_S)
+            process.join(PATIENCE_S)
             if process.is_alive():
                 process.kill()
                 process.join()
@@ -191,9 +192,9 @@ def answers(pipes: Sequence[Connection]) -> list[Any]:
 
     :raises RuntimeError: none sends anything for 20 s, or one has ended.
     """
-    ready = wait(pipes, _PATIENCE_S)
+    ready = wait(pipes, PATIENCE_S)
     if not ready:
-        raise RuntimeError(f'the processes of this lab sent nothing for {_PATIENCE_S:g} s')
+        raise RuntimeError(f'the processes of this lab sent nothing for {PATIENCE_S:g} s')
     try:
         return [pipe.recv() for pipe in ready if isinstance(pipe, Connection)]
     except (EOFError, ConnectionResetError):

@@ -20,7 +20,7 @@ from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import answer, new_context, session, small_node, ticks
+from .live_session import answer, new_context, PATIENCE_S, session, small_node, ticks
 from ..report import Column, Report, Table
 from ..static_spam import CHILD, PARENT, POSE, RATE_HZ, SUBSCRIBERS
 
@@ -28,7 +28,6 @@ from ..static_spam import CHILD, PARENT, POSE, RATE_HZ, SUBSCRIBERS
 _SPAMMED, _STATIC = CHILD, f'{CHILD}_static'
 _PROCESSES = 2
 _SECONDS = 3.0
-_PATIENCE_S = 20.0
 
 
 class Use(NamedTuple):
@@ -82,7 +81,7 @@ def _end(nodes: list[Node], contexts: list[Context]) -> None:
 def _do(order: Any, buffers: list[Buffer]) -> Any:
     if isinstance(order, str):
         for buffer in buffers:
-            buffer.lookup_within(_PATIENCE_S, PARENT, order)
+            buffer.lookup_within(PATIENCE_S, PARENT, order)
         return order
     begin, cpu, before = time.monotonic(), time.process_time(), _accepted(buffers)
     time.sleep(order)
@@ -117,7 +116,7 @@ def run(seconds: float = _SECONDS) -> Report:
             loud = _measure(f'{RATE_HZ} Hz, as if it moved', pipes, _SPAMMED, seconds, size)
             # This buffer's listener may be the last to discover either sender.
             for child in (_STATIC, _SPAMMED):
-                buffer.lookup_within(_PATIENCE_S, PARENT, child)
+                buffer.lookup_within(PATIENCE_S, PARENT, child)
             spammer.send('end')
             use = answer(spammer)
             loud = loud._replace(sender_cpu=use.cpu_s / use.seconds)
