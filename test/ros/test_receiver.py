@@ -8,7 +8,10 @@ import os
 import sys
 import threading
 
+from domains import claim
 import pytest
+import rclpy
+from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
@@ -200,9 +203,18 @@ def test_listener_follows_simulated_time(make_node, listen, sim_clock):
     sim_clock.show(6.0, buffer)
 
 
-def test_two_hundred_listeners_leave_nothing_behind(make_node, context):
+@pytest.fixture
+def empty_domain():
+    """Return a context in a DDS domain of its own, whose graph shows nothing of other tests."""
+    context = Context()
+    rclpy.init(context=context, args=[], domain_id=claim())
+    yield context
+    context.try_shutdown()
+
+
+def test_two_hundred_listeners_leave_nothing_behind(empty_domain, make_node):
     """Threads, file descriptors, DDS entities, callbacks of the context and of the node."""
-    node = make_node('busy')
+    node = make_node('busy', context=empty_domain)
 
     def open_files():
         return len(os.listdir('/proc/self/fd')) if sys.platform == 'linux' else 0
@@ -213,13 +225,12 @@ def test_two_hundred_listeners_leave_nothing_behind(make_node, context):
 
     turn(5)
     threads, files = threading.active_count(), open_files()
-    shutdown_callbacks = len(context._callbacks)
+    shutdown_callbacks = len(empty_domain._callbacks)
     turn(200)
     assert threading.active_count() == threads
     assert open_files() <= files + 2
-    assert len(context._callbacks) == shutdown_callbacks
+    assert len(empty_domain._callbacks) == shutdown_callbacks
     assert node._post_set_parameters_callbacks == []
-    # The graph also shows processes of earlier tests, until DDS has missed those that were killed.
     until(lambda: node.get_node_names() == ['busy'])
     until(lambda: node.get_subscriptions_info_by_topic('/tf') == [])
     with TransformListener(Buffer(), node) as listener:
