@@ -197,8 +197,12 @@ def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep
 def test_clock_whose_context_has_ended_counts_no_more(watch, context):
     watch.use_clock(sim_clock(10.0), context)
     assert watch.simulated_now() == 10 * SECOND
+    deadline = ClockDeadline(watch, SECOND, None)
     context.shutdown()
     assert watch.simulated_now() is None
+    # Also before the listener has noticed it, and releases the waits.
+    assert deadline.wait(threading.Event()) is False
+    assert deadline.why_early == 'Given up: the listener was closed, or ROS was shut down'
 
 
 @pytest.mark.usefixtures('clock')

@@ -18,6 +18,8 @@ from tf_tree_py.core.stamp import as_seconds
 
 from ..threads.context_state import is_running
 
+_NO_LISTENER = 'Given up: the listener was closed, or ROS was shut down'
+
 _EVERY_TICK = JumpThreshold(min_forward=Duration(nanoseconds=1),
                             min_backward=Duration(nanoseconds=-1))
 
@@ -74,6 +76,11 @@ class ClockWatch:
             return None
         # After its context has ended, the clock would never advance.
         return clock.now().nanoseconds if context is None or is_running(context) else None
+
+    def has_ended(self) -> bool:
+        """Return whether the clock in use has left, or has ended with its context."""
+        clock, context = self._clock
+        return clock is None or (context is not None and not is_running(context))
 
     @contextmanager
     def waking(self, wake: Callable[[], None], end: float) -> Iterator[None]:
@@ -169,11 +176,14 @@ class ClockDeadline:
 
     def _is_over(self) -> bool:
         if self._watch.released != self._released:
-            self.why_early = 'Given up: the listener was closed, or ROS was shut down'
+            self.why_early = _NO_LISTENER
             return True
         if self._begin is None:
             return False
         self._now = self._watch.simulated_now()
+        if self._now is None and self._watch.has_ended():
+            # The listener that releases all waits may only notice this later.
+            self.why_early = _NO_LISTENER
         return self._now is None or self._now >= self._end
 
 
