@@ -41,7 +41,7 @@ class Counter(RuleBasedStateMachine):
 TestCounter = Counter.TestCase
 
 
-@given(st.lists(st.floats()))
+@given(st.lists(st.floats(), min_size=20))
 def test_examples_are_recorded(numbers):
     with Path('examples.txt').open('a') as file:
         print(numbers, file=file)
@@ -87,7 +87,8 @@ def test_every_run_draws_the_same_examples(project):
     once = examples_of(project, '-m', 'pytest', PYTHONHASHSEED='1')
     assert once.count('\n') >= 20
     # Constants of other modules do not count, nor do failures that an earlier run has found.
-    (project / 'test' / 'test_other.py').write_text('LARGE = 123456789.25\n')
+    (project / 'package.py').write_text(f'{[number + 0.25 for number in range(500)]}\n')
+    (project / 'test' / 'test_other.py').write_text('import package\n')
     run(project, '-m', 'pytest')
     assert examples_of(project, '-m', 'pytest', 'test', PYTHONHASHSEED='2') == once
     assert not (project / '.hypothesis' / 'examples').exists()
