@@ -105,10 +105,10 @@ RUN = [message._replace(transforms=[each for each in message.transforms if each[
 
 
 def covariances():
-    """Return three messages with covariances at each of several moments, and one for good."""
+    """Return three messages with covariances at each of several moments, and a static one."""
     rng = np.random.default_rng(11)
 
-    def told(topic, parent, child, number, **options):
+    def estimated(topic, parent, child, number, **options):
         square = rng.normal(size=(6, 8)) * 0.02
         # Two of ten covariances are unusable.
         covariance = {3: np.zeros((6, 6)), 7: -np.eye(6)}.get(number % 10, square @ square.T)
@@ -117,10 +117,10 @@ def covariances():
                              **options)
 
     return [message for number in range(COUNT) for message in (
-        told('/amcl_pose', 'map' if number % 13 else 'world', '', number),
-        told('/odometry', '/odom', 'base', number),
-        told('/lidar_odometry', 'odom', 'scan', number))] + [
-            told('/tf_static_covariance', 'base', 'camera', 1, qos=bags.LATCHED)]
+        estimated('/amcl_pose', 'map' if number % 13 else 'world', '', number),
+        estimated('/odometry', '/odom', 'base', number),
+        estimated('/lidar_odometry', 'odom', 'scan', number))] + [
+            estimated('/tf_static_covariance', 'base', 'camera', 1, qos=bags.LATCHED)]
 
 
 COVARIANCES = covariances()

@@ -65,7 +65,7 @@ def server(buffer, serve):
 
 @pytest.fixture
 def deaf(client, make_node):
-    """Make a server whose node nobody spins, with a client that gives it little time."""
+    """Make a server whose node does not spin, with a client that gives it little time."""
     server = _ClosableServer(make_node('deaf'), LookupTransform, ACTION, lambda _: None)
     client.timeout_padding = lasting(0.0)
     assert client.wait_for_server(PATIENCE)

@@ -37,7 +37,7 @@ def show(clock, seconds):
 
 @pytest.fixture
 def jumps():
-    """Return the lengths of the jumps that a watch tells."""
+    """Return the lengths of the jumps that a watch reports."""
     return []
 
 
@@ -140,19 +140,20 @@ def test_tick_wakes_everybody_whose_time_is_up(watch):
             sys.setswitchinterval(before)
 
 
-@pytest.mark.parametrize(('times', 'told'), [
+@pytest.mark.parametrize(('times', 'expected'), [
     ((11.0, 12.0, 100.0), []),
     ((9.0,), [-SECOND]),
     ((11.0, 10.999999999), [-1]),
     ((0.0, 5.0, 4.0), [-10 * SECOND, -SECOND]),
 ])
-def test_jumps_back_and_changes_of_the_kind_of_time_are_told(clock, jumps, times, told):
+def test_jumps_back_and_changes_of_the_kind_of_time_are_reported(
+        clock, jumps, times, expected):
     for seconds in times:
         show(clock, seconds)
-    assert jumps == told
+    assert jumps == expected
     clock._set_ros_time_is_active(False)
     clock._set_ros_time_is_active(True)
-    assert len(jumps) == len(told) + 2
+    assert len(jumps) == len(expected) + 2
 
 
 def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
@@ -232,7 +233,7 @@ def test_clock_may_outlive_who_uses_it(make, capsys):
     rubbish = [bytearray(64) for _ in range(10_000)]
     show(clock, 5.0)
     show(clock, 6.0)
-    assert capsys.readouterr().out == '', 'no jump is told'
+    assert capsys.readouterr().out == '', 'no jump is reported'
     del rubbish
 
 

@@ -70,7 +70,7 @@ class AttachedListeners:
         """Remove a listener; after the last one, release all waits that need a source."""
         is_last = not self._add(-1)
         if is_last:
-            # Before its clock leaves: that also ends waits, but gives them no reason.
+            # Before its clock leaves: that ends waits, too, but another clock may hide the reason.
             self.watch.release()
         self.watch.leave(clock, context)
         self._intake.read_clock_anew()
