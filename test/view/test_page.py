@@ -68,14 +68,6 @@ def serving():
 
 
 @pytest.fixture
-def opened(window, serving):
-    """Return a new page for the test, so that no choices of another test remain."""
-    opened = OpenPage(window, serving.url)
-    yield opened
-    opened.page.close()
-
-
-@pytest.fixture
 def robot(serving):
     robot = serving.robot
     for frame in robot.frames():
@@ -85,11 +77,13 @@ def robot(serving):
 
 
 @pytest.fixture
-def page(opened, robot):
+def page(robot, window, serving):
+    """Return a new page for the test, so that no choices of another test remain."""
+    opened = OpenPage(window, serving.url)
     opened.turn_to('frames')
-    opened.press('live')
     opened.wait_for_text('live at 110')
     yield opened
+    opened.page.close()
     assert not opened.complaints
 
 
@@ -133,6 +127,7 @@ def test_time_that_was_typed_is_not_lost_to_a_live_picture(page, serving):
     *_, (shown, _) = serving._pages.values()
     slider = shown.controls.timeline._slider
     with shown._lock:  # as during the drawing of a picture
+        page.press('live')
         page.go_to(2.5)
         page.wait_for(lambda: slider.value == 2.5)
         shown._refresh_panels(shown._drawn)

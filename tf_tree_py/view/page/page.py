@@ -3,6 +3,7 @@
 
 """One open page: its moment, its picture and its controls."""
 
+from collections import deque
 from collections.abc import Callable
 import threading
 from typing import Any, Final
@@ -49,6 +50,7 @@ class Page:
         """
         self._subject = subject
         self._lock = threading.RLock()
+        self._actions: deque[Callable[[], None]] = deque()
         self._look = Appearance()
         self._playhead = Playhead(subject.tree, subject.live)
         self._drawn = nothing('')
@@ -66,10 +68,17 @@ class Page:
         self._film = Film(client, self._show)
 
     def _apply(self, action: Callable[[], None]) -> None:
-        """Call an action between two pictures; the next picture shows its effect."""
+        """
+        Call an action between two pictures; the next picture shows its effect.
+
+        Actions are called in the order of their events. The lock does not keep this order: while a
+        picture is drawn, several events may wait for it, each in its own thread.
+        """
+        self._actions.append(action)
         with self._lock:
-            action()
-            self._needs_drawing = True
+            while self._actions:
+                self._needs_drawing = True
+                self._actions.popleft()()
 
     def _note_camera(self) -> None:
         # Without the lock, because this is called at every movement of the mouse.
