@@ -6,6 +6,7 @@
 import faulthandler
 from functools import cache
 from pathlib import Path
+import re
 import signal
 
 from _pytest.faulthandler import fault_handler_stderr_fd_key
@@ -18,6 +19,9 @@ _TESTS = Path(__file__).parent
 # The folders whose files are slow, or wait for programs that they start. Workers begin with these
 # files, so that no worker is left with the longest at the end.
 _BEGIN_WITH = ['jazzy', 'view', 'docs', 'labs', 'tools', 'nodes', 'dropin', 'ros']
+
+# What marks the tests of a file: it, or a test helper that it uses, imports one of these.
+_MARKS = {'processes': near.PROCESSES, 'dds': near.DDS}
 
 # The handlers of the signals with which every test begins.
 _HANDLERS = {}
@@ -95,19 +99,20 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark tests that start processes or use DDS, and put the slowest folders first."""
-    for item in items:
-        for mark in _marks_of(item.path):
-            item.add_marker(mark)
+    """Mark tests that start processes or use DDS, if -m asks; put the slowest folders first."""
+    # Each worker would read all tests for it, in several seconds.
+    for mark in _MARKS.keys() & re.findall(r'\w+', config.option.markexpr):
+        for item in items:
+            if _is_marked(item.path, mark):
+                item.add_marker(mark)
     # pytest runs files that are named on the command line in the order in which they are named.
     if not any('::' in argument or argument.endswith('.py') for argument in config.args):
         items.sort(key=_turn_of)
 
 
 @cache
-def _marks_of(path):
-    return [mark for mark, modules in (('processes', near.PROCESSES), ('dds', near.DDS))
-            if near.needs(path, modules)]
+def _is_marked(path, mark):
+    return near.needs(path, _MARKS[mark])
 
 
 def _turn_of(item):

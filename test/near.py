@@ -15,7 +15,7 @@ test declares a file that it reads or runs without importing it.
 
 import ast
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 import re
@@ -46,6 +46,13 @@ def names_of(path: Path) -> Mapping[str, str]:
     return found
 
 
+@cache
+def helper_named(name: str, tests: Path) -> Path | None:
+    """Return the test helper of a name: tests import them without their folder."""
+    found = (path for place in (name, f'*/{name}') for path in tests.glob(f'{place}.py'))
+    return next(found, None)
+
+
 def file_of(dotted: str) -> Path | None:
     """Return our file that defines a dotted name, also through packages that re-export it."""
     path = REPOSITORY.joinpath(*dotted.split('.'))
@@ -55,8 +62,7 @@ def file_of(dotted: str) -> Path | None:
         return path / '__init__.py'
     above, _, name = dotted.rpartition('.')
     if not above:
-        helpers = [*TESTS.glob(f'{dotted}.py'), *TESTS.glob(f'*/{dotted}.py')]
-        return helpers[0] if helpers else None
+        return helper_named(dotted, TESTS)
     home = file_of(above)
     passed_on = names_of(home).get(name) if home and home.name == '__init__.py' else None
     return file_of(passed_on) if passed_on else home
@@ -68,19 +74,25 @@ def imports_of(path: Path) -> frozenset[Path]:
     return frozenset(filter(None, map(file_of, names_of(path).values()))) - {path}
 
 
-def helpers_of(test: Path) -> list[Path]:
+def helpers_of(test: Path) -> Iterable[Path]:
     """Return the files in ``test/`` that a test uses, itself first: a chain of imports."""
-    return [file for file in distances(test) if TESTS in file.parents]
+    return distances(test, TESTS)
 
 
-def distances(path: Path) -> dict[Path, int]:
-    """Return every file reachable by imports from one, and the length of the shortest chain."""
+@cache
+def distances(path: Path, inside: Path) -> Mapping[Path, int]:
+    """
+    Return every file reachable by imports from one, and the length of the shortest chain.
+
+    :param inside: a folder; files outside it are not followed.
+    """
     reached, waiting = {path: 0}, deque([path])
     while waiting:
         here = waiting.popleft()
         for there in imports_of(here) - reached.keys():
-            reached[there] = reached[here] + 1
-            waiting.append(there)
+            if inside in there.parents:
+                reached[there] = reached[here] + 1
+                waiting.append(there)
     return reached
 
 
@@ -121,7 +133,7 @@ def changed_files(revision: str | None) -> set[Path]:
 def near(changed: set[Path]) -> Iterator[tuple[bool, int, Path]]:
     """Yield each selected test file: whether it starts processes, and its distance."""
     for test in TESTS.glob('**/test_*.py'):
-        reached = distances(test)
+        reached = distances(test, REPOSITORY)
         slow = needs(test, PROCESSES | DDS)
         chains = [0 for file in changed if is_named(file, test)]
         chains += [reached[file] for file in changed & reached.keys()
