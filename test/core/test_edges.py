@@ -8,7 +8,7 @@ import json
 import math
 from pathlib import Path
 
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose
@@ -210,6 +210,7 @@ def test_next_knot_is_approached_from_below(begin, stamps):
 
 @every_kind
 @given(stamps=some_stamps)
+@example(stamps=[45, 46])  # the two lengths are rounded differently
 def test_track_moves_no_more_than_it_says(begin, stamps):
     history = history_of(begin, sorted(stamps))
     track = history.track(history.oldest_stamp, history.latest_stamp)
@@ -222,7 +223,7 @@ def test_track_moves_no_more_than_it_says(begin, stamps):
         a, b = track.at(ends, np.array([0.0, float(last - first)])).T
         assert np.linalg.norm(b[:3] - a[:3]) <= distance + 1e-9
         assert np.linalg.norm(so3.log(so3.multiply(so3.conjugate(a[3:]), b[3:]))) <= angle + 1e-6
-        assert np.linalg.norm(a[:3]) <= track.reach
+        assert np.linalg.norm(a[:3]) <= track.reach * (1.0 + 1e-12)
 
 
 @every_kind

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Shortening text: other nodes choose frame names, which may have any length."""
+"""Text for errors: other nodes choose frame names, with any length and any characters."""
 
 from collections.abc import Sequence
 
@@ -19,6 +19,11 @@ def shorten(text: str, most: int = LONGEST_TEXT) -> str:
         return text
     end = most // 2
     return f'{text[:end]}... ({len(text)} characters) ...{text[len(text) - end:]}'
+
+
+def printable(text: str) -> str:
+    """Return a text in which control characters are escaped, so that it stays one line."""
+    return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def listed(names: Sequence[str], most: int = 5, longest: int = 80) -> str:

@@ -14,6 +14,8 @@ import heapq
 import os
 from pathlib import Path
 
+from tf_tree_py.core.text import printable
+
 from .discovery import files_of
 from .message_source import MessageSource, RecordedMessage, Storage
 from ..errors import BagError, needs_extra
@@ -154,7 +156,7 @@ def _open_all(path: Path, damage: list[str]) -> list[Storage]:
         try:
             storages.append(open_file(file))
         except UNREADABLE as error:
-            damage.append(f'{file.name} cannot be read: {error}')
+            damage.append(f'{file.name} cannot be read: {printable(str(error))}')
     if not storages:
         raise BagError(f'{path} cannot be read as a bag: {"; ".join(damage)}')
     return sorted(storages, key=lambda storage: storage.span)

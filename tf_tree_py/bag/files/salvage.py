@@ -17,6 +17,7 @@ import struct
 from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 from tf_tree_py.core.stamp import FOREVER, format_stamp
+from tf_tree_py.core.text import printable
 
 from .message_source import MessageSource, RecordedMessage, Scan
 from .rosbags_file import first_field_of, salvaged
@@ -45,7 +46,8 @@ class SalvagedFile:
         self._definitions = first.definitions
         received = '' if begin > end else (
             f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
-        self.damage = [f'{path.name} is not whole ({str(why).rstrip(".") or type(why).__name__}): '
+        reason = printable(str(why)).rstrip('.') or type(why).__name__
+        self.damage = [f'{path.name} is not whole ({reason}): '
                        f'{self.counts.total()} messages could be read{received}, {first.lost}']
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,

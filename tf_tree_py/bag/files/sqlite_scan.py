@@ -8,6 +8,7 @@ from pathlib import Path
 import sqlite3
 
 from rosbags.interfaces import MessageDefinition
+from tf_tree_py.core.text import printable
 
 from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import is_reliable, is_transient_local, is_volatile, profiles_of
@@ -45,4 +46,4 @@ class SqliteScan:
                     raise sqlite3.DatabaseError('the row behind them is damaged')
                 yield RecordedMessage(received, self._sources[topic], data)
         except sqlite3.Error as error:
-            self.lost = f'and it is unknown how many are missing ({error})'
+            self.lost = f'and it is unknown how many are missing ({printable(str(error))})'
