@@ -26,15 +26,25 @@ from .subject import Subject
 from .wake_ups import wake_only_in_loop
 
 RATE_HZ: Final = 30.0
+# The colours of the light from above and below, sRGB.
+_SKY: Final = (255, 255, 255)
+_FLOOR: Final = (160, 160, 170)
 # A page that cannot be drawn so many times in a row has a defect, and is not drawn again.
 _FAILURES: Final = 30
 
 
 class _Server(viser.ViserServer):
-    """viser's server without its tunnel to a public address, which any page could request."""
+    """viser's server, with another light."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        # Without a graphics card, a browser needs some five seconds to compute the reflections of
+        # viser's default surroundings, each time a page opens.
+        self.scene.configure_environment_map(None)
+        self.scene.add_light_hemisphere('/sky', sky_color=_SKY, ground_color=_FLOOR, intensity=2.0)
 
     def request_share_url(self, verbose: bool = True) -> None:
-        """Do not open a tunnel."""
+        """Do not open a tunnel to a public address, which any page could request."""
 
 
 _Answer = Callable[[Any, Request], Response | None | Awaitable[Response | None]]
