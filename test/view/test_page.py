@@ -153,10 +153,15 @@ def test_time_that_was_typed_is_not_lost_to_reports_of_the_browser(page, serving
         beating.join()
 
 
-def test_another_fixed_frame_can_be_chosen(page, robot):
+def test_another_fixed_frame_can_be_chosen_and_is_not_lost_to_a_live_picture(
+        page, robot, serving):
+    *_, (shown, _) = serving._pages.values()
     for frame in ('gripper', 'world'):
-        page.field('fixed frame').fill(frame)
-        page.page.get_by_role('option', name=frame, exact=True).click()
+        with shown._lock:  # as during the drawing of a picture
+            page.field('fixed frame').fill(frame)
+            page.page.get_by_role('option', name=frame, exact=True).click()
+            page.wait_for(lambda frame=frame: shown.controls.frames._fixed.value == frame)
+            shown._refresh_panels(shown._drawn)
         page.wait_for_axes(stand_as(robot, LAST, frame))
 
 

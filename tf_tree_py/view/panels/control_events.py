@@ -25,3 +25,33 @@ def when_changed(control: Any, apply: Apply, action: Callable[[], None] = _no_ac
             apply(action)
 
     control.on_update(changed)
+
+
+class Shared:
+    """
+    The value of a control that both the program and a person set.
+
+    A person's value is there before its event, which comes from another thread; until then the
+    program must not overwrite it.
+    """
+
+    def __init__(self, control: Any, apply: Apply, action: Callable[[Any], None]) -> None:
+        """
+        Observe a control.
+
+        :param apply: calls an action between two pictures.
+        :param action: is called with the value that a person has set.
+        """
+        self._control = control
+        self._shown = control.value
+        when_changed(control, apply, lambda: action(self._read()))
+
+    def show(self, value: Any) -> None:
+        """Set the value, unless a person has just set another one."""
+        if self._control.value == self._shown != value:
+            self._control.value = value
+            self._read()
+
+    def _read(self) -> Any:
+        self._shown = self._control.value
+        return self._shown

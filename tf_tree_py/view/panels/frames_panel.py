@@ -9,7 +9,7 @@ from typing import Any, Final
 from tf_tree_py.core import EdgeInfo
 
 from . import markup
-from .control_events import Apply, when_changed
+from .control_events import Apply, Shared, when_changed
 from ..model.listing import FrameRow, MOST_ROWS, rows
 
 _NONE: Final = '(none yet)'
@@ -36,11 +36,11 @@ class FramesPanel:
         self._on_choice = on_choice
         self._fixed = gui.add_dropdown('fixed frame', (fixed_frame or _NONE,),
                                        hint='Everything is drawn in this frame.')
+        self._fixed_frame = Shared(self._fixed, apply, self._fix)
         self._search = gui.add_text('search', '')
         self._style = gui.add_html(markup.style_of_list((), (), (), None))
         self._list = gui.add_button_group('', (_NONE,), visible=False)
         self._more = gui.add_html('')
-        when_changed(self._fixed, apply, self._fix)
         when_changed(self._search, apply)
         self._list.on_click(lambda event: apply(lambda: self._pressed(event.target.value)))
 
@@ -66,13 +66,13 @@ class FramesPanel:
         if self._fixed.options != tuple(frames):
             # viser selects another value if the present one is not among the options.
             self._fixed.options = (*frames, *({self._fixed.value} - {*frames}))
-        self._fixed.value = fixed_frame or _NONE
+        self._fixed_frame.show(fixed_frame or _NONE)
         if self._fixed.options != tuple(frames):
             self._fixed.options = tuple(frames)
 
-    def _fix(self) -> None:
-        if self._fixed.value != _NONE:
-            self.fixed_frame = self._fixed.value
+    def _fix(self, frame: str) -> None:
+        if frame != _NONE:
+            self.fixed_frame = frame
 
     def _pressed(self, text: str) -> None:
         row = self._rows.get(text)

@@ -6,7 +6,7 @@
 from functools import partial
 from typing import Any
 
-from .control_events import Apply, when_changed
+from .control_events import Apply, Shared
 from ..robot.resting_robot import RestingRobot
 
 _STEPS = 1000.0
@@ -20,19 +20,16 @@ class JointsPanel:
         self._robot = robot
         self._folder = gui.add_folder(f'joints ({len(robot.sliders)})',
                                       expand_by_default=len(robot.sliders) <= 8)
-        self._sliders: dict[str, Any] = {}
-        # The positions that the program set last. A slider elsewhere was moved by a person, and
-        # its event is still on the way.
-        self._shown: dict[str, float] = {}
+        self._positions: dict[str, Shared] = {}
         with self._folder:
             gui.add_button('all at rest').on_click(lambda _: apply(self._rest))
             for slider in robot.sliders:
                 step = (slider.most - slider.least) / _STEPS
-                self._sliders[slider.variable] = control = gui.add_slider(
+                control = gui.add_slider(
                     slider.variable, min=slider.least, max=slider.most, step=step,
                     initial_value=slider.rest)
-                self._shown[slider.variable] = control.value
-                when_changed(control, apply, partial(self._set, slider.variable))
+                self._positions[slider.variable] = Shared(
+                    control, apply, partial(self._set, slider.variable))
 
     def refresh(self, visible: bool) -> None:
         """
@@ -42,13 +39,9 @@ class JointsPanel:
         """
         self._folder.visible = visible
         for variable, position in self._robot.positions.items():
-            slider = self._sliders[variable]
-            if slider.value == self._shown[variable] != position:
-                slider.value = position
-                self._shown[variable] = slider.value
+            self._positions[variable].show(position)
 
-    def _set(self, variable: str) -> None:
-        self._shown[variable] = position = self._sliders[variable].value
+    def _set(self, variable: str, position: float) -> None:
         self._robot.move(variable, float(position))
 
     def _rest(self) -> None:

@@ -10,7 +10,7 @@ from tf_tree_py.core.stamp import format_stamp
 from viser._messages import GuiSliderMark
 
 from . import markup
-from .control_events import Apply, when_changed
+from .control_events import Apply, Shared, when_changed
 from ..model.moment import Moment
 from ..model.playhead import Playhead
 
@@ -39,12 +39,10 @@ class Timeline:
             'time [s]', min=0.0, max=1.0, step=_STEP_S, initial_value=0.0,
             hint='Seconds since the oldest sample in memory. Moving the slider pauses. Marks '
             'show samples that were refused or odd.')
-        # The position that the program set last. If the slider is elsewhere, a person moved it.
-        self._shown_s = self._slider.value
+        self._position_s = Shared(self._slider, apply, self._moved)
         gui.add_html(markup.bare())
         self._buttons = gui.add_button_group('', self._names())
         self._speed = gui.add_dropdown('speed', _SPEEDS, initial_value='1')
-        when_changed(self._slider, apply, self._moved)
         self._buttons.on_click(lambda event: apply(lambda: self._pressed(event.target.value)))
         when_changed(self._speed, apply, self._sped)
 
@@ -62,9 +60,7 @@ class Timeline:
         self._chosen = chosen
         oldest, latest = playhead.window()
         self._slider.max = max((latest - oldest) / 1e9, _STEP_S)
-        if self._slider.value == self._shown_s:
-            self._slider.value = min(max((playhead.stamp - oldest) / 1e9, 0.0), self._slider.max)
-            self._shown_s = self._slider.value
+        self._position_s.show(min(max((playhead.stamp - oldest) / 1e9, 0.0), self._slider.max))
         if self._buttons.options != self._names():
             self._buttons.options = self._names()
         self._mark([(stamp - oldest) / 1e9 for stamp in incidents if oldest <= stamp <= latest])
@@ -94,11 +90,10 @@ class Timeline:
 
     # --- events
 
-    def _moved(self) -> None:
-        self._shown_s = self._slider.value
+    def _moved(self, position_s: float) -> None:
         self._playhead.pause()
         oldest, _ = self._playhead.window()
-        self._playhead.seek(oldest + round(self._shown_s * 1e9))
+        self._playhead.seek(oldest + round(position_s * 1e9))
 
     def _sped(self) -> None:
         self._playhead.speed = float(self._speed.value)
