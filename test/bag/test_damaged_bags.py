@@ -27,6 +27,7 @@ from rosbags.rosbag2 import storage_mcap
 from tf_tree_py.bag import BagError, BagWarning, open_bag
 from tf_tree_py.bag.files import size_limit, unpacking
 from tf_tree_py.bag.files.mcap_scan import McapScan
+from tf_tree_py.bag.files.message_source import MessageSource
 from tf_tree_py.bag.files.rosbags_file import zstd
 from tf_tree_py.core.stamp import format_stamp
 
@@ -171,6 +172,7 @@ def whole(request, tmp_path_factory):
 @given(places=st.lists(st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.integers(0, 255)),
                        min_size=1, max_size=3))
 @example(places=[(0.0703125, 28)])  # SQLite repeats this control character in its error.
+@example(places=[(0.845395709212012, 0)])  # In the compressed MCAP file, a topic has no type.
 def test_whatever_bytes_are_damaged_it_is_a_bag_or_one_sentence(whole, places):
     file, data = whole
     damaged = bytearray(data)
@@ -184,6 +186,12 @@ def test_whatever_bytes_are_damaged_it_is_a_bag_or_one_sentence(whole, places):
             assert isinstance(open_bag(other).frames(), list)
         except BagError as error:
             assert len(str(error).splitlines()) == 1
+
+
+@pytest.mark.parametrize('type_name', ['', 'TFMessage', '/'])
+def test_topic_whose_type_is_damaged_has_no_transforms(type_name):
+    source = MessageSource('/tf', type_name, False, '', False)
+    assert not source.has_transforms and not source.has_static_covariances
 
 
 def test_length_of_a_record_that_no_memory_can_hold_is_damage(tmp_path):

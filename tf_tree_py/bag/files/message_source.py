@@ -49,8 +49,8 @@ class MessageSource(NamedTuple):
 
     @property
     def _type(self) -> tuple[str, str]:
-        package, *_, name = self.type_name.split('/')
-        return package, name
+        words = self.type_name.split('/')  # a single one, if the bag is damaged
+        return words[0], words[-1]
 
     @property
     def static(self) -> bool:
