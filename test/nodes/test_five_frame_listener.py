@@ -86,10 +86,12 @@ def test_what_is_missing_is_said_once_and_again_when_it_stops(context, said):
         with publishing(context):
             assert 'xyz' in said.next_line()
         stopped = said.next_unlike('xyz')
-        # Its stamp may be between the last samples of two edges.
+        # Its stamp may be between the last samples of two edges. On a busy machine, the last ones
+        # are taken after their node has left the graph.
         assert re.match(
             'no new data of world -> gripper: world -> odom(, odom -> base_link)?'
-            '(, base_link -> gripper)?, sent by /five_frame_publisher, ended ', stopped)
+            '(, base_link -> gripper)?, sent by /five_frame_publisher'
+            '(, unknown publisher of /tf)?, ended ', stopped)
         with publishing(context):
             assert 'xyz' in said.next_line()
         assert said.next_unlike('xyz').startswith('no new data of')

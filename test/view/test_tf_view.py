@@ -4,6 +4,7 @@
 """The command tf_view: its arguments, its addresses, its end, live and recorded."""
 
 from contextlib import closing
+import os
 import re
 import signal
 import socket
@@ -22,7 +23,8 @@ isolate()
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.view.tf_view')
 SAID = 'is shown at'
-PORT = 18700
+# Ports that no other test process uses, even of a second run on this machine, like its DDS domain.
+PORT = 18700 + 10 * int(os.environ['ROS_DOMAIN_ID'])
 
 
 @pytest.fixture(scope='module')
