@@ -95,6 +95,16 @@ def tell(ros2):
     return tell
 
 
+def _repeated(ros2, words, condition, wanted):
+    """Repeat a command until its output fulfils a condition; return its last run."""
+    end = time.monotonic() + PATIENCE_S
+    while True:
+        done = ros2(*words)
+        if condition(done.stdout):
+            return done
+        assert time.monotonic() < end, f'{wanted} in:\n{done.stdout}{done.stderr}'
+
+
 @pytest.fixture(scope='session')
 def tell_at_last(ros2):
     """
@@ -102,15 +112,20 @@ def tell_at_last(ros2):
 
     The ``ros2`` daemon needs a moment for the discovery.
     """
-    def tell_at_last(pattern, *words):
-        end = time.monotonic() + PATIENCE_S
-        while True:
-            done = ros2(*words)
-            if re.search(pattern, done.stdout):
-                return done.stdout
-            assert time.monotonic() < end, f'no {pattern} in:\n{done.stdout}{done.stderr}'
+    return lambda pattern, *words: _repeated(
+        ros2, words, re.compile(pattern).search, f'no {pattern}')
 
-    return tell_at_last
+
+@pytest.fixture(scope='session')
+def wait_until_gone(ros2):
+    """
+    Return a function that repeats a ``ros2`` command until its output does not match a pattern.
+
+    The ``ros2`` daemon lists a node for a moment after it has ended, so that another one of this
+    name would seem to run before it does.
+    """
+    return lambda pattern, *words: _repeated(
+        ros2, words, lambda output: not re.search(pattern, output), f'still {pattern}')
 
 
 @pytest.fixture(scope='module')

@@ -53,10 +53,13 @@ ASKED = [words for words in LINES if words[1] not in ('run', 'launch')]
 
 
 @pytest.mark.parametrize('words', STARTED, ids=' '.join)
-def test_it_runs_until_ctrl_c(start, tell_at_last, words):
+def test_it_runs_until_ctrl_c(start, tell_at_last, wait_until_gone, words):
+    node = NODES[words[3]]
+    if node:
+        wait_until_gone(f'(?m)^{node}$', 'node', 'list')
     program = start(*(word.replace('arm.urdf', str(DESCRIPTION)) for word in words))
     if '--seconds' not in words:  # otherwise it ends by itself
-        if node := NODES[words[3]]:
+        if node:
             tell_at_last(f'(?m)^{node}$', 'node', 'list')
         else:
             program.wait_for('xyz')

@@ -11,7 +11,7 @@ import pytest
 CONFIG = Path(__file__).parents[2] / 'config'
 ROBOT = ['--urdf', str(CONFIG / 'five_frames.urdf')]
 FRAMES = ['--frame-id', 'map', '--child-frame-id', 'odom']
-# The arguments, the output to wait for, a pattern, and the ros2 command whose output has it.
+# The arguments, the output to wait for, a line, and the ros2 command whose output has it.
 LONG_LIVED = {
     'buffer_server': ([], None, ('/tf2_frames', 'service', 'list')),
     'edge_switch': ([], None, ('/edge_switch/switch_to/vo', 'service', 'list')),
@@ -43,14 +43,16 @@ def test_all_are_listed_and_tried(tell):
 
 
 @pytest.mark.parametrize('name', LONG_LIVED)
-def test_it_runs_until_ctrl_c(start, tell_at_last, name):
+def test_it_runs_until_ctrl_c(start, tell_at_last, wait_until_gone, name):
     words, said, shown = LONG_LIVED[name]
+    if shown:
+        line, *command = shown
+        wait_until_gone(f'(?m)^{line}$', *command)
     program = start('ros2', 'run', 'tf_tree_py', name, *words)
     if said:
         program.wait_for(said)
     if shown:
-        pattern, *command = shown
-        tell_at_last(f'(?m)^{pattern}$', *command)
+        tell_at_last(f'(?m)^{line}$', *command)
     program.interrupt()
     assert program.end() == 0, program.output
     assert 'Traceback' not in program.output

@@ -142,14 +142,13 @@ def two_kinds(start_for_all, tell_at_last):
 
 @pytest.mark.parametrize(('words', 'expected'), [
     (('echo', 'gripper', 'lens', '--once', '--seconds', '60'), r'xyz\W+0\.250'),
-    (('frames', '--seconds', '5', '--json'), 'mounted_by_cpp'),
-    (('monitor', '--seconds', '5', '--json'), '"lens"'),
-    (('doctor', '--seconds', '5', '--json'), r'"version": \d'),
+    (('frames', '--seconds', '3', '--json'), 'mounted_by_cpp'),
+    (('monitor', '--seconds', '3', '--json'), '"lens"'),
+    (('doctor', '--seconds', '3', '--json'), r'"version": \d'),
 ], ids=['echo', 'frames', 'monitor', 'doctor'])
-def test_tool_sees_what_a_cpp_node_publishes(two_kinds, ros2, words, expected):
-    done = ros2('tf', *words)
-    assert re.search(expected, done.stdout), done.stdout + done.stderr
-    assert 'Traceback' not in done.stderr
+def test_tool_sees_what_a_cpp_node_publishes(two_kinds, tell_at_last, words, expected):
+    # On a busy machine, a tool that listens for some seconds may end before the discovery.
+    assert 'Traceback' not in tell_at_last(expected, 'tf', *words).stderr
 
 
 def edges_in(file):
