@@ -33,6 +33,9 @@ from .domain import own_domain
 PATIENCE_S = 60.0
 """How long a lab waits for its processes; on a busy machine, each takes half a minute to start."""
 
+# Then a process is killed: all that it was started for is done.
+_END_S = 10.0
+
 Work = Callable[..., None]
 
 # Processes are forked from one that has only imported the shared modules.
@@ -75,11 +78,15 @@ class Session:
         return ours
 
     def close(self) -> None:
-        """End everything."""
-        for _, pipe in self._processes:
+        """
+        End everything, one process after the other.
+
+        While a process of the wheels leaves DDS, it may need a minute to notice that others leave
+        too (docs/ending.md).
+        """
+        for process, pipe in self._processes:
             pipe.close()
-        for process, _ in self._processes:
-            process.join(PATIENCE_S)
+            process.join(_END_S)
             if process.is_alive():
                 process.kill()
                 process.join()
@@ -181,7 +188,7 @@ def answer(pipe: Connection) -> Any:
     """
     Return the next object that a process sends.
 
-    :raises RuntimeError: it sends nothing for 20 s, or has ended.
+    :raises RuntimeError: it sends nothing for ``PATIENCE_S``, or has ended.
     """
     return answers([pipe])[0]
 
@@ -190,7 +197,7 @@ def answers(pipes: Sequence[Connection]) -> list[Any]:
     """
     Wait until a process sends something; return the next object of each that does.
 
-    :raises RuntimeError: none sends anything for 20 s, or one has ended.
+    :raises RuntimeError: none sends anything for ``PATIENCE_S``, or one has ended.
     """
     ready = wait(pipes, PATIENCE_S)
     if not ready:
