@@ -4,8 +4,6 @@
 """Frame names that do not match are refused, and matching names are propagated."""
 
 import dataclasses
-import subprocess
-import sys
 
 from hypothesis import given
 import numpy as np
@@ -101,30 +99,3 @@ def test_message_has_names_and_stamp(buffer):
     assert (message.header.stamp.sec, message.transform.translation.x) == (1, 1.0)
     later = dataclasses.replace(buffer.lookup_framed('map', 'base', SECOND), stamp=7)
     assert later.as_message().header.stamp.nanosec == 7
-
-
-PROGRAM = """
-from typing import Literal
-from tf_tree_py.core import BufferCore, FramedPose
-buffer = BufferCore()
-map_T_base: FramedPose[Literal['map'], Literal['base']] = buffer.lookup_framed('map', 'base')
-base_T_camera: FramedPose[Literal['base'], Literal['camera']] = (
-    buffer.lookup_framed('base', 'camera'))
-map_T_camera: FramedPose[Literal['map'], Literal['camera']]
-map_T_camera = map_T_base @ base_T_camera
-map_T_camera = (base_T_camera.inverse() @ map_T_base.inverse()).inverse()
-map_T_camera = base_T_camera @ map_T_base  # wrong
-map_T_camera = map_T_base.inverse() @ base_T_camera  # wrong
-"""
-
-
-def test_mypy_finds_what_does_not_compose(tmp_path):
-    pytest.importorskip('mypy')
-    program = tmp_path / 'program.py'
-    program.write_text(PROGRAM)
-    done = subprocess.run(
-        [sys.executable, '-m', 'mypy', '--strict', '--follow-imports=silent', str(program)],
-        capture_output=True, text=True, timeout=600, check=False)
-    found = {int(line.split(':')[1]) for line in done.stdout.splitlines() if ': error:' in line}
-    assert found == {number for number, line in enumerate(PROGRAM.splitlines(), 1)
-                     if line.endswith('# wrong')}, done.stdout + done.stderr

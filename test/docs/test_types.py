@@ -7,6 +7,8 @@ from importlib.util import find_spec
 import json
 import os
 from pathlib import Path
+import re
+import shutil
 import subprocess
 import sys
 
@@ -15,6 +17,20 @@ from programs import PATIENCE_S
 import pytest
 
 USES = Path(__file__).with_name('typed_uses.py')
+MISTAKES = """
+from typing import Literal
+from tf_tree_py import BufferCore, FramedPose
+buffer = BufferCore()
+buffer.lookup('map', 'base', 1.5)  # wrong
+map_T_base: FramedPose[Literal['map'], Literal['base']] = buffer.lookup_framed('map', 'base')
+base_T_camera: FramedPose[Literal['base'], Literal['camera']] = (
+    buffer.lookup_framed('base', 'camera'))
+map_T_camera: FramedPose[Literal['map'], Literal['camera']]
+map_T_camera = map_T_base @ base_T_camera
+map_T_camera = (base_T_camera.inverse() @ map_T_base.inverse()).inverse()
+map_T_camera = base_T_camera @ map_T_base  # wrong
+map_T_camera = map_T_base.inverse() @ base_T_camera  # wrong
+"""
 # A user's configuration. Some methods of rclpy's nodes have no types, and messages have none.
 MYPY = """
 [mypy]
@@ -26,63 +42,59 @@ disallow_untyped_calls = False
 [mypy-sensor_msgs.*]
 ignore_missing_imports = True
 """
+PYRIGHT = json.dumps({
+    'extraPaths': [str(REPOSITORY)], 'pythonVersion': '3.12', 'typeCheckingMode': 'standard',
+    'reportMissingModuleSource': False, 'enableTypeIgnoreComments': True})
+
+# How a user runs each type checker, Pyright with its default strictness.
+CHECKERS = {
+    'mypy': ['mypy', '--config-file', 'mypy.ini', '.'],
+    'basedpyright': ['basedpyright', '--pythonpath', sys.executable, '--level', 'error'],
+}
+
+_ERROR = re.compile(r'(\w+)\.py:(\d+).* error: ')
 
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
-    """Return one folder for all tests: mypy caches its data about numpy there."""
-    return tmp_path_factory.mktemp('reader')
-
-
-@pytest.fixture
-def readme(folder):
-    """Return the Python code of README as one file."""
-    file = folder / 'readme.py'
-    file.write_text(program([block for block in blocks_of(REPOSITORY / 'README.md')
-                             if block.language == 'python']))
-    return file
-
-
-def judged(folder, *command):
-    """Run a type checker as a user with this package installed; return the completed process."""
-    return subprocess.run(
-        [sys.executable, '-m', *command], cwd=folder, capture_output=True, text=True,
-        timeout=4 * PATIENCE_S, check=False, env={**os.environ, 'MYPYPATH': str(REPOSITORY)})
-
-
-def mypy(folder, file):
-    pytest.importorskip('mypy')
+    """Return a user's folder with the code of README, the documented uses, and mistakes."""
+    folder = tmp_path_factory.mktemp('reader')
     (folder / 'mypy.ini').write_text(MYPY)
-    return judged(folder, 'mypy', '--config-file', 'mypy.ini', str(file))
+    (folder / 'pyrightconfig.json').write_text(PYRIGHT)
+    (folder / 'mistakes.py').write_text(MISTAKES)
+    shutil.copy(USES, folder)
+    if find_spec('rclpy'):
+        (folder / 'readme.py').write_text(program([
+            block for block in blocks_of(REPOSITORY / 'README.md') if block.language == 'python']))
+    return folder
 
 
-def pyright(folder, file):
-    """Run Pyright with its default strictness."""
-    pytest.importorskip('basedpyright')
-    (folder / 'pyrightconfig.json').write_text(json.dumps({
-        'include': [str(file)], 'extraPaths': [str(REPOSITORY)], 'pythonVersion': '3.12',
-        'typeCheckingMode': 'standard', 'reportMissingModuleSource': False,
-        'enableTypeIgnoreComments': True}))
-    return judged(folder, 'basedpyright', '--pythonpath', sys.executable, '--level', 'error')
+@pytest.fixture(scope='module', params=CHECKERS)
+def errors(request, folder):
+    """Run a type checker as a user with this package installed; return its errors by file."""
+    pytest.importorskip(request.param)
+    done = subprocess.run(
+        [sys.executable, '-m', *CHECKERS[request.param]], cwd=folder, capture_output=True,
+        text=True, timeout=4 * PATIENCE_S, check=False,
+        env={**os.environ, 'MYPYPATH': str(REPOSITORY)})
+    assert done.returncode == 1, done.stdout + done.stderr
+    errors = {file.stem: {} for file in folder.glob('*.py')}
+    for line in done.stdout.splitlines():
+        if found := _ERROR.search(line):
+            errors[found[1]].setdefault(int(found[2]), line)
+    return errors
 
 
 @pytest.mark.skipif(find_spec('rclpy') is None, reason='needs rclpy')
-@pytest.mark.parametrize('checker', [mypy, pyright])
-def test_readme_passes(checker, folder, readme):
-    done = checker(folder, readme)
-    assert done.returncode == 0, done.stdout + done.stderr
+def test_readme_passes(errors):
+    assert errors['readme'] == {}
 
 
-@pytest.mark.parametrize('checker', [mypy, pyright])
-def test_types_admit_what_the_docs_admit(checker, folder):
-    done = checker(folder, USES)
-    assert done.returncode == 0, done.stdout + done.stderr
+def test_types_admit_what_the_docs_admit(errors):
+    assert errors['typed_uses'] == {}
 
 
-@pytest.mark.parametrize('checker', [mypy, pyright])
-def test_mistake_is_found(checker, folder):
-    file = folder / 'mistake.py'
-    file.write_text('from tf_tree_py import BufferCore\n'
-                    "BufferCore().lookup('map', 'base', 1.5)\n")
-    done = checker(folder, file)
-    assert done.returncode == 1 and 'mistake.py:2' in done.stdout, done.stdout + done.stderr
+def test_mistakes_are_found(errors):
+    wrong = {number for number, line in enumerate(MISTAKES.splitlines(), 1)
+             if line.endswith('# wrong')}
+    assert errors['mistakes'].keys() == wrong, errors
