@@ -83,11 +83,10 @@ def test_startup_before_the_publisher():
     assert 0.0 < numbers['came_median_s'] <= numbers['came_worst_s']
 
 
-def test_spam_costs_and_its_death_is_noticed():
+def test_static_edge_is_sent_once_and_the_end_of_a_spammer_is_noticed():
     numbers = live_static_spam.run(seconds=0.5).numbers
-    # The number is only in the lab's own table: a busy machine sends fewer than intended.
-    assert numbers['spam_transforms_per_s'] > 0.0 and numbers['static_transforms_per_s'] == 0.0
-    assert numbers['spam_cpu'] > numbers['static_cpu']
+    # How many arrive in this time, and what they cost, depends on how busy the machine is.
+    assert numbers['sent_per_s'] > 0.0 and numbers['static_transforms_per_s'] == 0.0
     dead, fixed = numbers['after'].values()
     assert dead.startswith('FutureExtrapolationException') and fixed == 'answers'
 

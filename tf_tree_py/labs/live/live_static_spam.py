@@ -121,7 +121,7 @@ def run(seconds: float = _SECONDS) -> Report:
             use = answer(spammer)
             loud = loud._replace(sender_cpu=use.cpu_s / use.seconds)
             after = _ask(buffer)
-    return _report([loud, quiet], after, size)
+    return _report([loud, quiet], use.transforms / use.seconds, after, size)
 
 
 def _measure(how: str, pipes: list[Connection], child: str, seconds: float, size: int) -> Row:
@@ -147,7 +147,7 @@ def _ask(buffer: Buffer) -> list[tuple[str, str]]:
     return results
 
 
-def _report(rows: list[Row], after: list[tuple[str, str]], size: int) -> Report:
+def _report(rows: list[Row], sent: float, after: list[tuple[str, str]], size: int) -> Report:
     loud, quiet = rows
     return Report(
         tables=[
@@ -164,7 +164,8 @@ def _report(rows: list[Row], after: list[tuple[str, str]], size: int) -> Report:
             f'{(loud.subscribers_cpu + loud.sender_cpu) * 100.0:.0f} % of a core, for one pose '
             f'that never changes; when it is static, nothing is sent, and the processes idle at '
             f'{quiet.subscribers_cpu * 100.0:.1f} %.',
-        numbers={'bytes_per_message': size, 'spam_transforms_per_s': loud.transforms,
+        numbers={'bytes_per_message': size, 'sent_per_s': sent,
+                 'spam_transforms_per_s': loud.transforms,
                  'static_transforms_per_s': quiet.transforms,
                  'spam_cpu': loud.subscribers_cpu + loud.sender_cpu,
                  'static_cpu': quiet.subscribers_cpu,
