@@ -111,6 +111,7 @@ def test_who_waits_is_told(buffer):
         play(buffer, START, 1)
         with pytest.raises(ClockJumpException, match='All stamps went back, as in a bag '):
             asked.result(PATIENCE_S)
+    assert not buffer.waiting.sleep_until_somebody(0.0)
 
 
 def test_most_edges_are_enough(buffer):

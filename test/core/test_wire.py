@@ -80,6 +80,7 @@ def test_padding_may_hold_anything():
     assert data[23] == 0
     data[23] = 0xA5
     assert as_transforms(reader.read(bytes(data))) == message
+    assert sum(map(len, reader._layouts.values())) == 1
 
 
 def test_ever_new_names_do_not_fill_the_memory():
@@ -93,7 +94,8 @@ def test_ever_new_names_do_not_fill_the_memory():
 def test_ever_new_names_of_one_length_do_not_make_the_search_long():
     reader = WireReader()
     for number in range(1000):
-        reader.read(serialize([('map', f'frame{number:05}', 1, 2, IDENTITY)]))
+        message = [('map', f'frame{number:05}', 1, 2, IDENTITY)]
+        assert as_transforms(reader.read(serialize(message))) == message
     assert max(map(len, reader._layouts.values())) <= 64
 
 

@@ -103,16 +103,20 @@ class Talker:
         self.node = node
         self._dynamic = self._static = self._raw = None
 
-    def move(self, *transforms, listeners=1):
+    def move(self, *transforms, listeners=1, into=None):
+        """Publish; return when a buffer has them, if one is given."""
         if self._dynamic is None:
             self._dynamic = TransformBroadcaster(self.node)
         self.until_heard(self._dynamic.pub_tf, listeners)
         self._dynamic.sendTransform(transforms)
+        _until_in(into, transforms)
 
-    def fix(self, *transforms):
+    def fix(self, *transforms, into=None):
+        """Publish static ones; return when a buffer has them, if one is given."""
         if self._static is None:
             self._static = StaticTransformBroadcaster(self.node)
         self._static.sendTransform(transforms)
+        _until_in(into, transforms)
 
     def send(self, message, topic='/tf', listeners=1):
         """Publish a TFMessage, or bytes that are sent unchanged."""
@@ -123,6 +127,12 @@ class Talker:
 
     def until_heard(self, publisher, listeners=1):
         until(lambda: publisher.get_subscription_count() >= listeners)
+
+
+def _until_in(buffer, transforms):
+    for each in transforms if buffer is not None else ():
+        header = each.header
+        buffer.lookup_transform(header.frame_id, each.child_frame_id, header.stamp, PATIENCE)
 
 
 class SimClock:

@@ -13,9 +13,10 @@ import pytest
 from rclpy.serialization import serialize_message
 from ros_helpers import at, LATEST, PATIENCE, Talker, transform, until
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, FutureExtrapolationException
+from tf_tree_py import Buffer
 from tf_tree_py.core import Kind
 from tf_tree_py.core.ingest import incident_log
+from tf_tree_py.core.ingest.incidents import REMARKS
 
 NAN, INF = math.nan, math.inf
 
@@ -112,7 +113,7 @@ def test_bytes_that_are_no_message_are_counted_and_logged(buffer, talker, log):
             *[whole.replace(before, after) for before, after in [
                 (b'odom', b'o\xff\xfem'), (b'map\0', b'map!'),
                 (b'\4\0\0\0map', b'\xff\xff\xff\x7fmap'), (b'\0\1\0\0\1', b'\0\1\0\0\2')]],
-            *[whole[:size] for size in range(5, 96, 7)]]
+            *[whole[:size] for size in range(5, len(whole))]]
     for count, damaged in enumerate(data, 1):
         send_and_settle(talker, buffer, damaged)
         assert incidents(buffer) == {Kind.MALFORMED: count}, damaged
@@ -122,32 +123,28 @@ def test_bytes_that_are_no_message_are_counted_and_logged(buffer, talker, log):
     assert '/talking' in line
 
 
-def test_loop_is_refused_and_all_who_are_in_it_are_named(buffer, talker, log):
-    talker.fix(transform('base', 'camera'))
-    buffer.lookup_transform('base', 'camera', LATEST, PATIENCE)
-    send_and_settle(talker, buffer, message(transform('map', 'odom'), transform('odom', 'base')))
-    send_and_settle(talker, buffer, message(transform('base', 'map')))
-    send_and_settle(talker, buffer, message(transform('camera', 'base')))
-    assert incidents(buffer) == {Kind.LOOP: 2}
-    assert buffer.can_transform('map', 'camera', LATEST)
-    until(lambda: log().count('would close a loop') == 2)
-    for name in ("'base' -> 'map'", '/talking', "'odom' -> 'base'", "'map' -> 'odom'"):
-        assert name in log()
+ODOM = ('map', 'odom')
 
 
-@pytest.mark.parametrize(('stamps', 'counts', 'words'), [
-    ([100.0, 89.0, 90.0], {Kind.OLD_DATA: 1},
-     ['89.000000000', '11.000 s', '100.000000000', 'A bag that loops', '/talking']),
-    ([2_000_000_000.0, *range(100, 105)], {Kind.AHEAD_OF_CLOCK: 1, Kind.OLD_DATA: 5},
-     ['The newest stamp of this edge is']),
-], ids=['a stamp in the past', 'a stamp far in the future'])
-def test_old_data_is_counted_and_its_likely_cause_told(
-        buffer, talker, log, stamps, counts, words):
-    send_and_settle(
-        talker, buffer, *[message(transform('map', 'odom', stamp)) for stamp in stamps])
+@pytest.mark.parametrize(('sent', 'counts', 'words'), [
+    ([(*ODOM, 1.0), ('odom', 'base'), ('base', 'map'), ('camera', 'base')], {Kind.LOOP: 2},
+     ['would close a loop', "'base' -> 'map'", '/talking', "'odom' -> 'base'", "'map' -> 'odom'",
+      "'camera' -> 'base'"]),
+    ([(*ODOM, 100.0), (*ODOM, 89.0), (*ODOM, 90.0)], {Kind.OLD_DATA: 1},
+     ['older than the buffer keeps', '89.000000000', '11.000 s', '100.000000000',
+      'A bag that loops', '/talking']),
+    ([(*ODOM, 2_000_000_000.0), *[(*ODOM, float(second)) for second in range(100, 105)]],
+     {Kind.AHEAD_OF_CLOCK: 1, Kind.OLD_DATA: 5}, ['The newest stamp of this edge is']),
+    ([('base', 'camera', 5.0)], {Kind.KIND_CHANGE: 1}, ['it was static from']),
+], ids=['loop', 'past', 'far future', 'static that moves'])
+def test_log_names_the_likely_cause(buffer, talker, log, sent, counts, words):
+    talker.fix(transform('base', 'camera'), into=buffer)
+    send_and_settle(talker, buffer, *[message(transform(*each)) for each in sent])
     assert incidents(buffer) == counts
-    assert buffer.lookup_transform('map', 'odom', LATEST).header.stamp.sec == stamps[0]
-    until(lambda: 'older than the buffer keeps' in log())
+    parent, child, stamp = sent[0]
+    assert buffer.lookup_transform(parent, child, LATEST).header.stamp.sec == stamp
+    assert buffer.statistics().refused == sum(
+        count for kind, count in counts.items() if kind not in REMARKS)
     until(lambda: all(word in log() for word in words))
 
 
@@ -161,21 +158,12 @@ def test_any_stamp_that_a_message_can_carry_is_taken(buffer, talker):
     assert all(buffer.can_transform('map', each.child_frame_id, LATEST) for each in sent)
 
 
-def test_static_that_moves_and_the_reverse_are_told(buffer, talker, log):
-    talker.fix(transform('base', 'camera'))
-    buffer.lookup_transform('base', 'camera', LATEST, PATIENCE)
-    send_and_settle(talker, buffer, message(transform('base', 'camera', 5.0)))
-    assert incidents(buffer) == {Kind.KIND_CHANGE: 1}
-    assert buffer.statistics().refused == 0
-    until(lambda: 'it was static from' in log())
-
-
 @pytest.mark.parametrize(('topic', 'known', 'words'), [
     ('/slam/tf', {'/odometry', '/slam'},
      ["'/odometry' says that its parent is 'odom'", "'map' -> 'base' from '/slam'"]),
     ('/tf', {'one of /odometry, /slam'}, ["-> 'base' from 'one of /odometry, /slam'"]),
 ])
-def test_two_publishers_that_fight_over_a_frame_are_told_once(
+def test_two_publishers_that_fight_over_a_frame_are_logged_once(
         node, make_node, buffer, listen, log, topic, known, words):
     """On one topic, the sender of a message is unknown."""
     listen(node, buffer, tf_topic='/slam/tf')
@@ -214,10 +202,7 @@ def test_flood_of_rubbish_is_survived_and_logged_in_a_few_lines(node, listen, ta
     assert counts.incidents[Kind.TOO_MANY_FRAMES] == 20 * 100 - 3
     assert counts.refused == 20 * (len(rubbish) + 100) - 3
     until(lambda: 'malformed' in log() and 'max_frames' in log())
-    lines = Counter(kind for line in log().splitlines() for kind in Kind if kind.value in line)
-    assert lines[Kind.MALFORMED] == lines[Kind.SELF_EDGE] == 1
-    assert 2 <= lines[Kind.NOT_FINITE] <= 5
-    assert 1 <= lines[Kind.TOO_MANY_FRAMES] <= 5
+    assert len(log().splitlines()) <= 4 * 5, 'five of each kind'
     (line,) = [line for line in log().splitlines() if 'forged' in line]
     assert 'Refused transform' in line
     assert '\\n[ERROR]' in line
@@ -227,17 +212,13 @@ def test_flood_of_rubbish_is_survived_and_logged_in_a_few_lines(node, listen, ta
 # --- by hand
 
 
-def test_set_transform_tells_whether_it_was_taken(log):
+def test_set_transform_returns_whether_it_was_taken(log):
     buffer = Buffer()
     assert buffer.set_transform(transform('map', 'odom', 100.0), 'me') is True
-    assert buffer.set_transform(transform('map', 'odom', 5.0), 'me') is False
-    assert buffer.set_transform(transform('odom', 'odom'), 'me') is False
+    assert buffer.set_transform(transform('map', 'odom', 5.0)) is False
     assert buffer.set_transform_static(with_numbers('cam', x=NAN), 'me') is False
     assert buffer.set_transform_static(transform('odom', 'cam'), 'me') is True
-    assert buffer.set_transform(transform('odom', 'cam'), 'you') is True, 'with a remark'
+    assert buffer.set_transform(transform('odom', 'cam')) is True, 'with a remark'
     until(lambda: 'change of kind' in log())
     assert "from 'me'" in log()
-    with pytest.raises(FutureExtrapolationException):
-        buffer.lookup_transform('map', 'odom', at(101.0))
-    buffer.set_transform(transform('odom', 'base'))
-    assert 'default_authority' in [edge.authority for edge in buffer.edges()]
+    assert [edge.authority for edge in buffer.edges()] == ['me', 'default_authority']

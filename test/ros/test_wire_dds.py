@@ -8,12 +8,11 @@ import random
 import struct
 
 from inputs import for_each
-import pytest
 from rclpy.serialization import serialize_message
 from ros_helpers import transform
 from serialized import serialize
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.ingest.wire import read, WireError, WireReader
+from tf_tree_py.core.ingest.wire import read, WireReader
 from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
 
 NAMES = [*('p' * length for length in range(9)), 'ab', 'ba', 'Küche', '机器人', '🤖', 'a b\tc\n',
@@ -55,28 +54,3 @@ def test_one_reader_reads_all_pairs_of_names_in_turns():
             *[itertools.product(NAMES, repeat=2)] * 2)):
         messages = [transform(parent, child, turn, x=turn / 7)] * (1 + turn % 3)
         check(reader, *messages, transform(child, 'c', x=2.5))
-
-
-def test_thousands_of_changing_names_are_read():
-    reader = WireReader()
-    for number in range(3000):
-        check(reader, transform(f'parent_{number}', f'child_{number * 7}'))
-
-
-def test_padding_may_hold_anything():
-    """Fast CDR leaves uninitialised memory there."""
-    message = transform('map', 'base_link', x=1.5)
-    data = serialized(message)
-    gap = data.index(b'base_link\0') + len(b'base_link\0')
-    reader = WireReader()
-    for byte in (b'\0', b'\xaa', b'\xff'):
-        padded = data[:gap] + byte * 2 + data[gap + 2:]
-        assert reader.read(padded).samples() == [as_sample(message)]
-    assert sum(map(len, reader._layouts.values())) == 1
-
-
-def test_every_truncation_is_told():
-    data = serialized(transform('map', 'odom'), transform('odom', 'base_link'))
-    for size in range(len(data)):
-        with pytest.raises(WireError):
-            read(data[:size])

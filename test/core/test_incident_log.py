@@ -3,6 +3,7 @@
 
 """The log of incidents: few lines, each with the necessary details."""
 
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 from hand_clock import HandClock
@@ -36,7 +37,7 @@ def incident(kind=Kind.OLD_DATA, child='odom'):
     return Incident(kind, 'map', child, 1, '/somebody', 'because')
 
 
-def test_edge_is_told_once_a_kind_and_period_and_then_counted(log, lines, clock):
+def test_edge_is_logged_once_a_kind_and_period_and_then_counted(log, lines, clock):
     for _ in range(42):
         log.report([incident(), incident(Kind.SELF_EDGE)])
         clock.now += 0.2
@@ -66,8 +67,9 @@ def test_line_of_a_dying_logger_does_not_hold_up_the_next(clock):
     log.report([incident()])
 
 
-def test_threads_that_report_at_once_lose_no_count(log, lines, clock, pool):
-    list(pool.map(lambda _: [log.report([incident()]) for _ in range(500)], range(4)))
+def test_threads_that_report_at_once_lose_no_count(log, lines, clock):
+    with ThreadPoolExecutor() as threads:
+        threads.map(lambda _: [log.report([incident()]) for _ in range(500)], range(4))
     assert len(lines) == 1
     clock.now += 11.0
     log.report([incident()])
