@@ -9,6 +9,7 @@ import sys
 import threading
 
 from domains import isolate
+from filter_helpers import run_callbacks
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -113,6 +114,15 @@ def spin(context):
         executor.wake()
         thread.join()
         executor.shutdown()
+
+
+@pytest.fixture
+def settle(context, node):
+    """Let the node's executor run the callbacks of a message filter, in this thread."""
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    yield lambda each: run_callbacks(executor, each)
+    executor.shutdown()
 
 
 @pytest.fixture

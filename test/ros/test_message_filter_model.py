@@ -4,13 +4,8 @@
 """The message filter compared with one that repeats all lookups after every step."""
 
 from effort import examples
-from filter_helpers import check, Inbox, point, run_callbacks
-from hypothesis import given, HealthCheck, strategies as st
-import pytest
-import rclpy
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from filter_helpers import check, Inbox, point
+from hypothesis import example, given, HealthCheck, strategies as st
 from ros_helpers import at, lasting, move
 from tf_tree_py import Buffer, ClockJumpException, TransformException
 from tf_tree_py.ros.filtering.drop_reasons import Drop
@@ -45,9 +40,9 @@ class Naive:
             elif answer.blocked_on is None:
                 self.waiting.remove((number, frame, seconds))
                 self.dropped.append((number, Drop.TOO_OLD))
-        if len(self.ready) > self.queue_size:
+        while 0 < self.queue_size < len(self.ready):
             self.dropped.append((self.ready.pop(0)[0], Drop.QUEUE_FULL))
-        if len(self.waiting) > self.queue_size:
+        while 0 < self.queue_size < len(self.waiting):
             self.dropped.append((self.waiting.pop(0)[0], Drop.QUEUE_FULL))
 
     def add(self, frame, seconds):
@@ -85,27 +80,12 @@ def steps(latest):
     ))
 
 
-@pytest.fixture(scope='module')
-def modelled():
-    """Return a node and its executor; hypothesis runs all examples in one test."""
-    context = Context()
-    rclpy.init(context=context, args=[])
-    node = Node('modelled', context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    yield node, executor
-    executor.shutdown()
-    node.destroy_node()
-    context.try_shutdown()
-
-
-def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False):
+def act(node, settle, targets, steps, queue_size, tolerance, *, settle_always=False):
     """
     Perform the steps with a filter and with the model, and compare what they drop.
 
     :returns: what each delivered, the model first: messages with their transforms, in order.
     """
-    node, executor = modelled
     model, buffer, inbox = Naive(targets, queue_size, tolerance), Buffer(), Inbox()
     each = MessageFilter(buffer, node, targets, inbox.take, on_drop=inbox.lose,
                          queue_size=queue_size, tolerance=lasting(tolerance))
@@ -119,13 +99,14 @@ def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False)
 
     actions = {'add': add, 'jump': jump,
                'move': lambda child, seconds: move(buffer, seconds, child=child),
-               'settle': lambda: run_callbacks(executor, each)}
+               'settle': lambda: settle(each)}
     if settle_always:
         steps = [each for step in steps for each in (step, ('settle',))]
     for name, *arguments in steps:
         getattr(model, name)(*arguments)
         actions[name](*arguments)
         check(each.statistics())
+        assert each.statistics().held == len(model.waiting) + len(model.ready)
     each.close()
     model.close()
     assert len(buffer.waiting) == 0
@@ -137,22 +118,37 @@ def act(modelled, targets, steps, queue_size, tolerance, *, settle_always=False)
         for message, found in inbox.delivered]
 
 
-CASES = {'queue_size': st.integers(1, 4), 'tolerance': st.sampled_from([0.0, 0.5])}
+def adding(*seconds):
+    return [('add', 'a', each) for each in seconds]
+
+
+def moving(*seconds):
+    """Return steps that move a, and let the executor run after each."""
+    return [step for each in seconds for step in (('move', 'a', each), ('settle',))]
+
+
+CASES = {'queue_size': st.integers(0, 4), 'tolerance': st.sampled_from([0.0, 0.5])}
 
 
 @examples(4, suppress_health_check=list(HealthCheck))
 @given(steps=steps(30), **CASES)
-def test_every_message_fares_as_in_the_naive_model(modelled, steps, queue_size, tolerance):
+# Each comes in its order, or waits alone; the queue has no end.
+@example(moving(1.0) + adding(5.0, 3.0, 4.0, 8.0, 7.0) + moving(6.0, 7.0, 8.0), 0, 0.0)
+# A queue is full, of those that wait and of those that are ready.
+@example(moving(1.0, 2.0) + adding(3.0, 4.0, 5.0, *[1.5] * 5) + moving(9.0), 2, 0.0)
+# Data beyond the stamp must be there, and a stamp becomes too old.
+@example(moving(1.0, 2.0) + adding(1.5, 1.75, 0.5) + moving(2.25, 20.0) + adding(0.6), 10, 0.5)
+def test_every_message_fares_as_in_the_naive_model(node, settle, steps, queue_size, tolerance):
     """Delivered once, in this order, with this transform; or dropped once, for this reason."""
-    expected, delivered = act(modelled, ['map'], steps, queue_size, tolerance)
+    expected, delivered = act(node, settle, ['map'], steps, queue_size, tolerance)
     assert delivered == expected
 
 
 @examples(2, suppress_health_check=list(HealthCheck))
 @given(steps=steps(9), **CASES)
-def test_so_it_does_with_several_targets(modelled, steps, queue_size, tolerance):
+def test_so_it_does_with_several_targets(node, settle, steps, queue_size, tolerance):
     """Messages of two frames whose transforms arrive at the same time have no defined order."""
-    results = act(modelled, ['map', 'a'], steps, queue_size, tolerance, settle_always=True)
+    results = act(node, settle, ['map', 'a'], steps, queue_size, tolerance, settle_always=True)
     frames = ['', *[step[1] for step in steps if step[0] == 'add']]
     expected, delivered = (sorted(them, key=lambda it: frames[int(it[0])]) for them in results)
     assert delivered == expected
