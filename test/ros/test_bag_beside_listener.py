@@ -3,8 +3,6 @@
 
 """A bag opens as the buffer that a listener fills from the same messages, over real DDS."""
 
-import warnings
-
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 import numpy as np
@@ -41,10 +39,8 @@ MESSAGES = [bags.STATIC[0]._replace(received=bags.START), *DRIVING, *(
     for number, transforms in enumerate(odd()))]
 
 
-def opened(path, **options):
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore')
-        return open_bag(path, **options)
+# Of what is odd.
+pytestmark = pytest.mark.filterwarnings('ignore')
 
 
 @pytest.fixture
@@ -76,14 +72,14 @@ def test_every_lookup_is_that_of_a_buffer_which_listened(heard, tmp_path):
     for path in (bags.write_ros2(tmp_path / 'run', MESSAGES),
                  bags.write_ros2(tmp_path / 'sqlite', MESSAGES, 'sqlite3'),
                  bags.write_ros1(tmp_path / 'run.bag', MESSAGES)):
-        ours = opened(path)
+        ours = open_bag(path)
         bags.assert_same(ours, heard.snapshot())
         assert ours.statistics.accepted == theirs.accepted
         assert ours.statistics.refused == theirs.refused > 300
 
     heard.record(tmp_path / 'incident.mcap')
     heard.save(tmp_path / 'incident.tftree')
-    recorded, saved = opened(tmp_path / 'incident.mcap'), load(tmp_path / 'incident.tftree')
+    recorded, saved = open_bag(tmp_path / 'incident.mcap'), load(tmp_path / 'incident.tftree')
     for stamp in range(bags.START, bags.START + 5 * bags.SECOND, bags.SECOND // 11):
         wanted = heard.lookup_tree('base', stamp)
         assert recorded.lookup_tree('base', stamp) == wanted
@@ -156,7 +152,7 @@ def taken(buffer):
 
 def test_every_uncertain_lookup_is_that_of_a_buffer_which_listened(
         heard_covariances, tmp_path):
-    ours = opened(bags.write_ros2(tmp_path / 'run', [*RUN, *COVARIANCES]), covariances={
+    ours = open_bag(bags.write_ros2(tmp_path / 'run', [*RUN, *COVARIANCES]), covariances={
         topic: Covariances(**rules) for topic, rules in RULES.items()})
     assert ours.statistics.incidents == heard_covariances.statistics().incidents
     assert ours.statistics.incidents[Kind.BAD_COVARIANCE] > COUNT // 2

@@ -9,7 +9,6 @@ import gc
 import itertools
 import sys
 import threading
-import time
 import weakref
 
 import pytest
@@ -77,9 +76,7 @@ def test_time_that_is_not_simulated_is_the_walls(watch, fall_asleep, clock):
         watch.use_clock(clock)
     assert watch.simulated_now() is None
     deadline = ClockDeadline(watch, SECOND // 50, None)
-    begin = time.monotonic()
     assert deadline.wait(threading.Event()) is False
-    assert time.monotonic() - begin >= 0.02
     assert 0.02 <= deadline.elapsed_s() < PATIENCE_S
     assert deadline.why_early == ''
     event = threading.Event()
@@ -95,7 +92,6 @@ def test_simulated_timeout_is_at_the_clocks_own_pace(watch, clock, fall_asleep, 
     show(clock, 11.0)
     show(clock, 11.999999999)
     assert not waiting.done()
-    assert len(watch._sleepers) == 1
     show(clock, 12.0)
     assert waiting.result(PATIENCE_S) is True, 'there is reason to look again'
     event = threading.Event()
@@ -105,14 +101,6 @@ def test_simulated_timeout_is_at_the_clocks_own_pace(watch, clock, fall_asleep, 
     # The end of the time does not hide what has arrived.
     event.set()
     assert deadline.wait(event) is True
-
-
-@pytest.mark.usefixtures('clock')
-def test_clock_that_stands_still_times_out_by_the_guard_alone(watch):
-    deadline = ClockDeadline(watch, SECOND, 0.02)
-    assert deadline.wait(threading.Event()) is False
-    assert deadline.elapsed_s() == 0.0
-    assert 'of wall time, the wall_guard: is any node publishing /clock?' in deadline.why_early
 
 
 def test_tick_wakes_everybody_whose_time_is_up(watch):
@@ -204,20 +192,6 @@ def test_clock_whose_context_has_ended_counts_no_more(watch, context):
     # Also before the listener has noticed it, and releases the waits.
     assert deadline.wait(threading.Event()) is False
     assert deadline.why_early == 'Given up: the listener was closed, or ROS was shut down'
-
-
-@pytest.mark.usefixtures('clock')
-def test_release_ends_the_waits_that_have_begun(watch, fall_asleep):
-    deadline = ClockDeadline(watch, SECOND, None)
-    waiting = fall_asleep(deadline)
-    watch.release()
-    assert waiting.result(PATIENCE_S) is True
-    assert deadline.wait(threading.Event()) is False
-    assert deadline.why_early.startswith('Given up: the listener was closed')
-    later = fall_asleep(ClockDeadline(watch, SECOND, None))
-    assert not later.done()
-    watch.release()
-    later.result(PATIENCE_S)
 
 
 @pytest.mark.parametrize('make', [lambda: ClockWatch(print), Buffer], ids=['watch', 'buffer'])

@@ -4,7 +4,6 @@
 """Errors whose hints point at a mistake in the program."""
 
 import pytest
-from rclpy.node import Node
 from ros_helpers import lasting, LATEST, transform
 import tf_tree_py as tf
 from tf_tree_py.dropin.buffer import Buffer as DropIn
@@ -68,18 +67,3 @@ def test_drop_in_does_not_know_who_listens():
 def test_arguments_that_changed_places_are_told(node, call, match):
     with pytest.raises(TypeError, match=match):
         call(tf.Buffer(), node)
-
-
-def test_nodes_of_ones_own_are_nodes(context):
-    """The checks above raise nothing for a user's own class of node."""
-    class Robot(Node):
-
-        def __init__(self):
-            super().__init__('robot', context=context)
-            self.buffer = tf.Buffer(node=self)
-            self.listener = tf.TransformListener(self.buffer, self)
-            self.broadcaster = tf.TransformBroadcaster(self)
-
-    robot = Robot()
-    robot.listener.close()
-    robot.destroy_node()

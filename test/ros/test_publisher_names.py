@@ -12,7 +12,7 @@ from inputs import for_each
 import pytest
 from rclpy.serialization import serialize_message
 from rclpy.topic_endpoint_info import TopicEndpointInfo
-from ros_helpers import transform
+from ros_helpers import transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, Incident
 from tf_tree_py.core import Kind
@@ -103,7 +103,7 @@ def test_known_name_is_asked_for_once_a_second_while_ros_runs(graph, clock, who)
     assert graph.asked == 4
 
 
-def test_name_that_is_about_to_be_told_is_asked_for_again(graph, clock, who):
+def test_name_that_is_about_to_be_reported_is_asked_for_again(graph, clock, who):
     odd = [Incident(Kind.LOOP, 'map', 'odom', 1, who.name(), 'because')]
     for _ in range(1000):
         assert who.correct([]) == []
@@ -132,7 +132,7 @@ def watched(graph, clock):
     def hear(parent, child):
         message = TFMessage(transforms=[transform(parent, child, clock.now)])
         feed._receive(serialize_message(message), {'publication_sequence_number': None})
-        return next(one.publishers for one in doctor.signs() if one.child == child)
+        return next((one.publishers for one in doctor.signs() if one.child == child), None)
 
     return hear
 
@@ -150,3 +150,12 @@ def test_edge_has_the_name_of_those_who_may_have_sent_it(graph, clock, watched):
     graph.publishers = [WHEELS]
     clock.now += 1.1
     assert watched('odom', 'early') == ('/wheels',), 'the only remaining publisher has sent it'
+
+
+def test_second_publisher_is_among_those_named_in_its_first_refusal(graph, watched, log):
+    """Although the graph was read just before."""
+    watched('map', 'odom')
+    graph.publishers.append(SLAM)
+    watched('odom', 'map')
+    until(lambda: "Refused transform 'odom' -> 'map' from 'one of /amcl, /slam'" in log())
+    assert "kept: 'map' -> 'odom' from '/amcl'" in log()

@@ -66,44 +66,34 @@ def test_clocks_keep_nodes_apart_and_the_buffer_follows_its_node(make_node):
     assert shared_buffer(simulated) is buffer
 
 
-def test_listener_ends_with_the_last_node(make_node):
-    one, other = make_node('one'), make_node('other')
+def test_listener_ends_with_the_last_node(context, make_node):
+    one, forgotten = make_node('one'), rclpy.create_node('forgotten', context=context)
     buffer = shared_buffer(one)
-    assert shared_buffer(other) is buffer
+    assert shared_buffer(forgotten) is buffer
     one.destroy_node()
     assert listening() == 1
-    other.destroy_node()
+    del forgotten
     until(lambda: listening() == 0)
     assert len(buffer.feeds) == 0
-    # A later call creates a new one.
-    assert shared_buffer(make_node('third')) is not buffer
-
-
-def test_listener_ends_when_its_nodes_are_forgotten(context):
-    node = rclpy.create_node('forgotten', context=context)
-    shared_buffer(node)
-    assert listening() == 1
-    del node
+    later = make_node('later')
+    assert shared_buffer(later) is not buffer
+    later.destroy_node()
     until(lambda: listening() == 0)
 
 
-def test_context_is_a_user_until_it_ends():
-    context = Context()
-    rclpy.init(context=context, args=['--ros-args', '-r', '/tf:=/robot/tf'])
+def test_context_is_a_user_until_it_ends(make_node):
+    context, remapped = Context(), ['--ros-args', '-r', '/tf:=/robot/tf']
+    rclpy.init(context=context, args=remapped)
     node = rclpy.create_node('beside', context=context)
     buffer = shared_buffer(context)
     assert shared_buffer(context) is buffer is shared_buffer(node)
     node.destroy_node()
     assert listening() == 1
+    # Another context has nothing in common with it.
+    assert shared_buffer(make_node('elsewhere', cli_args=remapped)) is not buffer
+    assert listening() == 2
     context.shutdown()
-    until(lambda: listening() == 0)
-
-
-def test_contexts_have_nothing_in_common(context, make_node):
-    other = Context()
-    rclpy.init(context=other, args=[])
-    assert shared_buffer(other) is not shared_buffer(make_node('here'))
-    other.shutdown()
+    until(lambda: listening() == 1)
 
 
 def test_wrong_options_are_refused_and_leave_nothing(make_node):
