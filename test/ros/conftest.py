@@ -132,6 +132,15 @@ def pool():
         yield threads
 
 
+@pytest.fixture
+def switching_often():
+    """Let Python switch threads as often as it can."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(interval)
+
+
 @pytest.fixture(params=[True, False], ids=['wait_set', 'executor'])
 def use_wait_set(request, monkeypatch):
     """Receive with rclpy's wait set, and without; return which."""

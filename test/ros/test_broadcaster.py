@@ -4,7 +4,6 @@
 """The messages that the broadcasters send."""
 
 import copy
-import itertools
 
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -77,13 +76,14 @@ def test_several_transforms_in_any_form_are_one_message(node, heard):
     assert [message.transforms for message in wait(5)] == [[a, b], [a, b], [a, b], [a], []]
 
 
-def test_late_joiner_gets_all_statics_of_all_broadcasters(node, make_node, listen, pool):
+def test_late_joiner_gets_all_statics_of_all_broadcasters(
+        node, make_node, listen, pool, switching_often):
     """Also of threads that send at once."""
     broadcasters = [StaticTransformBroadcaster(each) for each in (node, node, make_node('third'))]
-    names = [f'sensor_{number}' for number in range(60)]
-    list(pool.map(
-        lambda broadcaster, name: broadcaster.sendTransform(transform('base', name, x=5.0)),
-        itertools.cycle(broadcasters), names))
+    names = [f'sensor_{number}' for number in range(180)]
+    for begin, broadcaster in enumerate(broadcasters):
+        list(pool.map(broadcaster.sendTransform, [
+            transform('base', name, x=5.0) for name in names[begin::3]]))
     buffer = listen(make_node('late'))
     for name in names:
         found = buffer.lookup_transform('base', name, LATEST, PATIENCE)

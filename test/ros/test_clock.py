@@ -7,15 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 import gc
 import itertools
-import sys
 import threading
 import weakref
 
 import pytest
 from rclpy.clock import Clock, ROSClock
 from rclpy.clock_type import ClockType
-from rclpy.time import Time
-from ros_helpers import lasting, LATEST, PATIENCE_S, transform, until
+from ros_helpers import at, lasting, LATEST, PATIENCE_S, transform, until
 from tf_tree_py import Buffer, TransformException
 from tf_tree_py.ros.waiting.clock import ClockDeadline, ClockWatch
 
@@ -30,8 +28,7 @@ def sim_clock(seconds):
 
 
 def show(clock, seconds):
-    clock.set_ros_time_override(
-        Time(nanoseconds=round(seconds * SECOND), clock_type=ClockType.ROS_TIME))
+    clock.set_ros_time_override(at(seconds))
 
 
 @pytest.fixture
@@ -103,15 +100,13 @@ def test_simulated_timeout_is_at_the_clocks_own_pace(watch, clock, fall_asleep, 
     assert deadline.wait(event) is True
 
 
-def test_tick_wakes_everybody_whose_time_is_up(watch):
+def test_tick_wakes_everybody_whose_time_is_up(watch, switching_often):
     """In rclpy, unregistering a handle during a tick skips others, with a thread switch there."""
     def wait_out(deadline):
         event = threading.Event()
         while deadline.wait(event):
             event.clear()
 
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
     clock = sim_clock(0.5)
     watch.use_clock(clock)
     with ThreadPoolExecutor(40) as threads:
@@ -125,7 +120,6 @@ def test_tick_wakes_everybody_whose_time_is_up(watch):
                     wait.result(PATIENCE_S)
         finally:
             watch.release()
-            sys.setswitchinterval(before)
 
 
 @pytest.mark.parametrize(('times', 'expected'), [

@@ -58,17 +58,12 @@ class Robot:
         return self.map_T(parent, seconds) @ self._parent_T(frame, seconds)
 
 
-def listen_to(robot, buffer, node):
-    """Add a robot's transforms to a buffer, with frames such as robot1/base_link."""
-    return TransformListener(
-        buffer, node, tf_topic=f'/{robot}/tf', tf_static_topic=f'/{robot}/tf_static',
-        frame_prefix=f'{robot}/', shared_frames=['map'])
-
-
 def test_twenty_robots_of_fifteen_frames_are_one_tree(make_node):
     robots = [Robot(number, make_node) for number in ROBOTS]
     buffer, node = Buffer(), make_node('fleet')
-    listeners = [listen_to(robot.name, buffer, node) for robot in robots]
+    listeners = [TransformListener(
+        buffer, node, tf_topic=f'/{robot.name}/tf', tf_static_topic=f'/{robot.name}/tf_static',
+        frame_prefix=f'{robot.name}/', shared_frames=['map']) for robot in robots]
     for robot in robots:
         robot.move(1.0, 2.0)
     for robot, frame in itertools.product(robots, FRAMES):

@@ -160,19 +160,3 @@ def test_buffer_goes_by_its_nodes_clock_again_when_the_listener_is_closed(node, 
     with TransformListener(buffer, node):
         sim_clock.show(10.0, buffer)
     sim_clock.show(11.0, buffer)
-
-
-def test_closing_the_listener_ends_a_wait_by_its_clock_with_the_reason(
-        node, sim_clock, pool, monkeypatch):
-    """Also if the waiting thread runs as soon as the clock leaves."""
-    buffer = Buffer()
-    listener = TransformListener(buffer, node)
-    sim_clock.show(10.0, buffer)
-    asked = pool.submit(buffer.lookup_transform, 'a', 'b', LATEST, PATIENCE)
-    until_waiting(buffer)
-    watch = buffer.timeouts.watch
-    leave = watch.leave
-    monkeypatch.setattr(watch, 'leave', lambda *clock: (leave(*clock), until(asked.done)))
-    listener.close()
-    with pytest.raises(LookupException, match='Given up: the listener was closed'):
-        asked.result(PATIENCE_S)
