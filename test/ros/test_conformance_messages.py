@@ -3,8 +3,8 @@
 
 """Results as messages also equal tf2's, including the signs of quaternions."""
 
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from inputs import for_each
+from message_tools import stamped_transform
 import pytest
 from rclpy.duration import Duration
 from rclpy.task import Future
@@ -12,11 +12,7 @@ from rclpy.time import Time
 from recordings import pose_of, problems_of, RECORDINGS, Replay
 from tf_tree_py import Buffer
 from tf_tree_py.dropin.buffer import Buffer as DropinBuffer
-from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose, time_message
-
-
-def at(stamp):
-    return Time(nanoseconds=stamp)
+from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose
 
 
 class MessageReplay(Replay):
@@ -31,16 +27,18 @@ class MessageReplay(Replay):
     def run_set(self, operation):
         put = (self.buffer.set_transform_static if operation['static']
                else self.buffer.set_transform)
-        put(transform_stamped(operation), operation['authority'])
+        message = stamped_transform(
+            pose_of(operation), operation['parent'], operation['child'], operation['stamp'])
+        put(message, operation['authority'])
 
     def run_lookup(self, operation):
         return self.answer(self.lookup, operation, operation['target'], operation['source'],
-                           at(operation['time']))
+                           Time(nanoseconds=operation['time']))
 
     def run_lookup_full(self, operation):
         return self.answer(self.lookup_full, operation, operation['target'],
-                           at(operation['target_time']), operation['source'],
-                           at(operation['source_time']), operation['fixed'])
+                           Time(nanoseconds=operation['target_time']), operation['source'],
+                           Time(nanoseconds=operation['source_time']), operation['fixed'])
 
     def answer(self, method, operation, *arguments):
         """Return (stamp, pose) of the message that a method or its future gives."""
@@ -60,17 +58,7 @@ class CoreMethodsReplay(MessageReplay):
 
     def run_can(self, operation):
         return self.buffer.can_transform_core(
-            operation['target'], operation['source'], at(operation['time']))[0]
-
-
-def transform_stamped(operation):
-    """Return the message that an operation inserts."""
-    x, y, z, qx, qy, qz, qw = pose_of(operation)
-    message = TransformStamped(child_frame_id=operation['child'], transform=Transform(
-        translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)))
-    message.header.stamp = time_message(operation['stamp'])
-    message.header.frame_id = operation['parent']
-    return message
+            operation['target'], operation['source'], Time(nanoseconds=operation['time']))[0]
 
 
 PLAIN = 'lookup_transform', 'lookup_transform_full'

@@ -8,10 +8,9 @@ import math
 import sys
 
 from geometry_msgs.msg import TransformStamped
-from hypothesis import given, strategies as st
 from inputs import for_each
 import message_tools as tools
-from message_tools import make_cloud, poses, stamped_transform
+from message_tools import make_cloud, stamped_transform
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
@@ -81,25 +80,20 @@ def test_points_move_and_nothing_else_does(layout, kind, big):
     columns['ring'] = rng.integers(0, 1000, 60).astype('u2')
     offsets = {**offsets, 'ring': point_step}
     cloud = make_cloud(columns, offsets, point_step + 2, big=big, **options)
-    before = deepcopy(cloud)
     transform = stamped_transform(POSE)
     moved = do_transform_cloud(cloud, transform)
 
     expected = se3.apply_many(POSE, np.stack([columns[name] for name in 'xyz'], axis=1))
     assert coordinates(moved) == pytest.approx(expected, rel=2e-7 if kind != 'f8' else 1e-14)
-    assert cloud == before
     arrived = deserialize_message(serialize_message(cloud), PointCloud2)
     assert do_transform_cloud(arrived, transform) == moved
     assert deserialize_message(serialize_message(moved), PointCloud2) == moved
     assert moved.header == transform.header
-    for field in ('height', 'width', 'fields', 'is_bigendian', 'point_step', 'row_step',
-                  'is_dense'):
-        assert getattr(moved, field) == getattr(cloud, field)
     # With the old coordinates put back, every byte is as before.
     back = deepcopy(moved)
+    back.header = cloud.header
     point_cloud.write_points(back, points_of(cloud))
-    assert back.data == cloud.data
-    assert (column(moved, 'ring') == columns['ring']).all()
+    assert back == cloud
 
 
 @for_each(count=[1, point_cloud._BLOCK - 1, point_cloud._BLOCK, point_cloud._BLOCK + 1,
@@ -110,16 +104,6 @@ def test_every_point_of_every_block_moves_and_is_rounded_once(count):
     expected = se3.apply_many(POSE, np.stack(list(columns.values()), axis=1))
     assert points_of(moved) == pytest.approx(expected, rel=1e-6)
     assert (points_of(moved) == expected.astype(np.float32)).mean() > 0.999
-
-
-@given(poses, st.integers(0, 2**32 - 1), st.booleans())
-def test_there_and_back_again(pose, seed, big):
-    columns = random_columns(np.random.default_rng(seed), 20, 'f8')
-    cloud = make_cloud(columns, {'x': 0, 'y': 8, 'z': 16}, 24, big=big)
-    transform = stamped_transform(pose)
-    back = do_transform_cloud(do_transform_cloud(cloud, transform),
-                              tools.inverse_of(transform, se3.inverse(pose)))
-    assert points_of(back) == pytest.approx(points_of(cloud), rel=1e-12, abs=1e-10)
 
 
 def test_result_shares_nothing():
@@ -220,7 +204,6 @@ SHORT = r'The cloud declares \d+ x \d+ points of \d+ bytes, in rows of'
     (1, {'name': 'Y'}, "no field 'y'; its fields are: x, Y, z, i"),
     (2, {'datatype': PointField.INT32}, INTEGERS),
     (2, {'datatype': PointField.UINT8}, INTEGERS),
-    (2, {'datatype': PointField.INT16}, INTEGERS),
     (0, {'datatype': 0}, ODD),
     (0, {'datatype': 9}, ODD),
     (0, {'count': 3}, ODD),
@@ -359,12 +342,6 @@ def test_intensities_and_times_stay_with_their_rays():
 
 def test_scan_is_moved_and_not_changed():
     scan = scan_of([1.0, INF, 2.0], intensities=[1.0, 2.0, 3.0])
-    before = deepcopy(scan)
-    transform = stamped_transform((1.0, 2.0, 3.0, 0.0, 0.0, 2 ** -0.5, 2 ** -0.5))
-    cloud = do_transform_laser_scan(scan, transform)
-    assert points_of(cloud) == pytest.approx(np.array([[2.0, 2.0, 3.0], [1.0, 4.0, 3.0]]))
-    assert cloud.header == transform.header
-    assert column(cloud, 'intensity').tolist() == [1.0, 3.0]
-    assert scan == before
-    cloud.header.frame_id = 'other'
-    assert (scan, transform.header.frame_id) == (before, 'map')
+    expected = do_transform_cloud(as_cloud(scan), TURN)
+    tools.assert_shares_nothing(do_transform_laser_scan, scan, TURN)
+    assert do_transform_laser_scan(scan, TURN) == expected
