@@ -91,3 +91,17 @@ class Program:
 def executable(name, *arguments):
     """Return the command line of one of this package's executables."""
     return (sys.executable, '-m', f'tf_tree_py.nodes.{name}', *arguments)
+
+
+def without(*packages):
+    """Return the first lines of a program in which some packages seem not to be installed."""
+    return f"""
+import sys
+
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] in {packages}:
+            raise ModuleNotFoundError(f'No module named {{name!r}}', name=name)
+
+sys.meta_path.insert(0, Blocker())
+"""

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from programs import executable, Program, without
 import pytest
 from rclpy.clock import ROSClock
 from ros_helpers import at, lasting, PATIENCE_S, transform, until
@@ -17,6 +18,11 @@ from tf_tree_py import Buffer, Pose, TransformBroadcaster, TransformDiagnostics
 SECOND = 10**9
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE)
+
+
+def of(status):
+    """Return the values of a status."""
+    return {value.key: value.value for value in status.values}
 
 
 class Robot:
@@ -48,7 +54,7 @@ class Robot:
         (found,) = [status for status in self.diagnostics.report().status
                     if status.name == f'asking: tf{name}']
         assert found.hardware_id == '/asking'
-        return found.level, found.message, {value.key: value.value for value in found.values}
+        return found.level, found.message, of(found)
 
     def level(self, name=' odom -> base'):
         return self.status(name)[0]
@@ -269,8 +275,7 @@ def test_subscriber_hears_of_every_edge(node, spin, published, listen, talker):
         talker.fix(transform('base', 'camera'))
         talker.move(transform('odom', 'base', 5.0))
         edge = wait_for_status(published, lambda status: status.name == 'asking: tf odom -> base')
-        values = {value.key: value.value for value in edge.values}
-        assert values['Newest stamp (s)'] == '5.000000000'
+        assert of(edge)['Newest stamp (s)'] == '5.000000000'
         wait_for_status(published, lambda status: status.message == 'static, from /talking')
         wait_for_status(published, lambda status: 'from /talking' in status.message
                         and status.level == STALE)
@@ -279,22 +284,19 @@ def test_subscriber_hears_of_every_edge(node, spin, published, listen, talker):
 
 @pytest.mark.parametrize('wanted', [True, False])
 def test_buffer_server_publishes_if_it_is_told_to(published, wanted, talker):
-    program = subprocess.Popen(
-        [sys.executable, '-m', 'tf_tree_py.nodes.buffer_server', '--ros-args',
-         '-p', f'diagnostics:={str(wanted).lower()}', '-p', 'max_future:=1.0'],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    program = Program(*executable(
+        'buffer_server', '--ros-args', '-p', f'diagnostics:={str(wanted).lower()}',
+        '-p', 'max_future:=1.0'))
     try:
         talker.move(transform('odom', 'base', 2**31 - 1))
         if wanted:
             status = wait_for_status(
-                published, lambda status: status.name == 'tf_buffer: tf' and 'Refused, in all: '
-                'too far in the future' in [value.key for value in status.values])
-            assert status.hardware_id == '/tf_buffer'
+                published, lambda status: 'Refused, in all: too far in the future' in of(status))
+            assert (status.name, status.hardware_id) == ('tf_buffer: tf', '/tf_buffer')
         else:
             assert talker.node.count_publishers('/diagnostics') == 0
     finally:
         program.kill()
-        program.communicate()
 
 
 def test_bad_parameter_and_missing_messages_are_one_sentence_each():
@@ -309,15 +311,8 @@ def test_bad_parameter_and_missing_messages_are_one_sentence_each():
     assert done.stdout.split() == ['2', '2']
 
 
-WITHOUT_DIAGNOSTIC_MSGS = """
+WITHOUT_DIAGNOSTIC_MSGS = without('diagnostic_msgs') + """
 import sys
-
-class Blocker:
-    def find_spec(self, name, path=None, target=None):
-        if name == 'diagnostic_msgs':
-            raise ModuleNotFoundError(f'no {name} here', name=name)
-
-sys.meta_path.insert(0, Blocker())
 import tf_tree_py
 from tf_tree_py.nodes.buffer_server import main
 tf_tree_py.Buffer()
