@@ -3,32 +3,19 @@
 
 """The buffer client, with our server and with one that behaves like tf2's."""
 
-import asyncio
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 import gc
-import statistics
 import threading
-import time
 
 from action_msgs.srv import CancelGoal
+from conditions import until
 from geometry_msgs.msg import PointStamped
 from inputs import for_each
 import pytest
 from rclpy.action import CancelResponse, GoalResponse
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from ros_helpers import (
-    at,
-    ended,
-    lasting,
-    LATEST,
-    move,
-    PATIENCE,
-    PATIENCE_S,
-    result_of,
-    until,
-    until_waiting,
-)
+from ros_helpers import at, lasting, LATEST, move, PATIENCE, PATIENCE_S, result_of, until_waiting
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 import tf_tree_py as tf
@@ -42,6 +29,13 @@ ACTION = 'tf2_buffer_server'
 
 def x_of(message):
     return message.transform.translation.x
+
+
+def requests_of(client):
+    """Return the requests of a client whose responses it still expects."""
+    home = client.action_client
+    return [request for service in (home._send, home._fetch, home._cancel)
+            for request in service._pending_requests]
 
 
 @pytest.fixture
@@ -90,7 +84,8 @@ def make_client(node):
 
 @pytest.fixture
 def client(make_client):
-    return make_client(check_frequency=50.0)
+    # No answer of a busy server is late.
+    return make_client(check_frequency=50.0, timeout_padding=PATIENCE)
 
 
 @pytest.fixture
@@ -106,13 +101,14 @@ class OtherServer:
     def __init__(self, node):
         self.accepts, self.forgets = True, 0
         self.status, self.result = 'abort', LookupTransform.Result()
-        self.may_answer, self.executing, self.canceled = (threading.Event() for _ in range(3))
+        self.may_answer = threading.Event()
         self.may_answer.set()
         self.handles, self.forgotten = [], {}
         self.server = _ClosableServer(
             node, LookupTransform, ACTION, self._execute,
             goal_callback=lambda _: GoalResponse.ACCEPT if self.accepts else GoalResponse.REJECT,
-            handle_accepted_callback=self._accept, cancel_callback=self._cancel)
+            handle_accepted_callback=self._accept,
+            cancel_callback=lambda _: CancelResponse.ACCEPT)
 
     def _accept(self, handle):
         if self.forgets:
@@ -123,13 +119,11 @@ class OtherServer:
         else:
             handle.execute()
 
-    def _cancel(self, _):
-        self.canceled.set()
-        return CancelResponse.ACCEPT
+    def is_canceled(self):
+        return any(handle.is_cancel_requested for handle in self.handles)
 
     def _execute(self, handle):
         self.handles.append(handle)
-        self.executing.set()
         self.may_answer.wait(PATIENCE_S)
         if handle.is_cancel_requested:
             handle.canceled()
@@ -172,7 +166,7 @@ def test_answers_are_those_of_the_buffer(ready, buffer, pool):
     asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
     until_waiting(buffer)
     move(buffer, 3.0)
-    assert x_of(asked.result(PATIENCE_S)) == 3.0
+    assert x_of(result_of(asked)) == 3.0
 
 
 def test_can_transform_says_yes_or_no_and_why(ready):
@@ -200,16 +194,6 @@ def test_executor_waits_in_a_callback_and_awaits_in_coroutines(ready, buffer, no
     until_waiting(buffer, 2)
     move(buffer, 3.0)
     assert [x_of(result_of(task)) for task in tasks] == [3.0, 2.0]
-
-
-def test_asyncio_awaits_answers(ready):
-    async def main():
-        return await asyncio.gather(*(
-            ready.lookup_transform_async('map', 'base', at(1.0 + number / 10.0))
-            for number in range(5)))
-
-    assert [x_of(answer) for answer in asyncio.run(main())] == pytest.approx(
-        [1.0, 1.1, 1.2, 1.3, 1.4])
 
 
 def test_namespace_and_remapping_are_those_of_the_node(buffer, make_node, make_client, serve):
@@ -257,24 +241,17 @@ def test_timeout_of_tf2s_server_is_believed_at_once(other, client, timeout):
     assert len(other.handles) == asked_before + 1
 
 
-def test_timeout_of_our_server_says_what_was_missing(ready):
-    # The text contains the server's waiting time, which is the time left when it got the goal.
-    with pytest.raises(tf.TimeoutException, match=r'future.*map -> base.*waited \d'):
-        ready.lookup_transform('map', 'base', at(3.0), lasting(0.02))
-
-
 def test_goal_that_somebody_else_canceled_is_no_identity(other, client, make_node, pool):
     other.may_answer.clear()
     asked = pool.submit(client.lookup_transform, 'map', 'base', LATEST, PATIENCE)
-    assert other.executing.wait(PATIENCE_S)
+    until(lambda: other.handles)
     cancel = make_node('somebody').create_client(CancelGoal, f'{ACTION}/_action/cancel_goal')
     until(cancel.service_is_ready)
     cancel.call_async(CancelGoal.Request())  # all goals
-    assert other.canceled.wait(PATIENCE_S)
-    until(lambda: all(goal.is_cancel_requested for goal in other.handles))
+    until(other.is_canceled)
     other.may_answer.set()
     with pytest.raises(tf.TransformException, match='canceled at the buffer server'):
-        asked.result(PATIENCE_S)
+        result_of(asked)
 
 
 def test_goal_that_is_not_accepted_says_so(other, client):
@@ -285,7 +262,9 @@ def test_goal_that_is_not_accepted_says_so(other, client):
 
 def test_goal_that_no_server_knows_is_asked_again_in_its_time(other, make_client):
     # The same happens if a request arrives just after another server accepted the goal.
-    client = make_client(timeout_padding=2.0)
+    # It would not be given up before the last server has answered, however busy that is.
+    client = make_client(check_frequency=0.1, timeout_padding=0.5)
+    until(client.action_client.server_is_ready)
     other.forgets, other.status = 3, 'succeed'
     client.lookup_transform('map', 'base', LATEST, PATIENCE)
     assert len(other.handles) == 1
@@ -294,15 +273,12 @@ def test_goal_that_no_server_knows_is_asked_again_in_its_time(other, make_client
         client.lookup_transform('map', 'base', LATEST)
 
 
-def test_server_that_is_not_there_is_told_at_once_without_a_timeout(make_client):
+def test_missing_server_is_told_at_once_or_after_the_timeout(make_client, client):
     # The next check is in an hour, and no response is late before that.
-    client = make_client(check_frequency=1.0 / 3600.0, timeout_padding=lasting(3600.0))
+    patient = make_client(check_frequency=1.0 / 3600.0, timeout_padding=lasting(3600.0))
     with pytest.raises(tf.TimeoutException, match=f'There is no buffer server /{ACTION}'):
-        client.lookup_transform('map', 'base', LATEST)
-    assert client.can_transform('map', 'base', LATEST) is False
-
-
-def test_server_that_is_not_there_is_waited_for_as_long_as_the_timeout(client):
+        patient.lookup_transform('map', 'base', LATEST)
+    assert patient.can_transform('map', 'base', LATEST) is False
     with pytest.raises(tf.TimeoutException, match=r'no buffer server.*waited \d') as raised:
         client.lookup_transform('map', 'base', LATEST, lasting(0.05))
     assert raised.value.waited_s >= 0.05
@@ -316,28 +292,19 @@ def test_server_that_comes_in_time_answers(client, buffer, serve, pool):
     asked = pool.submit(client.lookup_transform, 'map', 'base', at(1.5), PATIENCE)
     until(lambda: client.action_client.goals_in(*WANTED))
     with serve(buffer):
-        assert x_of(asked.result(PATIENCE_S)) == 1.5
+        assert x_of(result_of(asked)) == 1.5
     assert not call.sent
 
 
-def test_server_that_goes_away_is_told_soon(ready, server, buffer, pool):
-    asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
-    until_waiting(buffer)
-    server.close()
-    with pytest.raises(tf.TimeoutException, match='went away before it answered') as raised:
-        asked.result(PATIENCE_S)
-    assert raised.value.waited_s < PATIENCE_S / 2.0
-
-
-def test_server_that_hangs_is_given_up_after_the_padding_and_told_so(other, make_client):
-    client = make_client(check_frequency=50.0, timeout_padding=lasting(0.05))
-    assert client.wait_for_server(PATIENCE)
+def test_server_that_hangs_is_given_up_after_the_padding_and_told_so(other, client):
     other.may_answer.clear()
-    begin = time.monotonic()
-    with pytest.raises(tf.TimeoutException, match='is available, but did not answer in time'):
-        client.lookup_transform('map', 'base', LATEST, lasting(0.05))
-    assert time.monotonic() - begin >= 0.1
-    assert other.canceled.wait(PATIENCE_S)
+    call = client.wait_for_transform_async('map', 'base', LATEST, lasting(0.05))
+    until(lambda: call.accepted)
+    call._padding_s = 0.05
+    with pytest.raises(tf.TimeoutException, match='is available, but did not answer') as raised:
+        result_of(call)
+    assert raised.value.waited_s >= 0.1
+    until(other.is_canceled)
 
 
 @pytest.fixture
@@ -357,8 +324,9 @@ def test_long_wait_is_asked_for_in_parts(ready, buffer, sent, monkeypatch, pool)
     until(lambda: len(sent) > 3)
     assert sent[-1].timeout.sec == 0
     move(buffer, 3.0)
-    assert x_of(asked.result(PATIENCE_S)) == 3.0
-    with pytest.raises(tf.TimeoutException, match='into the future'):
+    assert x_of(result_of(asked)) == 3.0
+    # The text contains the server's waiting time, not that of the parts before.
+    with pytest.raises(tf.TimeoutException, match=r'future.*map -> base.*waited \d'):
         ready.lookup_transform('map', 'base', at(4.0), lasting(0.05))
 
 
@@ -377,7 +345,7 @@ def test_long_wait_outlasts_a_server_with_another_clock(
     if clock == 'stands still':
         monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
         # Longer than a busy server takes to accept a goal.
-        client.timeout_padding = lasting(1.0)
+        client.timeout_padding = lasting(3.0)
     else:
         monkeypatch.setattr(lookup_call, '_QUICK_S', 0.0)
     call = client.wait_for_transform_async('map', 'base', LATEST)
@@ -406,7 +374,7 @@ def test_server_that_accepts_nothing_is_given_up(client, sent, monkeypatch):
     for _ in range(20):
         client.wait_for_transform_async('map', 'base', LATEST).cancel()
     until(lambda: not client.action_client.goals_in(*UNACCEPTED))
-    assert not client.action_client._send._pending_requests
+    assert not requests_of(client)
 
 
 def test_request_that_a_new_server_lost_is_sent_again(buffer, client, serve, monkeypatch):
@@ -429,9 +397,9 @@ def test_request_that_a_new_server_lost_is_sent_again(buffer, client, serve, mon
 
 
 def test_server_gets_what_is_left_of_the_timeout(other, client):
-    client.can_transform('map', 'base', LATEST, lasting(5.0))
+    client.can_transform('map', 'base', LATEST, lasting(50.0))
     sent = other.handles[0].request.timeout
-    assert 4.0 < sent.sec + sent.nanosec / 1e9 <= 5.0
+    assert 10.0 < sent.sec + sent.nanosec / 1e9 < 50.0
 
 
 # --- cancelling and ending
@@ -446,14 +414,12 @@ def test_cancelled_calls_cancel_their_goals(ready, buffer):
         call.result()
     for _ in range(200):
         ready.wait_for_transform_async('map', 'base', at(3.0)).cancel()
-    home = ready.action_client
-    until(lambda: not home.goals_in(*UNACCEPTED))
+    until(lambda: not ready.action_client.goals_in(*UNACCEPTED))
     until(lambda: len(buffer.waiting) == 0)
     # A new lookup is behind all of these.
     ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
     assert len(buffer.waiting) == 0
-    for service in (home._send, home._fetch, home._cancel):
-        assert not service._pending_requests
+    assert not requests_of(ready)
 
 
 def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
@@ -500,7 +466,7 @@ def test_end_of_ros_ends_what_is_on_its_way(ready, buffer, context, pool):
     until_waiting(buffer)
     context.shutdown()
     with pytest.raises(tf.TransformException, match='or ROS shut down'):
-        asked.result(PATIENCE_S)
+        result_of(asked)
     buffer.waiting.fail(tf.TransformException('the test is over'))
 
 
@@ -522,7 +488,7 @@ def test_end_of_ros_is_no_error_before_the_client_has_noticed(ready, context):
     ready.close()
 
 
-def test_client_that_nobody_keeps_ends_its_thread(node):
+def test_client_without_a_reference_ends_its_thread(node):
     client = BufferClient(node, ACTION)
     thread = client.action_client.thread
     del client
@@ -581,34 +547,15 @@ def test_burst_of_calls_is_sent_in_turns_and_leaves_nothing(ready, buffer):
         [3.0 + number / 100.0 for number in range(100)])
     assert max(unaccepted) <= 8
     assert not home.goals_in(*State)
-    for service in (home._send, home._fetch, home._cancel):
-        assert not service._pending_requests
+    assert not requests_of(ready)
 
 
-def test_hundred_clients_at_once(server, buffer, make_node, make_client, capsys, record_property):
-    """The durations, concurrent and one after the other, are reported and not asserted."""
+def test_of_a_hundred_clients_at_once_each_is_answered(server, buffer, make_node, make_client):
     nodes = [make_node(f'asking_{number}') for number in range(10)]
     clients = [make_client(nodes[number % 10]) for number in range(100)]
     assert all(client.wait_for_server(PATIENCE) for client in clients)
-    begin = time.perf_counter()
     calls = [client.wait_for_transform_async('map', 'base', at(3.0), PATIENCE)
              for client in clients]
-    events = [ended(call) for call in calls]
     until_waiting(buffer, 100)
-    arrival = time.perf_counter()
     move(buffer, 3.0)
-    assert all(event.wait(PATIENCE_S) for event in events)
-    end = time.perf_counter()
-    assert [x_of(call.result()) for call in calls] == [3.0] * 100
-    single = []
-    for _ in range(100):
-        start = time.perf_counter()
-        clients[0].lookup_transform('map', 'base', at(3.0))
-        single.append((time.perf_counter() - start) * 1e3)
-    measured = {'asked_ms': (arrival - begin) * 1e3, 'answered_ms': (end - arrival) * 1e3,
-                'one_ms': statistics.median(single)}
-    record_property('hundred_clients', measured)
-    with capsys.disabled():
-        print('\n    100 clients: all wait at the server after {asked_ms:.0f} ms, all answered '
-              '{answered_ms:.0f} ms after the transform; one lookup {one_ms:.1f} ms'
-              .format(**measured))
+    assert [x_of(result_of(call)) for call in calls] == [3.0] * 100

@@ -3,12 +3,11 @@
 
 """A buffer server is killed and replaced: waiting clients use the new one."""
 
-import signal
-import subprocess
-import sys
+from contextlib import ExitStack
 
+from programs import executable, Program
 import pytest
-from ros_helpers import at, lasting, PATIENCE, PATIENCE_S, result_of, transform, until
+from ros_helpers import at, lasting, move, PATIENCE, PATIENCE_S, result_of, until
 from tf_tree_py import Buffer
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import BufferServer
@@ -29,48 +28,30 @@ def client(node):
 @pytest.fixture
 def start_server():
     """Return a function that starts a server without data, in another process."""
-    processes = []
+    with ExitStack() as programs:
+        def start():
+            program = Program(*executable('buffer_server'))
+            programs.callback(program.kill)
+            return program
 
-    def start():
-        processes.append(subprocess.Popen([sys.executable, '-m', 'tf_tree_py.nodes.buffer_server'],
-                                          stdin=subprocess.DEVNULL))
-        return processes[-1]
-
-    yield start
-    for process in processes:
-        process.kill()
-        process.wait()
+        yield start
 
 
 @pytest.fixture
 def respawn(make_node, spin):
     """Return a function that starts a server with a new buffer in this process."""
-    servers = []
+    with ExitStack() as servers:
+        def respawn():
+            buffer, node = Buffer(), make_node('serving')
+            servers.enter_context(BufferServer(buffer, node, ACTION))
+            spin(node)
+            return buffer
 
-    def respawn():
-        buffer, node = Buffer(), make_node(f'serving{len(servers)}')
-        servers.append(BufferServer(buffer, node, ACTION))
-        spin(node)
-        return buffer
-
-    yield respawn
-    for server in servers:
-        server.close()
+        yield respawn
 
 
 def long_wait(client):
     return client.wait_for_transform_async('map', 'base', at(1.0), lasting(LONG_S))
-
-
-def kill(process):
-    """End a server as a crash does: DDS still lists it for many seconds."""
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-
-
-def fill(buffer):
-    for seconds in (0.5, 2.0):
-        buffer.set_transform(transform('map', 'base', seconds, x=seconds), 'me')
 
 
 def until_accepted(client, count):
@@ -83,7 +64,8 @@ def test_waits_outlive_server_after_server(client, start_server, respawn, pool):
     calls = [long_wait(client) for _ in range(20)]
     blocking = pool.submit(client.lookup_transform, 'map', 'base', at(1.0), lasting(LONG_S))
     until_accepted(client, 21)
-    kill(server)
+    # As in a crash: DDS still lists it for many seconds.
+    server.kill()
     assert client.action_client.server_is_ready()
     # More than the maximum number of pending requests at a server.
     calls += [long_wait(client) for _ in range(20)]
@@ -92,7 +74,7 @@ def test_waits_outlive_server_after_server(client, start_server, respawn, pool):
     until(lambda: all(call.goal_id != before
                       for call, before in zip(calls, asked_before, strict=True)))
     until_accepted(client, 41)
-    kill(server)
+    server.kill()
     # The maximum number of goals that may await acceptance: cancelled, they are in nobody's way.
     for call in [long_wait(client) for _ in range(8)]:
         until(lambda call=call: call.sent)
@@ -101,25 +83,15 @@ def test_waits_outlive_server_after_server(client, start_server, respawn, pool):
     buffer = respawn()
     # All wait at the new server, until it has the result.
     until(lambda: len(buffer.waiting) >= 42)
-    fill(buffer)
-    assert {result_of(call).transform.translation.x for call in calls} == {1.0}
-    assert blocking.result(PATIENCE_S).transform.translation.x == 1.0
+    for seconds in (0.5, 2.0):
+        move(buffer, seconds)
+    assert {result_of(call).transform.translation.x for call in [*calls, blocking]} == {1.0}
     until(lambda: len(buffer.waiting) == 1)
-    other.cancel()
-    until(lambda: len(buffer.waiting) == 0)
-
-
-def test_goals_leave_nothing_behind_at_a_server_that_lives_on(client, respawn):
-    first = respawn()
-    assert client.wait_for_server(PATIENCE)
-    calls = [long_wait(client) for _ in range(5)]
-    until(lambda: len(first.waiting) == len(calls))
-    asked_before = [call.goal_id for call in calls]
+    # Nothing is left behind at this server when another joins it.
+    asked_before = other.goal_id
     second = respawn()
-    until(lambda: all(call.accepted and call.goal_id != before
-                      for call, before in zip(calls, asked_before, strict=True)))
-    # It drops the earlier goals after at most a minute, the length of a part of a wait.
-    until(lambda: len(first.waiting) == len(calls), 2 * PATIENCE_S)
-    for call in calls:
-        call.cancel()
-    until(lambda: len(first.waiting) == len(second.waiting) == 0, 2 * PATIENCE_S)
+    until(lambda: other.accepted and other.goal_id != asked_before)
+    # It drops the earlier goal after at most a minute, the length of a part of a wait.
+    until(lambda: len(buffer.waiting) == 1, 2 * PATIENCE_S)
+    other.cancel()
+    until(lambda: len(buffer.waiting) == len(second.waiting) == 0, 2 * PATIENCE_S)

@@ -31,12 +31,16 @@ class Call:
         self.is_wanted = True
 
 
-class Server:
-    """The goals at a server."""
-
-    def __init__(self):
-        self.asked = []
-        self.accepted = set()
+# What a client may notice of a call, and in which states.
+NOTICED = {
+    # It may already have ended.
+    Event.CANCELLED: set(State),
+    Event.TIMED_OUT: set(State) - {State.ENDED},
+    Event.LOST: UNACCEPTED,
+    Event.PART_LATE: {State.ACCEPTED},
+    # As another server says that has just appeared.
+    Event.UNKNOWN_THERE: {State.ACCEPTED},
+}
 
 
 class GoalsMachine(RuleBasedStateMachine):
@@ -46,7 +50,8 @@ class GoalsMachine(RuleBasedStateMachine):
         super().__init__()
         self.goals = Goals(MAX_UNACCEPTED)
         self.calls, self.line = [], []
-        self.server = Server()
+        # The numbers of the requests at the server.
+        self.asked, self.accepted = [], set()
         self.numbers = count()
 
     def report(self, call, event):
@@ -55,7 +60,7 @@ class GoalsMachine(RuleBasedStateMachine):
             if action is Action.FETCH_RESULT:
                 call.expected = 'result'
             elif action is Action.CANCEL_GOAL:
-                self.server.accepted.discard(call.number)
+                self.accepted.discard(call.number)
             else:
                 call.expected = None
         if before is not call.state and before is State.TO_BE_SENT:
@@ -78,16 +83,8 @@ class GoalsMachine(RuleBasedStateMachine):
         self.goals.add(call)
         if how_far > 0:
             self.send()
-        if how_far > 1 and self.server.asked:
+        if how_far > 1 and self.asked:
             self.accept(True)
-
-    @rule(which=any_call)
-    def lose_interest(self, which):
-        # It may already have ended.
-        call = self.some(which, lambda call: True)
-        if call:
-            call.is_wanted = False
-            self.report(call, Event.CANCELLED)
 
     # --- the client
 
@@ -101,44 +98,33 @@ class GoalsMachine(RuleBasedStateMachine):
         call.number, call.expected = next(self.numbers), 'acceptance'
         self.line.remove(call)
         assert self.goals.move(call, Event.SENT) == ()
-        self.server.asked.append(call.number)
+        self.asked.append(call.number)
 
-    @rule(which=any_call)
-    def give_up(self, which):
-        call = self.some(which, lambda call: call.state is not State.ENDED)
-        if call:
+    @rule(which=any_call,
+          events=st.lists(st.sampled_from([*NOTICED]), min_size=1, max_size=3))
+    def notice(self, which, events):
+        """Notice one thing after another of the same call."""
+        call = self.some(which, lambda call: call.state in NOTICED[events[0]])
+        for event in events:
+            if call and call.state in NOTICED[event]:
+                self.notice_of(call, event)
+
+    def notice_of(self, call, event):
+        if event in (Event.TIMED_OUT, Event.LOST) and call.number in self.asked:
             # A goal that the server still accepts ends there by its own timeout.
-            self.server.asked = [each for each in self.server.asked if each != call.number]
+            self.asked.remove(call.number)
+        if event in (Event.CANCELLED, Event.TIMED_OUT):
             call.is_wanted = False
-            self.report(call, Event.TIMED_OUT)
-
-    @rule(which=any_call)
-    def get_no_acceptance(self, which):
-        call = self.some(which, lambda call: call.state in UNACCEPTED)
-        if call:
-            self.server.asked.remove(call.number)
-            self.report(call, Event.LOST)
-
-    @rule(which=any_call)
-    def get_no_result(self, which):
-        call = self.some(which, lambda call: call.state is State.ACCEPTED)
-        if call:
-            self.report(call, Event.PART_LATE)
-
-    @rule(which=any_call)
-    def be_told_by_another_server_that_it_does_not_know_the_goal(self, which):
-        call = self.some(which, lambda call: call.expected == 'result')
-        if call:
-            self.report(call, Event.UNKNOWN_THERE)
+        self.report(call, event)
 
     # --- the server
 
-    @precondition(lambda self: self.server.asked)
+    @precondition(lambda self: self.asked)
     @rule(accepts=st.booleans())
     def accept(self, accepts):
-        number = self.server.asked.pop(0)
+        number = self.asked.pop(0)
         if accepts:
-            self.server.accepted.add(number)
+            self.accepted.add(number)
         [call] = [call for call in self.calls if call.number == number]
         assert call.expected == 'acceptance'
         call.expected = None
@@ -150,7 +136,7 @@ class GoalsMachine(RuleBasedStateMachine):
     def answer(self, which, event):
         call = self.some(which, lambda call: call.expected == 'result')
         if call:
-            self.server.accepted.remove(call.number)
+            self.accepted.remove(call.number)
             call.expected = None
             call.is_wanted = event is Event.PART_OVER
             self.report(call, event)
@@ -158,11 +144,11 @@ class GoalsMachine(RuleBasedStateMachine):
     @rule(keeps=st.booleans())
     def be_replaced(self, keeps):
         # By one without any goals, or by an additional one.
-        old = self.server
-        self.server = Server() if not keeps else old
+        if not keeps:
+            self.accepted = set()
         for call in self.calls:
             self.report(call, Event.SERVER_CHANGED)
-        old.asked.clear()
+        self.asked.clear()
 
     # --- the invariants
 
@@ -194,18 +180,18 @@ class GoalsMachine(RuleBasedStateMachine):
 
     @invariant()
     def a_server_works_for_those_only_who_want_it(self):
-        assert self.server.accepted == {
+        assert self.accepted == {
             call.number for call in self.calls if call.state is State.ACCEPTED}
 
     def teardown(self):
         """Let the server process everything: then every call ends."""
         for _ in range(3 * len(self.calls) + 3):
             self.send()
-            if self.server.asked:
+            if self.asked:
                 self.accept(True)
             self.answer(0, Event.RESULT)
         assert not self.goals.in_state(*State)
-        assert not self.server.accepted
+        assert not self.accepted
 
 
 GoalsMachine.TestCase.settings = examples(10, stateful_step_count=40)
