@@ -4,6 +4,7 @@
 """Real rclpy over real DDS, on this machine and this process's domain only."""
 
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 import os
 import sys
 import threading
@@ -56,15 +57,13 @@ def buffer():
 @pytest.fixture
 def make_node(context):
     """Make nodes that are destroyed at the end of the test."""
-    nodes = []
+    with ExitStack() as nodes:
+        def make(name, **options):
+            node = Node(name, **{'context': context, **options})
+            nodes.callback(node.destroy_node)
+            return node
 
-    def make(name, **options):
-        nodes.append(Node(name, **{'context': context, **options}))
-        return nodes[-1]
-
-    yield make
-    for node in nodes:
-        node.destroy_node()
+        yield make
 
 
 @pytest.fixture
@@ -80,16 +79,13 @@ def talker(make_node):
 @pytest.fixture
 def listen():
     """Let a buffer listen on a node until the end of the test."""
-    listeners = []
+    with ExitStack() as listeners:
+        def begin(node, buffer=None, **options):
+            buffer = Buffer() if buffer is None else buffer
+            listeners.enter_context(TransformListener(buffer, node, **options))
+            return buffer
 
-    def begin(node, buffer=None, **options):
-        buffer = Buffer() if buffer is None else buffer
-        listeners.append(TransformListener(buffer, node, **options))
-        return buffer
-
-    yield begin
-    for listener in listeners:
-        listener.close()
+        yield begin
 
 
 @pytest.fixture

@@ -8,36 +8,27 @@ import asyncio
 from inputs import for_each
 import pytest
 from rclpy.clock import ROSClock
-from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
-from rclpy.time import Time
-from ros_helpers import PATIENCE, until_waiting
+from ros_helpers import at, LATEST, PATIENCE, until_waiting
 from tf_tree_py import Buffer, Pose, TransformException
-
-SECOND = 10**9
-BEGIN = 1_700_000_000 * SECOND
 
 
 def filled(**options):
     """Return a buffer with two seconds of driving at 1 m/s."""
     buffer = Buffer(**options)
     for number in range(201):
-        buffer.insert('odom', 'base', BEGIN + number * SECOND // 100, Pose(x=number * 0.01))
+        buffer.insert('odom', 'base', at(10.0 + number / 100), Pose(x=number / 100))
     return buffer
-
-
-def at(seconds):
-    return Time(nanoseconds=BEGIN + round(seconds * 1e9), clock_type=ClockType.ROS_TIME)
 
 
 def test_each_call_is_one_line_whatever_it_looks_up_with():
     buffer, clock = filled(audit=True), ROSClock()
     clock._set_ros_time_is_active(True)
-    clock.set_ros_time_override(at(3))
+    clock.set_ros_time_override(at(13.0))
     buffer.use_clock(clock)
-    buffer.lookup_transform('odom', 'base', at(1.9))
-    buffer.lookup_transform('odom', 'base', at(1.9).to_msg(), Duration(seconds=1))
-    buffer.lookup('odom', 'base', BEGIN + 1_900_000_000)
+    buffer.lookup_transform('odom', 'base', at(11.9))
+    buffer.lookup_transform('odom', 'base', at(11.9).to_msg(), Duration(seconds=1))
+    buffer.lookup('odom', 'base', at(11.9).nanoseconds)
     lines = buffer.audit.lines()
     assert len(lines) == 3
     for line in lines:
@@ -51,10 +42,10 @@ def test_each_call_is_one_line_whatever_it_looks_up_with():
 def test_latest_lookups_and_failures_are_counted():
     buffer = filled(audit=True)
     for _ in range(2):
-        buffer.lookup_transform('odom', 'base', Time())
+        buffer.lookup_transform('odom', 'base', LATEST)
     with pytest.raises(TransformException):
-        buffer.lookup_transform('odom', 'base', at(2.1), Duration(nanoseconds=1))
-    future = buffer.wait_for_transform_async('odom', 'base', at(-100.0))
+        buffer.lookup_transform('odom', 'base', at(12.1), Duration(nanoseconds=1))
+    future = buffer.wait_for_transform_async('odom', 'base', at(1.0))
     assert isinstance(future.exception(), TransformException)
     assert [(line.latest, line.lookups, line.failed) for line in sorted(
         buffer.audit.lines(), key=lambda line: line.caller.line)] == [
@@ -67,10 +58,10 @@ METHODS = {
     **dict.fromkeys(
         ('lookup', 'lookup_stamped', 'lookup_at', 'lookup_transform', 'lookup_transform_core',
          'lookup_transform_async', 'wait_for_transform_async', 'can_transform'),
-        ('odom', 'base', at(1.0))),
-    'lookup_within': (1.0, 'odom', 'base', at(1.0)),
-    'lookup_many': ('odom', 'base', [at(0.0), at(1.0)]),
-    **dict.fromkeys(FULL, ('odom', at(1.0), 'base', at(1.0), 'odom')),
+        ('odom', 'base', at(11.0))),
+    'lookup_within': (1.0, 'odom', 'base', at(11.0)),
+    'lookup_many': ('odom', 'base', [at(10.0), at(11.0)]),
+    **dict.fromkeys(FULL, ('odom', at(11.0), 'base', at(11.0), 'odom')),
 }
 
 
@@ -94,11 +85,11 @@ def test_every_kind_of_lookup_is_seen_once(method):
 
 def test_lookup_that_waits_is_one_however_often_it_tries(pool):
     buffer = filled(audit=True)
-    futures = [buffer.wait_for_transform_async('odom', 'base', at(2.1), timeout)
+    futures = [buffer.wait_for_transform_async('odom', 'base', at(12.1), timeout)
                for timeout in (None, PATIENCE)]
-    sleeper = pool.submit(buffer.lookup_transform, 'odom', 'base', at(2.1), PATIENCE)
+    sleeper = pool.submit(buffer.lookup_transform, 'odom', 'base', at(12.1), PATIENCE)
     until_waiting(buffer, 3)
-    for stamp in (at(2.05).nanoseconds, at(2.1).nanoseconds):
+    for stamp in (at(12.05).nanoseconds, at(12.1).nanoseconds):
         # Waiting lookups are repeated whenever the structure changes.
         buffer.insert('base', f'camera{stamp}', 0, Pose(), static=True)
         buffer.insert('odom', 'base', stamp, Pose())

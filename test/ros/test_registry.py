@@ -8,10 +8,10 @@ from copy import deepcopy
 from geometry_msgs import msg
 from geometry_msgs.msg import Point, PointStamped
 from inputs import for_each
-from message_tools import filled, stamped_transform
+from message_tools import assert_shares_nothing, filled, stamped_transform
 import numpy as np
 import pytest
-from ros_helpers import at, PATIENCE, transform, until_waiting
+from ros_helpers import at, move, PATIENCE, transform, until_waiting
 from sensor_msgs.msg import Imu, LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, FutureExtrapolationException, LookupException
@@ -39,10 +39,8 @@ def empty_registry(monkeypatch):
 
 
 @pytest.fixture
-def buffer():
-    buffer = Buffer()
-    for second in (1, 2, 3):
-        buffer.set_transform(transform('map', 'base', second, x=float(second)))
+def buffer(buffer):
+    move(buffer, 3.0)
     return buffer
 
 
@@ -84,12 +82,8 @@ def test_what_is_not_registered_is_refused_with_the_fix(get_and_fixes):
 
 def test_converting_to_the_same_type_copies():
     point = filled(PointStamped, np.random.default_rng(1))
-    copied = convert(point, PointStamped)
-    assert copied == point
-    copied.header.stamp.sec += 1
-    copied.point.x += 1.0
-    assert copied.header.stamp.sec != point.header.stamp.sec
-    assert copied.point.x != point.point.x
+    assert_shares_nothing(lambda point: convert(point, PointStamped), point)
+    assert convert(point, PointStamped) == point
 
 
 def test_own_conversions_go_first_the_direct_one_before_all():
@@ -204,7 +198,7 @@ def test_errors_come_through_and_timeouts_are_waited_for(buffer, pool):
     fuller = pool.submit(buffer.transform_full, stamped_point('base', 4), 'base', at(1), 'map',
                          PATIENCE)
     until_waiting(buffer, 2)
-    buffer.set_transform(transform('map', 'base', 4, x=4.0))
+    move(buffer, 4.0)
     assert late.result().point.x == 4.0
     assert fuller.result().point.x == 3.0
 

@@ -52,12 +52,15 @@ def send(talker, topic, *messages):
 
 
 @pytest.fixture
-def hear(buffer, node, talker):
+def hear(buffer, make_node, talker):
     """Let a listener hear one message, until a function is true; it is closed afterwards."""
-    def hear(message, until_this, topic='odometry', **options):
+    node = make_node('robot', namespace='/robot1', use_global_arguments=False,
+                     cli_args=['--ros-args', '-r', 'odometry:=wheels'])
+
+    def hear(message, until_this, topic='odometry', sent_on='/robot1/wheels', **options):
         with CovarianceListener(buffer, node) as listener:
             listener.subscribe(type(message), topic, **options)
-            send(talker, f'/{topic}', message)
+            send(talker, sent_on, message)
             until(until_this)
 
     return hear
@@ -96,7 +99,7 @@ def test_lookup_is_a_pose_with_covariance_and_waits_for_its_data(buffer, pool):
     poses, joint = buffer.lookup_joint('odom', ['base', 'camera'], at(2.0))
     assert poses.shape == (2, 7) and joint[0, 6] == pytest.approx(joint[0, 0]) != 0.0
     with pytest.raises(FutureExtrapolationException):
-        buffer.lookup_uncertain('odom', 'camera', at(4.0), lasting(0.001))
+        buffer.lookup_uncertain('odom', 'camera', at(4.0))
 
 
 def test_prediction_is_marked(buffer):
@@ -138,7 +141,8 @@ def test_odometry_tells_of_the_edge_between_its_frames(buffer, hear):
     assert buffer.lookup('odom', 'base', at(1.5)) == before
 
 
-AMCL = {'topic': 'amcl_pose', 'child': 'base', 'edge': ('map', 'odom')}
+AMCL = {'topic': 'amcl_pose', 'sent_on': '/robot1/amcl_pose', 'child': 'base',
+        'edge': ('map', 'odom')}
 
 
 def test_localisation_is_as_unsure_of_the_robot_as_it_says(buffer, hear):
@@ -180,14 +184,13 @@ def test_robot_on_a_floor_is_taken_without_what_its_driver_does_not_know(buffer,
 @pytest.mark.parametrize(('covariance', 'edge', 'sentence'), [
     (UNKNOWN, None, r'variance of a rotation is 1e\+06 rad\^2.*planar=True'),
     (np.zeros((6, 6)), None, 'all zero: the sender did not set it'),
-    (-np.eye(6), None, 'in messages -1 means unknown'),
     (COVARIANCE, ('map', 'odom'), "a pose in 'odom', which is not the parent of the edge"),
 ])
 def test_what_cannot_be_used_is_counted_and_told(covariance, edge, sentence, buffer, hear, log):
     hear(odometry(covariance=covariance),
          lambda: buffer.statistics().incidents[Kind.BAD_COVARIANCE], edge=edge)
     assert not covariance_of(buffer, 'odom', 'base').any()
-    until(lambda: "'odom' -> 'base' from '/odometry' (unusable covariance)" in log())
+    until(lambda: "'odom' -> 'base' from '/robot1/wheels' (unusable covariance)" in log())
     assert re.search(sentence, log())
 
 
@@ -238,7 +241,7 @@ def test_holes_of_the_gyroscope_are_those_of_its_limits(limits, buffer, node, ta
     assert buffer.lookup('odom', 'base', at(1.5)) == plain
 
 
-def test_gyroscope_of_which_nobody_knows_where_it_is_mounted_is_told(buffer, node, talker, log):
+def test_gyroscope_whose_place_on_the_robot_is_unknown_is_told(buffer, node, talker, log):
     with GyroListener(buffer, node, 'base'):
         send(talker, '/imu', Imu(header=transform('loose', '', 1.0).header))
         until(lambda: 'A message of the gyroscope cannot be used: "loose" passed to' in log())
@@ -259,15 +262,6 @@ def test_listener_ends_when_it_is_let_go_or_closed(make, buffer, node):
     listener.close()
     listener.close()
     assert not threads()
-
-
-def test_topics_are_those_of_the_node(buffer, make_node, talker):
-    node = make_node('robot', namespace='/robot1', use_global_arguments=False,
-                     cli_args=['--ros-args', '-r', 'odometry:=wheels'])
-    with CovarianceListener(buffer, node) as listener:
-        listener.subscribe(Odometry, 'odometry')
-        send(talker, '/robot1/wheels', odometry())
-        until(lambda: covariance_of(buffer, 'odom', 'base').any())
 
 
 def test_times_of_ros_are_stamps_everywhere(buffer):
