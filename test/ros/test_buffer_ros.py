@@ -150,7 +150,6 @@ def test_frame_that_is_no_string_is_no_answer(buffer):
     lambda buffer: buffer.can_transform('map', 'odom', 0.0),
     lambda buffer: buffer.can_transform('map', 'odom', LATEST, 1.0, return_debug_tuple=True),
     lambda buffer: buffer.can_transform_full('map', LATEST, 'odom', 1, 'map'),
-    lambda _: tf.Buffer(cache_time=30.0),
 ])
 def test_mistake_of_the_programmer_is_not_swallowed_as_a_missing_transform(mistake):
     # As in nodes that wait for a transform.
