@@ -32,8 +32,7 @@ class Call:
 
 # What a client may notice of a call, and in which states.
 NOTICED = {
-    # It may already have ended.
-    Event.CANCELLED: set(State),
+    Event.CANCELLED: set(State) - {State.ENDED},
     Event.TIMED_OUT: set(State) - {State.ENDED},
     Event.LOST: UNACCEPTED,
     Event.PART_LATE: {State.ACCEPTED},
