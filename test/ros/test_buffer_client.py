@@ -235,10 +235,13 @@ def test_code_of_an_error_becomes_its_exception(other, client, code, status):
 @for_each(timeout=[lasting(0.01), None, PATIENCE])
 def test_timeout_of_tf2s_server_is_believed_at_once(other, client, timeout):
     """It aborts the goal with an empty result, a known problem of tf2's own client."""
-    asked_before = len(other.handles)
-    with pytest.raises(tf.TimeoutException, match='did not find the transform in time'):
-        client.lookup_transform('map', 'base', LATEST, timeout)
-    assert len(other.handles) == asked_before + 1
+    counts = []
+    # DDS drops the response to the first goal if the server has not discovered the client yet.
+    for _ in range(2):
+        with pytest.raises(tf.TimeoutException, match='did not find the transform in time'):
+            client.lookup_transform('map', 'base', LATEST, timeout)
+        counts.append(len(other.handles))
+    assert counts[1] == counts[0] + 1
 
 
 def test_goal_that_somebody_else_canceled_is_no_identity(other, client, make_node, pool):
