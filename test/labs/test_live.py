@@ -86,7 +86,7 @@ def test_startup_before_the_publisher():
 def test_static_edge_is_sent_once_and_the_end_of_a_spammer_is_noticed():
     numbers = live_static_spam.run(seconds=0.5).numbers
     # How many arrive in this time, and what they cost, depends on how busy the machine is.
-    assert numbers['sent_per_s'] > 0.0 and numbers['static_transforms_per_s'] == 0.0
+    assert numbers['spam_sent_per_s'] > 0.0 and numbers['static_transforms_per_s'] == 0.0
     dead, fixed = numbers['after'].values()
     assert dead.startswith('FutureExtrapolationException') and fixed == 'answers'
 

@@ -130,7 +130,7 @@ BODY = {'body_frame_id': 'base', 'reference_frame_id': 'odom'}
 MOTION = {'linear': vector(1, 2, 3), 'angular': vector(4, 5, 6)}
 TURNED = {'linear': vector(1, -2, -3), 'angular': vector(4, -5, -6)}
 COVERED = msg.TwistWithCovariance(twist=Twist(**MOTION), covariance=np.arange(36.0))
-# A quaternion of zeros, which nobody set, is no rotation.
+# A field that was not set may be a quaternion of zeros, which stands for no rotation.
 UNSET = Pose(position=Point(x=1.0), orientation=Quaternion(w=0.0))
 
 

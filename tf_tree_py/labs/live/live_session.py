@@ -33,7 +33,7 @@ from .domain import own_domain
 PATIENCE_S = 60.0
 """How long a lab waits for its processes; on a busy machine, each takes half a minute to start."""
 
-# Then a process is killed: all that it was started for is done.
+# How long a process may take to end, with its work done, before it is killed.
 _END_S = 10.0
 
 Work = Callable[..., None]

@@ -164,7 +164,7 @@ def _report(rows: list[Row], sent: float, after: list[tuple[str, str]], size: in
             f'{(loud.subscribers_cpu + loud.sender_cpu) * 100.0:.0f} % of a core, for one pose '
             f'that never changes; when it is static, nothing is sent, and the processes idle at '
             f'{quiet.subscribers_cpu * 100.0:.1f} %.',
-        numbers={'bytes_per_message': size, 'sent_per_s': sent,
+        numbers={'bytes_per_message': size, 'spam_sent_per_s': sent,
                  'spam_transforms_per_s': loud.transforms,
                  'static_transforms_per_s': quiet.transforms,
                  'spam_cpu': loud.subscribers_cpu + loud.sender_cpu,
