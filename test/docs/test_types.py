@@ -30,6 +30,7 @@ map_T_camera = map_T_base @ base_T_camera
 map_T_camera = (base_T_camera.inverse() @ map_T_base.inverse()).inverse()
 map_T_camera = base_T_camera @ map_T_base  # wrong
 map_T_camera = map_T_base.inverse() @ base_T_camera  # wrong
+map_T_camera = map_T_base @ map_T_camera  # wrong
 """
 # A user's configuration. Some methods of rclpy's nodes have no types, and messages have none.
 MYPY = """
