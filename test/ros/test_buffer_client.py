@@ -435,7 +435,8 @@ def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
 
     monkeypatch.setattr(buffer_client, 'Event', Interrupted)
     with pytest.raises(KeyboardInterrupt):
-        ready.lookup_transform('map', 'base', at(3.0), PATIENCE)
+        ready.lookup_transform('map', 'base', at(3.0), lasting(3600.0))
+    assert not ready.action_client.goals_in(*WANTED)
     until(lambda: len(buffer.waiting) == 0)
 
 

@@ -165,6 +165,18 @@ def test_goal_can_be_cancelled_until_it_is_answered(asker, buffer):
     assert not result_of(other.cancel_goal_async()).goals_canceling
 
 
+def test_cancelling_is_refused_once_the_answer_is_known(asker, buffer, serve, monkeypatch):
+    answer = BufferServer._execute_ended
+    monkeypatch.setattr(BufferServer, '_execute_ended', lambda _: None)
+    server, _, executor = serve(buffer)
+    handle, future = asker.send(goal(seconds=3.0, timeout=3600.0))
+    until_waiting(buffer)
+    move(buffer, 3.0)
+    assert not result_of(handle.cancel_goal_async()).goals_canceling
+    executor.create_task(answer, server)
+    assert result_of(future).status == SUCCEEDED
+
+
 def test_goals_of_a_closed_server_are_freed_after_its_last_use(server, asker, buffer):
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)

@@ -268,17 +268,20 @@ def test_scan_beyond_the_buffer_is_refused():
         deskew_cloud(driving(CALENDAR), cloud)
 
 
-def test_timeout_waits_for_the_last_point(pool):
+def test_timeout_waits_for_the_last_point_and_the_reference(pool):
     buffer = Buffer()
     buffer.set_transform_static(transform('base_link', 'lidar', w=1.0))
     buffer.set_transform(transform('odom', 'base_link', 1.0))
     cloud = some_cloud(SECOND, t=np.array([0, 10**9], dtype='u4'))
-    waiting = pool.submit(deskew_cloud, buffer, cloud, 'odom', timeout=PATIENCE)
+    waiting = pool.submit(deskew_cloud, buffer, cloud, 'map', timeout=PATIENCE)
     until_waiting(buffer)
     buffer.set_transform(transform('odom', 'base_link', 1.5, x=0.5))
     assert not waiting.done()
+    buffer.set_transform(transform('map', 'odom', 0.5))
     buffer.set_transform(transform('odom', 'base_link', 2.0, x=1.0))
-    assert points_of(waiting.result()).tolist() == [[1.0, 1.0, 1.0], [2.0, 1.0, 1.0]]
+    until_waiting(buffer)
+    buffer.set_transform(transform('map', 'odom', 1.5, x=2.0))
+    assert points_of(waiting.result()).tolist() == [[2.0, 1.0, 1.0], [3.0, 1.0, 1.0]]
     with pytest.raises(ExtrapolationException, match='waited'):
         deskew_cloud(buffer, some_cloud(2 * SECOND, t=np.array([0, 10**9], dtype='u4')),
                      timeout=lasting(0.05))

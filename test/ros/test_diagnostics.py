@@ -14,6 +14,7 @@ from rclpy.clock import ROSClock
 from ros_helpers import at, lasting, PATIENCE_S, transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, Pose, TransformBroadcaster, TransformDiagnostics
+from tf_tree_py.nodes.buffer_server import BufferServerNode
 
 SECOND = 10**9
 OK, WARN, ERROR, STALE = (
@@ -118,6 +119,13 @@ WELL = {
 def test_report_describes_each_edge(robot, happen, edge, level, message, expected):
     happen(robot)
     assert robot.status(f' {edge}') == (level, message, expected)
+
+
+def test_edge_without_a_name_is_counted_and_gets_no_status(robot):
+    robot.run()
+    robot.send(child='')
+    assert [status.name for status in robot.diagnostics.report().status] == [
+        'asking: tf', 'asking: tf odom -> base']
 
 
 def test_status_is_that_of_the_time_since_the_last_report(robot):
@@ -282,21 +290,20 @@ def test_subscriber_hears_of_every_edge(node, spin, published, listen, talker):
     until(lambda: node.count_publishers('/diagnostics') == 0)
 
 
-@pytest.mark.parametrize('wanted', [True, False])
-def test_buffer_server_publishes_if_it_is_told_to(published, wanted, talker):
+def test_buffer_server_publishes_if_a_parameter_says_so(published, talker, context):
     program = Program(*executable(
-        'buffer_server', '--ros-args', '-p', f'diagnostics:={str(wanted).lower()}',
-        '-p', 'max_future:=1.0'))
+        'buffer_server', '--ros-args', '-p', 'diagnostics:=true', '-p', 'max_future:=1.0'))
     try:
         talker.move(transform('odom', 'base', 2**31 - 1))
-        if wanted:
-            status = wait_for_status(
-                published, lambda status: 'Refused, in all: too far in the future' in of(status))
-            assert (status.name, status.hardware_id) == ('tf_buffer: tf', '/tf_buffer')
-        else:
-            assert talker.node.count_publishers('/diagnostics') == 0
+        status = wait_for_status(
+            published, lambda status: 'Refused, in all: too far in the future' in of(status))
+        assert (status.name, status.hardware_id) == ('tf_buffer: tf', '/tf_buffer')
     finally:
         program.kill()
+    by_default = BufferServerNode(context=context)
+    topics = {publisher.topic_name for publisher in by_default.publishers}
+    by_default.destroy_node()
+    assert '/parameter_events' in topics and '/diagnostics' not in topics
 
 
 def test_bad_parameter_and_missing_messages_are_one_sentence_each():

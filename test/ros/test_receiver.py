@@ -196,6 +196,24 @@ def test_receiver_rests_between_messages_that_come_fast(make_node, publish):
     assert max(rests) < 0.005
 
 
+@pytest.mark.parametrize('has_ended', [True, False])
+def test_error_of_rclpy_is_raised_unless_ros_has_ended(
+        make_node, pour, context, monkeypatch, has_ended):
+    def rest(_):
+        if has_ended:
+            context.shutdown()
+        raise RuntimeError('as of rclpy')
+
+    raised, home, ended = [], make_node('home'), threading.Event()
+    monkeypatch.setattr(threading, 'excepthook', lambda error: raised.append(error.exc_value))
+    home.create_subscription(String, 'topic', lambda _: None, 1000, raw=True)
+    receiver = Receiver(home, ended.set, rest=rest)
+    pour('topic')
+    receiver.thread.join(PATIENCE_S)
+    assert ended.is_set()
+    assert [str(error) for error in raised] == ([] if has_ended else ['as of rclpy'])
+
+
 def test_no_guard_condition_is_given_to_the_signal_thread_of_rclpy(node, listen, monkeypatch):
     """The signal thread may read one while it is destroyed (docs/ending.md)."""
     registered = []

@@ -90,8 +90,7 @@ class StaticTransformBroadcaster:
         messages = copy.deepcopy(_as_sent(transform, self._names))
         # If two threads send, the message that is published last must hold all transforms.
         with self._lock:
-            # A listener strips a leading slash: both spellings are one frame.
-            newest = {message.child_frame_id.removeprefix('/'): message
+            newest = {message.child_frame_id: message
                       for message in (*self.net_message.transforms, *messages)}
             self.net_message.transforms = list(newest.values())
             self.pub_tf.publish(self.net_message)

@@ -165,6 +165,4 @@ def _anchor_of(context: Context) -> Node:
 
 
 def _forget(context: Context) -> None:
-    anchor = _anchors.pop(context, None)
-    if anchor is not None:
-        _users.pop(anchor, None)
+    _anchors.pop(context, None)
