@@ -3,6 +3,7 @@
 
 """Pages in a real Chromium: the drawn objects are read from the browser's own scene."""
 
+from contextlib import contextmanager
 from itertools import combinations
 import threading
 
@@ -55,14 +56,20 @@ class Robot(BufferCore):
         return super().lookup_tree(*arguments)
 
 
+@contextmanager
+def serve(robot):
+    from tf_tree_py.view.serving import Serving
+    from tf_tree_py.view.subject import Subject
+    subject = Subject(robot, True, lambda: robot.time, lambda: robot.findings, SHAPES)
+    with Serving(subject, '127.0.0.1', 18200, 'test') as serving:
+        yield serving
+
+
 @pytest.fixture(scope='module')
 def serving():
     """Return a server of a robot's pages; every test fills the tree again."""
-    from tf_tree_py.view.serving import Serving
-    from tf_tree_py.view.subject import Subject
     robot = Robot()
-    subject = Subject(robot, True, lambda: robot.time, lambda: robot.findings, SHAPES)
-    with Serving(subject, '127.0.0.1', 18200, 'test') as serving:
+    with serve(robot) as serving:
         serving.robot = robot
         yield serving
 
@@ -76,15 +83,35 @@ def robot(serving):
     return robot
 
 
-@pytest.fixture
-def page(robot, window, serving):
-    """Return a new page for the test, so that no choices of another test remain."""
+@pytest.fixture(scope='module')
+def kept_page(window, serving):
     opened = OpenPage(window, serving.url)
-    opened.turn_to('frames')
-    opened.wait_for_text('live at 110')
+    yield opened
+    opened.page.close()
+
+
+@pytest.fixture
+def page(robot, kept_page, serving):
+    """Return the page of all tests that take back their choices: opening one takes seconds."""
+    kept_page.wait_for(lambda: len(serving._pages) == 1)
+    kept_page.press('live')
+    show_frames(kept_page)
+    yield kept_page
+    assert not kept_page.complaints
+
+
+@pytest.fixture
+def new_page(robot, window, serving):
+    opened = OpenPage(window, serving.url)
+    show_frames(opened)
     yield opened
     opened.page.close()
     assert not opened.complaints
+
+
+def show_frames(page):
+    page.turn_to('frames')
+    page.wait_for_text('live at 110')
 
 
 def stand_as(robot, stamp, fixed_frame='world'):
@@ -201,26 +228,26 @@ def test_tree_may_change_while_it_is_looked_at(page, robot):
     page.wait_for_text('5 frames')
 
 
-def test_click_in_the_list_or_on_the_axes_chooses_a_frame(page, robot):
-    facts = page.page.locator('.tf-facts')
-    page.choose('camera')
-    page.turn_to('chosen')
+def test_click_in_the_list_or_on_the_axes_chooses_a_frame(new_page, robot):
+    facts = new_page.page.locator('.tf-facts')
+    new_page.choose('camera')
+    new_page.turn_to('chosen')
     facts.filter(has_text='static').wait_for()
     assert 'base_link' in facts.inner_text()
-    page.page.set_viewport_size({'width': 1000, 'height': 480})
-    page.press('look at it')
+    new_page.page.set_viewport_size({'width': 1000, 'height': 480})
+    new_page.press('look at it')
     # While the view turns to the frame, a click may meet another one; and a second click on the
     # chosen frame deselects it.
     camera = list(robot.lookup_tree('world', LAST)).index('camera')
-    page.wait_for(lambda: len(page.names()))
-    pixel = page.wait_for(lambda: page.pixels()[camera], lambda pixel: np.allclose(
-        pixel, page.picture().reshape(2, 2).mean(axis=0), atol=1.0))
-    page.choose('world')
-    page.turn_to('chosen')
+    new_page.wait_for(lambda: len(new_page.names()))
+    pixel = new_page.wait_for(lambda: new_page.pixels()[camera], lambda pixel: np.allclose(
+        pixel, new_page.picture().reshape(2, 2).mean(axis=0), atol=1.0))
+    new_page.choose('world')
+    new_page.turn_to('chosen')
     facts.filter(has_text='it is a root').wait_for()
-    page.page.mouse.click(*pixel)
+    new_page.page.mouse.click(*pixel)
     facts.filter(has_text='static').wait_for()
-    page.page.set_viewport_size({'width': 640, 'height': 480})
+    new_page.page.set_viewport_size({'width': 640, 'height': 480})
 
 
 def test_chosen_frame_can_be_hidden_and_leave_a_trail(page):
@@ -233,62 +260,65 @@ def test_chosen_frame_can_be_hidden_and_leave_a_trail(page):
     page.page.get_by_role('checkbox', name='trail').uncheck()
     page.page.get_by_role('checkbox', name='show it').check()
     page.wait_for_axes(lambda _, scale, __: (scale > 0.0).all())
+    page.choose('gripper')  # a second click deselects it
 
 
-def test_followed_frame_stays_where_it_is_on_the_page(page, robot, serving):
-    position, _, _ = page.wait_for_axes(stand_as(robot, LAST))
+def test_followed_frame_stays_where_it_is_on_the_page(new_page, robot, serving):
+    position, _, _ = new_page.wait_for_axes(stand_as(robot, LAST))
     gripper = list(robot.lookup_tree('world', LAST)).index('gripper')
-    page.choose('gripper')
-    page.turn_to('chosen')
-    page.page.get_by_role('checkbox', name='follow').check()
+    new_page.choose('gripper')
+    new_page.turn_to('chosen')
+    new_page.page.get_by_role('checkbox', name='follow').check()
     # It stays where it was drawn when the server received the request.
-    page.wait_for(lambda: any(shown._framing._held for shown, _ in list(serving._pages.values())))
+    new_page.wait_for(
+        lambda: any(shown._framing._held for shown, _ in list(serving._pages.values())))
     feed(robot, LAST, LAST + SECOND)
     robot.time = LAST + SECOND
-    page.wait_for_axes(lambda now, _, __: np.allclose(now[gripper], position[gripper], atol=1e-5)
-                       and np.linalg.norm(now[0] - position[0]) > 0.1)
-    page.page.get_by_role('checkbox', name='follow').uncheck()
-    page.turn_to('look')
-    page.press('see all')
-    page.wait_for_axes(stand_as(robot, LAST + SECOND))
+    new_page.wait_for_axes(
+        lambda now, _, __: np.allclose(now[gripper], position[gripper], atol=1e-5)
+        and np.linalg.norm(now[0] - position[0]) > 0.1)
+    new_page.page.get_by_role('checkbox', name='follow').uncheck()
+    new_page.turn_to('look')
+    new_page.press('see all')
+    new_page.wait_for_axes(stand_as(robot, LAST + SECOND))
 
 
-def test_ellipsoid_is_where_the_chosen_frame_may_be(page, robot):
+def test_ellipsoid_is_where_the_chosen_frame_may_be(new_page, robot):
     def two_sigma(frame, stamp):
         pose, covariance = robot.lookup_uncertain('world', frame, stamp)
         return lambda matrix: (
             np.allclose(matrix[:3, 3], pose.translation, atol=1e-5) and np.allclose(
                 matrix[:3, :3] @ matrix[:3, :3].T, 4.0 * covariance[:3, :3], atol=1e-5))
 
-    page.choose('camera')
-    assert not len(page.ellipsoids())
+    new_page.choose('camera')
+    assert not len(new_page.ellipsoids())
     for stamp, variance in ((FIRST, 0.01), (LAST, 0.09)):
         robot.insert('odom', 'base_link', stamp, pose_at(stamp, 1), strict=False,
                      covariance=np.diag([variance, 0.02, 0.03, 0.001, 0.002, 0.003]))
-    page.wait_for_ellipsoid(two_sigma('camera', LAST))
-    page.turn_to('chosen')
-    page.page.locator('.tf-facts').filter(has_text='share of odom -> base_link').wait_for()
-    page.go_to(2.5)
-    page.wait_for_ellipsoid(two_sigma('camera', FIRST + 5 * SECOND // 2))
-    page.press('live')
-    page.choose('gripper')
-    page.wait_for_ellipsoid(two_sigma('gripper', LAST))
-    page.choose('odom')
-    page.wait_for_count(SPHERE, 0)
+    new_page.wait_for_ellipsoid(two_sigma('camera', LAST))
+    new_page.turn_to('chosen')
+    new_page.page.locator('.tf-facts').filter(has_text='share of odom -> base_link').wait_for()
+    new_page.go_to(2.5)
+    new_page.wait_for_ellipsoid(two_sigma('camera', FIRST + 5 * SECOND // 2))
+    new_page.press('live')
+    new_page.choose('gripper')
+    new_page.wait_for_ellipsoid(two_sigma('gripper', LAST))
+    new_page.choose('odom')
+    new_page.wait_for_count(SPHERE, 0)
 
 
-def test_no_name_covers_another_however_near_one_comes(page, robot):
+def test_no_name_covers_another_however_near_one_comes(new_page, robot):
     rng = np.random.default_rng(7)
     for number, place in enumerate(rng.uniform(-0.5, 0.5, (40, 3)).tolist()):
         robot.insert('base_link', f'a_sensor_with_a_name_{number}', 0, Pose(*place), static=True)
-    page.wait_for_text('45 frames')
-    page.page.set_viewport_size({'width': 1000, 'height': 600})
-    page.press('see the robot')
+    new_page.wait_for_text('45 frames')
+    new_page.page.set_viewport_size({'width': 1000, 'height': 600})
+    new_page.press('see the robot')
     for _ in range(3):
-        page.wait_for(page.names, lambda names: len(names) > 5 and not overlaps(names))
-        page.page.mouse.move(300, 300)
-        page.page.mouse.wheel(0, -300)
-    page.page.set_viewport_size({'width': 640, 'height': 480})
+        new_page.wait_for(new_page.names, lambda names: len(names) > 5 and not overlaps(names))
+        new_page.page.mouse.move(300, 300)
+        new_page.page.mouse.wheel(0, -300)
+    new_page.page.set_viewport_size({'width': 640, 'height': 480})
 
 
 def overlaps(rectangles):
@@ -297,12 +327,12 @@ def overlaps(rectangles):
                for one, other in combinations(rectangles, 2))
 
 
-def test_address_keeps_what_is_shown_for_a_reload_and_for_others(page, robot, window, serving):
-    page.go_to(2.5)
-    page.choose('camera')
-    page.page.wait_for_url('**chosen=camera**')
-    page.page.wait_for_url('**t=102.500000000**')
-    query = '&' + page.page.url.partition('fixedDpr=0.5&')[2]
+def test_address_keeps_what_is_shown_for_a_reload_and_for_others(new_page, robot, window, serving):
+    new_page.go_to(2.5)
+    new_page.choose('camera')
+    new_page.page.wait_for_url('**chosen=camera**')
+    new_page.page.wait_for_url('**t=102.500000000**')
+    query = '&' + new_page.page.url.partition('fixedDpr=0.5&')[2]
     shared = OpenPage(window, serving.url, query)
     shared.wait_for_text('paused at 102.5')
     shared.wait_for_axes(stand_as(robot, FIRST + 5 * SECOND // 2))
@@ -312,8 +342,8 @@ def test_address_keeps_what_is_shown_for_a_reload_and_for_others(page, robot, wi
     shared.wait_for_text('paused at 102.5')
     assert not shared.complaints
     shared.page.close()
-    page.choose('camera')  # a second click deselects it
-    page.page.wait_for_function("!location.search.includes('chosen')")
+    new_page.choose('camera')  # a second click deselects it
+    new_page.page.wait_for_function("!location.search.includes('chosen')")
 
 
 def test_search_leaves_what_it_finds(page):
@@ -335,6 +365,8 @@ def test_finding_marks_its_frames(page, robot):
     robot.findings = []
     page.page.get_by_text('no problems found').wait_for()
     page.wait_for_count(POINTS, 1)
+    page.choose('odom')
+    page.wait_for_count(POINTS, 0)
 
 
 def test_links_of_a_robot_stand_on_their_frames(page, robot):
@@ -359,18 +391,21 @@ def test_page_fits_a_phone_in_the_dark(page):
     for name in ('pause', 'live'):
         box = page.page.get_by_role('button', name=name, exact=True).bounding_box()
         assert box['x'] >= 0 and box['x'] + box['width'] <= 390
+    page.page.get_by_role('checkbox', name='dark', exact=True).uncheck()
     page.page.set_viewport_size({'width': 640, 'height': 480})
 
 
-def test_pages_are_independent_and_a_closed_one_costs_nothing(page, window, serving, robot):
-    second = OpenPage(window, serving.url)
-    page.go_to(1.0)
-    page.wait_for_text('paused at 101.0')
-    second.wait_for_text('live at 110.0')
-    second.wait_for_axes(stand_as(robot, LAST))
-    second.page.close()
-    page.page.close()
-    serving.wait_until_nobody_looks()
-    looked = robot.looked
-    feed(robot, LAST, LAST + SECOND)
-    assert robot.looked == looked
+def test_pages_are_independent_and_a_closed_one_costs_nothing(window):
+    robot = Robot()
+    with serve(robot) as serving:
+        first, second = OpenPage(window, serving.url), OpenPage(window, serving.url)
+        first.go_to(1.0)
+        first.wait_for_text('paused at 101.0')
+        second.wait_for_text('live at 110.0')
+        second.wait_for_axes(stand_as(robot, LAST))
+        for page in (first, second):
+            page.page.close()
+        serving.wait_until_nobody_looks()
+        looked = robot.looked
+        feed(robot, LAST, LAST + SECOND)
+        assert robot.looked == looked

@@ -118,19 +118,9 @@ def is_readable(page):
     return readable
 
 
-@pytest.mark.parametrize('name', ['TurtleBot', *DESCRIPTIONS])
-def test_no_name_covers_another_at_any_zoom(window, name):
-    with opened(window, name, WIDE) as page:
-        for _ in range(ZOOMS):
-            page.wait_for(page.names, is_readable(page))
-            left, top, right, bottom = page.picture()
-            page.page.mouse.move((left + right) / 2.0, (top + bottom) / 2.0)
-            page.page.mouse.wheel(0, -240)
-
-
 @pytest.mark.parametrize('size', [WIDE, PHONE], ids=['wide', 'phone'])
 @pytest.mark.parametrize('name', ['TurtleBot', *DESCRIPTIONS])
-def test_robot_is_in_the_part_of_the_window_that_the_controls_leave(window, name, size):
+def test_robot_is_seen_beside_the_controls_and_no_name_covers_another(window, name, size):
     outside = 2 if name == 'TurtleBot' else 0  # the origins of its map and its odometry
     with opened(window, name, size) as page:
         page.wait_for(page.names, len)
@@ -144,3 +134,9 @@ def test_robot_is_in_the_part_of_the_window_that_the_controls_leave(window, name
         page.wait_for(page.pixels, is_seen)
         panel, picture = page.panel(), page.picture()
         assert not overlaps([panel, picture]), (panel, picture)
+        # Where there is room for many names.
+        for _ in range(ZOOMS if size == WIDE else 0):
+            page.wait_for(page.names, is_readable(page))
+            left, top, right, bottom = page.picture()
+            page.page.mouse.move((left + right) / 2.0, (top + bottom) / 2.0)
+            page.page.mouse.wheel(0, -240)
