@@ -58,7 +58,19 @@ class Session:
                                          stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
     def run(self, *words):
-        """Return the status and the output of a command."""
+        """
+        Return the status and the output of a command.
+
+        If the daemon does not answer at once, a command looks for nodes itself, for half a second.
+        On a busy machine it may miss one.
+        """
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            done = self._run_once(words)
+            if 'Node not found' not in done.stderr or time.monotonic() > end:
+                return done
+
+    def _run_once(self, words):
         tries = _TRIES if words[0] in _CALLING else 1
         for _ in range(tries):
             print(json.dumps(words), file=self._program.stdin, flush=True)

@@ -5,6 +5,7 @@
 
 import re
 
+from conditions import until
 import pytest
 
 NODES = {'/five_frame_publisher', '/five_frame_listener', '/tf_buffer', '/robot1/tf_relay',
@@ -50,11 +51,14 @@ def test_node_list_shows_the_users_nodes_and_nothing_else(tell_at_last):
 
 
 def test_param_list_waits_for_nobody(run):
-    done = run('ros2', 'param', 'list')
-    assert (done.returncode, done.stderr) == (0, '')
-    assert 'timed out' not in done.stdout
-    assert {line.rstrip(':') for line in done.stdout.splitlines() if line.startswith('/')} == NODES
-    assert '  speed\n' in done.stdout
+    def lists_all():
+        done = run('ros2', 'param', 'list')
+        assert (done.returncode, done.stderr) == (0, '')
+        assert 'timed out' not in done.stdout
+        nodes = {line.rstrip(':') for line in done.stdout.splitlines() if line.startswith('/')}
+        return nodes == NODES and '  speed\n' in done.stdout
+
+    until(lists_all)  # on a busy machine a command may miss a node
 
 
 @pytest.mark.parametrize('name', sorted(NODES))
