@@ -169,7 +169,8 @@ def test_the_first_of_the_list_is_gone_over_to_if_another_was_heard_before(conte
 
 
 def test_better_source_that_is_steady_again_is_gone_back_to(context, robot, capfd):
-    with switching(context, robot, max_age=0.1, prefer=['wheel', 'vo'], steady=0.2):
+    # A busy node may be behind by what DDS keeps: ten samples of a source, 0.1 s.
+    with switching(context, robot, max_age=0.5, prefer=['wheel', 'vo'], steady=0.2):
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
