@@ -12,7 +12,7 @@ from fleet_helpers import free_port, Router, router_here
 import pytest
 from tf_tree_py.core import Sample
 from tf_tree_py.core.geometry.se3 import IDENTITY
-from tf_tree_py.fleet import FleetError
+from tf_tree_py.fleet import FleetError, RobotPublisher
 from tf_tree_py.fleet.uplink import Uplink
 
 MOVING, STATIC = 'robot7/tf', 'robot7/tf_static'
@@ -54,6 +54,20 @@ def test_router_that_comes_late_gets_the_statics_of_before(impatient, caplog):
         until(lambda: caplog.records)
         with router_here(endpoint=endpoint), Ears(endpoint, 'robot7/*') as ears:
             assert ears.wait_for(STATIC, len) == [[CAMERA]]
+
+
+def test_statics_of_before_do_not_hold_up_what_moves(impatient, monkeypatch):
+    def send_slowly(publisher, data):
+        robot.send([at(1)])  # as from another thread, while a slow link blocks this one
+        send_static(publisher, data)
+
+    send_static, endpoint = RobotPublisher.send_static, f'tcp/127.0.0.1:{free_port()}'
+    with uplink(endpoint) as robot:
+        robot.send_static([CAMERA])
+        monkeypatch.setattr(RobotPublisher, 'send_static', send_slowly)
+        with router_here(endpoint=endpoint), Ears(endpoint, 'robot7/*') as ears:
+            assert ears.wait_for(STATIC, len) == [[CAMERA]]
+            assert ears.wait_for(MOVING, len) == [[at(1)]]
 
 
 def test_router_that_died_comes_back_to_what_was_sent_meanwhile(caplog):

@@ -88,6 +88,7 @@ class Uplink:
         publisher = RobotPublisher(
             session, self.robot, key_prefix=self._prefix, history=self._history)
         with self._lock:
+            # First, because a slow link blocks static transforms, and moving ones must not wait.
+            self._publisher = publisher
             if self._static:
                 publisher.send_static(self._static)
-            self._publisher = publisher
