@@ -18,7 +18,7 @@ from tf_tree_py.core.ingest.observers import Observer
 from tf_tree_py.core.ingest.received_message import ReceivedMessage
 from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
-from tf_tree_py.ros.messages.convert import as_pose, transform_stamped
+from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose, transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.ros.topics.listener import TransformListener
 
@@ -48,11 +48,13 @@ class LookupErrors(NamedTuple):
     The errors of lookups for one image, metres; positive: ahead of the true position.
 
     :ivar delay: the measured time from the image to the lookups, nanoseconds.
+    :ivar newer: the time from the image to the stamp of the latest, nanoseconds.
     """
 
     speed: float
     planned: int
     delay: int
+    newer: int
     latest: float
     stamped: float
     now_raised: bool
@@ -63,12 +65,10 @@ class Fit(NamedTuple):
     The fit of error = v (delay - age).
 
     :ivar slope: v, metres per second.
-    :ivar deviation: the standard deviation of the slope, as the ages of the latest vary.
     :ivar age: the mean age of the latest, seconds.
     """
 
     slope: float
-    deviation: float
     age: float
 
 
@@ -124,18 +124,17 @@ def _process_image(buffer: Buffer, begin: int, image: int) -> list[LookupErrors]
         time.sleep(max(0, image + planned - time.time_ns()) / 1e9)
         for speed in SPEEDS:
             now = time.time_ns()
-            latest = _ahead(buffer, speed, LATEST, begin, image)
-            late.append((speed, planned, now - image, latest, _raises(buffer, speed, now)))
-    stamped = {speed: _ahead(buffer, speed, image, begin, image) for speed in SPEEDS}
-    return [LookupErrors(*look[:4], stamped[look[0]], look[4]) for look in late]
+            latest, newer = _ahead(buffer, speed, LATEST, begin, image)
+            late.append((speed, planned, now - image, newer, latest, _raises(buffer, speed, now)))
+    stamped = {speed: _ahead(buffer, speed, image, begin, image)[0] for speed in SPEEDS}
+    return [LookupErrors(*look[:5], stamped[look[0]], look[5]) for look in late]
 
 
-def _ahead(buffer: Buffer, speed: float, stamp: int, begin: int, image: int) -> float:
-    """Return how far ahead of the true position the looked-up camera is, metres."""
-    found = as_pose(buffer.lookup_transform(
-        'odom', _camera(speed), Time(nanoseconds=stamp), _PATIENCE))
+def _ahead(buffer: Buffer, speed: float, stamp: int, begin: int, image: int) -> tuple[float, int]:
+    """Return how far ahead of the truth the looked-up camera is, in metres and in nanoseconds."""
+    found = buffer.lookup_transform('odom', _camera(speed), Time(nanoseconds=stamp), _PATIENCE)
     truth = pose_at(speed, 0.0, image - begin) @ BASE_T_CAMERA
-    return found.x - truth.x
+    return as_pose(found).x - truth.x, as_nanoseconds(found.header.stamp) - image
 
 
 def _raises(buffer: Buffer, speed: float, now: int) -> bool:
@@ -165,7 +164,8 @@ def _report(looks: list[LookupErrors], ages: Any) -> Report:
             f"with the header's stamp it is {max(stamped * 1e3, 1e-6):.1g} mm at most.",
         remarks=[f'{raised} of {len(looks)} lookups of the current time raised an error.'],
         numbers={'slopes': {str(speed): fit.slope for speed, fit in fits.items()},
-                 'slope_deviations': {str(speed): fit.deviation for speed, fit in fits.items()},
+                 'worst_beside_law_m': max(
+                     abs(look.latest - look.speed * as_seconds(look.newer)) for look in looks),
                  'latest_is_old_s': behind, 'transport_median_s': median, 'transport_p99_s': most,
                  'transport_worst_s': worst, 'worst_stamped_m': stamped, 'now_raised': raised,
                  'now_asked': len(looks)},
@@ -175,8 +175,8 @@ def _report(looks: list[LookupErrors], ages: Any) -> Report:
 def _fit(looks: list[LookupErrors], speed: float) -> Fit:
     delays, errors = zip(*[(as_seconds(look.delay), look.latest)
                            for look in looks if look.speed == speed], strict=True)
-    (slope, error_at_zero), covariance = np.polyfit(delays, errors, 1, cov=True)
-    return Fit(float(slope), float(np.sqrt(covariance[0, 0])), float(-error_at_zero / slope))
+    slope, error_at_zero = np.polyfit(delays, errors, 1)
+    return Fit(float(slope), float(-error_at_zero / slope))
 
 
 def _table(looks: list[LookupErrors]) -> Table:
@@ -202,7 +202,7 @@ def _draw(looks: list[LookupErrors], fits: dict[float, Fit], figure: Any) -> Non
     axes = figure.subplots()
     for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
         own = [look for look in looks if look.speed == speed]
-        slope, _, age = fits[speed]
+        slope, age = fits[speed]
         delays = np.array([0.0, 0.105])
         axes.plot([look.delay / 1e6 for look in own], [look.latest * 100.0 for look in own],
                   color=style['color'], marker=style['marker'], linestyle='none', markersize=3.5,
