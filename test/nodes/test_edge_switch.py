@@ -37,6 +37,8 @@ STEP = 10 * MS
 MAX_SPEED, MAX_TURN_RATE = 0.2, 0.1
 # On a busy machine a source whose sender waits for an answer must not count as silent.
 UNHURRIED = {'max_age': 60.0}
+# A busy node may be behind with one source by what DDS keeps of it: ten samples, 0.1 s.
+MAX_AGE = 0.5
 # The camera's odom frame is elsewhere.
 ELSEWHERE = Pose.from_xyz_rpy(x=0.05, y=-0.04, yaw=0.02)
 
@@ -152,12 +154,12 @@ def test_edge_is_the_preferred_source_and_goes_over_when_it_is_asked_to(context,
 def test_one_that_falls_silent_makes_way_and_the_log_and_diagnostics_say_so(
         context, robot, capfd):
     statuses = robot.diagnoses()
-    with switching(context, robot, max_age=0.1):
+    with switching(context, robot, max_age=MAX_AGE):
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         until(lambda: any(f'{NAME}: tf odom -> base_link' == status.name
                           and "'wheel' was replaced" in status.message for status in statuses))
-    assert "the source 'wheel' sent nothing for more than 100 ms" in capfd.readouterr().err
+    assert "the source 'wheel' sent nothing for more than 500 ms" in capfd.readouterr().err
     robot.assert_no_faster_than_stated()
 
 
@@ -169,8 +171,7 @@ def test_the_first_of_the_list_is_gone_over_to_if_another_was_heard_before(conte
 
 
 def test_better_source_that_is_steady_again_is_gone_back_to(context, robot, capfd):
-    # A busy node may be behind by what DDS keeps: ten samples of a source, 0.1 s.
-    with switching(context, robot, max_age=0.5, prefer=['wheel', 'vo'], steady=0.2):
+    with switching(context, robot, max_age=MAX_AGE, prefer=['wheel', 'vo'], steady=0.2):
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         robot.drive('wheel', 'vo', until_it_is=lambda: robot.is_where('wheel'))
@@ -280,7 +281,7 @@ def test_program_runs_and_ends_with_ctrl_c(start, robot):
 
 def test_doctor_tells_of_a_source_that_made_way_before_it_came(context, robot, start_program):
     told = robot.diagnoses()
-    with switching(context, robot, max_age=0.1):
+    with switching(context, robot, max_age=MAX_AGE):
         robot.drive('wheel', 'vo', until_it_is=robot.is_heard(5))
         robot.drive('vo', until_it_is=lambda: robot.is_where('vo'))
         doctor = start_program(sys.executable, '-m', 'tf_tree_py.tools.tf_doctor', '--json')
@@ -293,7 +294,7 @@ def test_doctor_tells_of_a_source_that_made_way_before_it_came(context, robot, s
     found = {finding['code']: finding for finding in report['findings']}['source_silent']
     assert (found['severity'], found['publishers']) == ('warning', ['wheel'])
     assert found['frames'] == ['odom', 'base_link'] and found['evidence'] == {'count': 1}
-    assert "'wheel' sent nothing for more than 100 ms" in found['summary']
+    assert "'wheel' sent nothing for more than 500 ms" in found['summary']
 
 
 # --- nodes without this package

@@ -247,7 +247,6 @@ def test_click_in_the_list_or_on_the_axes_chooses_a_frame(new_page, robot):
     facts.filter(has_text='it is a root').wait_for()
     new_page.page.mouse.click(*pixel)
     facts.filter(has_text='static').wait_for()
-    new_page.page.set_viewport_size({'width': 640, 'height': 480})
 
 
 def test_chosen_frame_can_be_hidden_and_leave_a_trail(page):
@@ -318,7 +317,6 @@ def test_no_name_covers_another_however_near_one_comes(new_page, robot):
         new_page.wait_for(new_page.names, lambda names: len(names) > 5 and not overlaps(names))
         new_page.page.mouse.move(300, 300)
         new_page.page.mouse.wheel(0, -300)
-    new_page.page.set_viewport_size({'width': 640, 'height': 480})
 
 
 def overlaps(rectangles):
