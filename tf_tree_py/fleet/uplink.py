@@ -88,7 +88,8 @@ class Uplink:
         publisher = RobotPublisher(
             session, self.robot, key_prefix=self._prefix, history=self._history)
         with self._lock:
-            # First, because a slow link blocks static transforms, and moving ones must not wait.
+            # First, because a slow link may block static transforms for seconds; moving ones that
+            # are sent meanwhile would be dropped.
             self._publisher = publisher
             if self._static:
                 publisher.send_static(self._static)

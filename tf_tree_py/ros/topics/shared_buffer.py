@@ -165,4 +165,5 @@ def _anchor_of(context: Context) -> Node:
 
 
 def _forget(context: Context) -> None:
+    # It returns nothing, because rclpy calls what such a function returns.
     _anchors.pop(context, None)
