@@ -32,10 +32,11 @@ def test_a_robot_has_come_with_its_first_token_and_gone_with_its_last(presence, 
     for token in 'ab':
         presence.see('robot7', token)
     assert presence.news() == [('robot7', True)]
-    presence.miss('robot7', 'a')
+    assert not presence.miss('robot7', 'a')
     clock.seconds += 10 * SETTLE_S
     assert presence.news() == []
-    presence.miss('robot7', 'b')
+    assert presence.miss('robot7', 'b')
+    assert not presence.miss('robot7', 'b')
     assert presence.news() == []
     clock.seconds += SETTLE_S
     assert presence.news() == [('robot7', False)]

@@ -3,10 +3,17 @@
 
 """A router that dies costs only the messages meanwhile, with one log line at each change."""
 
+from itertools import count
+from threading import Event
+import time
+from types import SimpleNamespace
+
 from conditions import until
-from fleet_helpers import kept, message, Router, SECOND, session_at, Visits, x_of
+from fleet_helpers import kept, message, PATIENCE_S, Router, SECOND, session_at, Visits, x_of
 import pytest
-from tf_tree_py.fleet import FleetListener, RobotPublisher
+from tf_tree_py.fleet import FleetListener, RobotPublisher, roster
+from tf_tree_py.fleet.quota import RobotQuota
+from tf_tree_py.fleet.roster import Roster
 
 NOW = 1_700_000_000 * SECOND
 
@@ -23,7 +30,23 @@ def messages(caplog):
             if record.name == 'tf_tree_py.fleet']
 
 
-def test_a_router_that_comes_back_finds_everything_as_it_was(router, caplog):
+@pytest.fixture
+def noticed(monkeypatch):
+    """Return an event: a listener has noticed that a robot's token is gone."""
+    event, disconnect = Event(), Roster.disconnect
+
+    def disconnect_and_set(*arguments):
+        disconnect(*arguments)
+        event.set()
+
+    monkeypatch.setattr(Roster, 'disconnect', disconnect_and_set)
+    return event
+
+
+def test_a_router_that_comes_back_finds_everything_as_it_was(
+        router, noticed, monkeypatch, caplog):
+    # However long a busy machine needs for the stored messages.
+    monkeypatch.setattr(roster, '_CATCH_UP', int(PATIENCE_S * SECOND))
     visits = Visits()
     with session_at(router.endpoint) as session, \
             RobotPublisher(session, 'robot7', history=5) as robot, \
@@ -39,19 +62,40 @@ def test_a_router_that_comes_back_finds_everything_as_it_was(router, caplog):
         assert x_of(buffer, 'map', 'robot7/fork') == 100.0
         router.kill()
         until(lambda: not listener.connected)
+        assert noticed.wait(PATIENCE_S)
         # Known data stays. The robot stores what it sends meanwhile, up to its limit.
         assert buffer.lookup('map', 'robot7/fork').x == 100.0
         send(range(1, 21))
         router.start()
-        buffer.lookup_within(30.0, 'map', 'robot7/fork', NOW + 2 * SECOND)
+        buffer.lookup_within(PATIENCE_S, 'map', 'robot7/fork', NOW + 2 * SECOND)
         send([21])
-        buffer.lookup_within(30.0, 'map', 'robot7/fork', NOW + 21 * SECOND // 10)
+        buffer.lookup_within(PATIENCE_S, 'map', 'robot7/fork', NOW + 21 * SECOND // 10)
         assert buffer.lookup('map', 'robot7/fork', NOW + 16 * SECOND // 10).x == 116.0
         until(lambda: listener.robots()[0].lost)
         (told,) = listener.robots()
         assert (told.lost, told.recovered, told.here) == (15, 5, True)
         assert visits.so_far() == [('robot7', True)]
     assert messages(caplog) == ['the connection', 'connected']
+
+
+def test_what_was_sent_without_a_connection_is_late_even_if_it_precedes_the_token(monkeypatch):
+    """Tokens and messages arrive in different threads."""
+    now = count(NOW)
+    monkeypatch.setattr(roster, 'time', SimpleNamespace(
+        time_ns=now.__next__, monotonic=time.monotonic))
+    robots = Roster(True, RobotQuota())
+    robots.admit('robot7')
+    robots.reconnect('robot7')
+    before = next(now)
+    assert not robots.is_late('robot7', before)
+    robots.disconnect('robot7')
+    # What was still on its way at that moment was sent with a connection.
+    assert not robots.is_late('robot7', before)
+    sent = next(now)
+    assert robots.is_late('robot7', sent)
+    robots.reconnect('robot7')
+    assert robots.is_late('robot7', sent)
+    assert not robots.is_late('robot7', next(now))
 
 
 def test_a_listener_that_was_there_before_its_router_hears_all(impatient, router, caplog):

@@ -249,8 +249,8 @@ class FleetListener:
         if here:
             self._roster.reconnect(topic.robot)
             self._presence.see(topic.robot, key)
-        else:
-            self._presence.miss(topic.robot, key)
+        elif self._presence.miss(topic.robot, key):
+            self._roster.disconnect(topic.robot)
         return topic
 
     def _warn_of_bridge(self, token: str) -> None:

@@ -54,14 +54,16 @@ class Presence:
                 self._news.append((robot, True))
                 self._changed.notify_all()
 
-    def miss(self, robot: str, token: str) -> None:
-        """Record that a token has disappeared."""
+    def miss(self, robot: str, token: str) -> bool:
+        """Record that a token has disappeared; return whether it was the robot's last one."""
         with self._changed:
             tokens = self._tokens.get(robot, set())
+            was_last = tokens == {token}
             tokens.discard(token)
             if not tokens and self.connected and robot in self._here:
                 self._leaving[robot] = self._now() + SETTLE_S
                 self._changed.notify_all()
+            return was_last
 
     def connect(self, connected: bool) -> None:
         """Record whether there is a connection; tokens from before must reappear in time."""

@@ -25,7 +25,6 @@ class RobotPublisher:
     are kept. Static transforms wait until they are sent, and their last message is kept for good:
     each has to hold all of the robot's static transforms. It may be used from any thread, and is a
     context manager.
-    context manager.
     """
 
     def __init__(self, session: 'zenoh.Session', robot: str, *, key_prefix: str = '',

@@ -74,6 +74,7 @@ class RobotCounts:
     The state of one robot; the roster's lock is held whenever it is used.
 
     :ivar back: when it last connected, nanoseconds: messages from before that arrive late.
+    :ivar away: since when it has no liveliness token, nanoseconds; None: it has one, or never had.
     :ivar messages_before: the number of its messages until then.
     :ivar limits: all limits that it has ever reached.
     :ivar sources: its publishers, and the numbers of their last messages.
@@ -81,6 +82,7 @@ class RobotCounts:
 
     def __init__(self, now: int, quota: RobotQuota) -> None:
         self.since = self.back = now
+        self.away: int | None = None
         self.here = True
         self.allowance = Allowance(quota, time.monotonic())
         self.frames = FrameQuota(quota.frames)
@@ -170,6 +172,12 @@ class Roster:
         with self._lock:
             account = self._accounts[robot]
             account.back, account.messages_before = time.time_ns(), account.messages
+            account.away = None
+
+    def disconnect(self, robot: str) -> None:
+        """Record that a robot has lost its last token."""
+        with self._lock:
+            self._accounts[robot].away = time.time_ns()
 
     def leave(self, robot: str) -> None:
         """Record that a robot has gone."""
@@ -181,9 +189,14 @@ class Roster:
         Return whether a message was sent before its robot was received; nanoseconds.
 
         Stored messages arrive at once. A robot that sends old messages later has a slow clock.
+        Tokens and messages arrive in different threads, so a message may precede the token that
+        shows the robot's return.
         """
-        back = self._accounts[robot].back
-        return sent < back and time.time_ns() < back + _CATCH_UP
+        with self._lock:
+            account = self._accounts[robot]
+            if account.away is not None:
+                return sent > account.away
+            return sent < account.back and time.time_ns() < account.back + _CATCH_UP
 
     def refusal(self, robot: str, size: int) -> str:
         """Record a message of so many bytes; return which limit it exceeds, or ''."""
