@@ -112,6 +112,16 @@ def test_what_is_there_is_not_replaced_and_what_cannot_be_written_is_told(tmp_pa
     assert [path.name for path in tmp_path.iterdir()] == ['there.mcap']
 
 
+def test_folder_that_cannot_be_removed_afterwards_is_no_error(tmp_path, monkeypatch):
+    """As where an interrupt comes while it is removed, or on a disk of a network."""
+    def refuse(*_, **__):
+        raise OSError
+
+    monkeypatch.setattr('os.rmdir', refuse)
+    fed(RUN[:4]).record(tmp_path / 'incident.mcap')
+    assert open_bag(tmp_path / 'incident.mcap').frames()
+
+
 def test_spline_is_recorded_as_poses_that_follow_it(tmp_path):
     seconds = np.arange(0.0, 4.001, 0.025)
     stamps = START + (seconds * SECOND).astype(np.int64)

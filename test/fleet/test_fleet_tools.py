@@ -86,6 +86,7 @@ def test_monitor_tells_of_every_edge(hall):
 
 
 def test_recorder_writes_what_the_robots_sent(hall, tmp_path):
+    """Completely, although Ctrl-C comes as soon as the bag is there."""
     program = started('tf_record', '--fleet', hall, '-o', tmp_path, '--last', 5)
     try:
         program.wait_for('keeping the last 5 s')
@@ -95,7 +96,10 @@ def test_recorder_writes_what_the_robots_sent(hall, tmp_path):
         assert program.end() == 0, program.output
     finally:
         program.kill()
-    buffer = open_bag(next(tmp_path.glob('*.mcap')))
+    story, bag = sorted(tmp_path.iterdir())
+    assert json.loads(story.read_text())['bag'] == bag.name
+    assert f'{bag}: asked: requested by SIGUSR1' in program.output
+    buffer = open_bag(bag)
     assert buffer.lookup('robot7/fork', 'robot8/fork').x == pytest.approx(1.0)
 
 

@@ -77,7 +77,7 @@ def write(messages: Iterable[Message], path: str | os.PathLike[str],
             written = folder if not path.suffix else folder / f'{path.stem}{_SUFFIX}'
             written.rename(path)
         finally:
-            shutil.rmtree(unfinished)
+            shutil.rmtree(unfinished, ignore_errors=True)
     except OSError as error:
         raise BagError(f'{path} cannot be written: {error.strerror}') from error
 

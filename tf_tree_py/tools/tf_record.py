@@ -123,9 +123,10 @@ def _watch(source: TreeSource, recorder: FlightRecorder, status_line: '_StatusLi
         while True:
             more = source.watch(_PERIOD_S)
             for who in requests.take() if requests else ():
-                recorder.write(watcher.happened(ASKED, f'requested by {who}'))
+                _write(recorder, watcher.happened(ASKED, f'requested by {who}'))
             for finding in watcher.new_findings():
-                recorder.write(watcher.happened(finding.code, finding.summary, finding.frames))
+                _write(recorder, watcher.happened(
+                    finding.code, finding.summary, finding.frames))
             watcher.look_up()
             status_line.print_all()
             if not more:
@@ -133,7 +134,12 @@ def _watch(source: TreeSource, recorder: FlightRecorder, status_line: '_StatusLi
             if live and arguments.seconds and time.monotonic() - begin >= arguments.seconds:
                 return
     if not arguments.on:
-        recorder.write(watcher.happened(ASKED, 'the end of the recording'))
+        _write(recorder, watcher.happened(ASKED, 'the end of the recording'))
+
+
+def _write(recorder: FlightRecorder, happened: Happened) -> None:
+    """Write a bag; Ctrl-C ends the wait for it, and not the writing."""
+    recorder.write_soon(happened).wait()
 
 
 class _Watcher:

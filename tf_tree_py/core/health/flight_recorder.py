@@ -121,11 +121,25 @@ class FlightRecorder(Observer):
 
     # --- writing
 
-    def write_soon(self, happened: Happened) -> None:
-        """Write in a thread, for callers that must not block; ``close`` waits for it."""
-        thread = threading.Thread(target=self.write, args=(happened,), name='flight recorder')
-        self._writers = [one for one in self._writers if one.is_alive()] + [thread]
+    def write_soon(self, happened: Happened) -> threading.Event:
+        """
+        Write in a thread, which ``close`` waits for; return an event that is set at its end.
+
+        It is for callers that must not block, or that a signal may interrupt. They wait for the
+        event: Python 3.12 regards a thread as ended after an interrupted ``join``.
+        """
+        has_ended = threading.Event()
+
+        def write() -> None:
+            try:
+                self.write(happened)
+            finally:
+                has_ended.set()
+
+        thread = threading.Thread(target=write, name='flight recorder')
         thread.start()
+        self._writers = [one for one in self._writers if one.is_alive()] + [thread]
+        return has_ended
 
     def write(self, happened: Happened) -> Path | None:
         """
