@@ -176,6 +176,12 @@ class OpenPage:
             rotation = (along / scale[:, None, None]).swapaxes(1, 2)
         return middle[:, 0] - along[:, 0] / 2.0, scale, rotation
 
+    def lines(self):
+        """Return both ends of the drawn lines, and their colours, both (N, 2, 3)."""
+        drawn = self.scene()['lines']
+        return tuple(np.array(drawn[0][name] if drawn else ()).reshape(-1, 2, 3)
+                     for name in ('points', 'colors'))
+
     def wait_for_axes(self, right):
         """Return the axes as soon as a predicate of them is true."""
         return self.wait_for(lambda: self.scene()['axes'] and self.axes(),

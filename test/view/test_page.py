@@ -125,12 +125,12 @@ def stand_as(robot, stamp, fixed_frame='world'):
 
 def test_five_frames_stand_where_the_lookup_says_and_follow(page, robot):
     page.wait_for_axes(stand_as(robot, LAST))
-    lines = np.array(page.scene()['lines'][0]['points']).reshape(-1, 2, 3)
     tree = robot.lookup_tree('world', LAST)
-    np.testing.assert_allclose(
-        lines, [[tree[parent][:3], tree[child][:3]] for parent, child in (
-            ('world', 'odom'), ('odom', 'base_link'), ('base_link', 'camera'),
-            ('base_link', 'gripper'))], atol=1e-5)
+    lines = np.array([[tree[parent][:3], tree[child][:3]] for parent, child in (
+        ('world', 'odom'), ('odom', 'base_link'), ('base_link', 'camera'),
+        ('base_link', 'gripper'))])
+    page.wait_for(lambda: page.lines()[0], lambda points: (
+        points.shape == lines.shape and np.allclose(points, lines, atol=1e-5)))
     feed(robot, LAST, LAST + SECOND)
     robot.time = LAST + SECOND
     page.wait_for_axes(stand_as(robot, LAST + SECOND))
@@ -197,16 +197,19 @@ def test_frame_that_stops_turns_grey_where_it_was(page, robot):
     feed(robot, LAST, LAST + 3 * SECOND, ['odom', 'base_link'])
     robot.time = LAST + 3 * SECOND
     page.wait_for_text('5 frames, 1 stale')
-    scale = page.wait_for_axes(lambda _, scale, __: (scale == 0.0).any())[1]
-    assert len(scale) == 5 and (scale == 0.0).sum() == 1
-    assert page.scene()['stale'] == [1]
-    segments = page.scene()['lines'][0]
-    points = np.array(segments['points']).reshape(-1, 2, 3)
-    gripper = np.isclose(points[:, 1], robot.lookup('world', 'gripper', LAST)[:3],
-                         atol=1e-5).all(axis=1)
-    red, green, blue = np.array(segments['colors']).reshape(-1, 2, 3)[gripper][0, 0]
-    assert red == green == blue
-    assert 'italic' in page.frame_button('gripper').evaluate('x => getComputedStyle(x).fontStyle')
+    # The parts of a picture come one after the other.
+    page.wait_for_axes(lambda _, scale, __: len(scale) == 5 and (scale == 0.0).sum() == 1)
+    page.wait_for(lambda: page.scene()['stale'] == [1])
+    place = robot.lookup('world', 'gripper', LAST).translation
+
+    def is_grey(lines):
+        points, colors = lines
+        found = colors[np.isclose(points[:, 1], place, atol=1e-5).all(axis=1), 0]
+        return len(found) == 1 and np.ptp(found) == 0.0
+
+    page.wait_for(page.lines, is_grey)
+    page.wait_for(lambda: page.frame_button('gripper').evaluate(
+        'x => getComputedStyle(x).fontStyle'), lambda style: 'italic' in style)
 
 
 def test_tree_may_change_while_it_is_looked_at(page, robot):
@@ -385,10 +388,11 @@ def test_page_fits_a_phone_in_the_dark(page):
     page.page.get_by_role('checkbox', name='dark', exact=True).check()
     page.page.wait_for_function(
         "document.documentElement.getAttribute('data-mantine-color-scheme') === 'dark'")
-    assert page.page.evaluate('document.documentElement.scrollWidth') <= 390
+    page.wait_for(lambda: page.page.evaluate('document.documentElement.scrollWidth'),
+                  lambda width: width <= 390)
     for name in ('pause', 'live'):
-        box = page.page.get_by_role('button', name=name, exact=True).bounding_box()
-        assert box['x'] >= 0 and box['x'] + box['width'] <= 390
+        page.wait_for(page.page.get_by_role('button', name=name, exact=True).bounding_box,
+                      lambda box: box['x'] >= 0 and box['x'] + box['width'] <= 390)
     page.page.get_by_role('checkbox', name='dark', exact=True).uncheck()
     page.page.set_viewport_size({'width': 640, 'height': 480})
 

@@ -132,8 +132,8 @@ def test_robot_is_seen_beside_the_controls_and_no_name_covers_another(window, na
             return (~inside).sum() == outside and across.max() > 0.4
 
         page.wait_for(page.pixels, is_seen)
-        panel, picture = page.panel(), page.picture()
-        assert not overlaps([panel, picture]), (panel, picture)
+        page.wait_for(lambda: [page.panel(), page.picture()],
+                      lambda areas: not overlaps(areas))
         # Where there is room for many names.
         for _ in range(ZOOMS if size == WIDE else 0):
             page.wait_for(page.names, is_readable(page))

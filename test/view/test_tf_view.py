@@ -143,7 +143,7 @@ def test_red_bar_shows_that_the_server_is_gone_until_it_is_back(start, bag, wind
     program = start(*command)
     page = OpenPage(window, address(program))
     bar = page.page.locator('#tf-silent')
-    assert bar.count() == 0
+    bar.wait_for(state='detached')
     program.kill()
     bar.filter(has_text='The server does not answer.').wait_for()
     assert page.page.locator('.tf-status').is_visible()
