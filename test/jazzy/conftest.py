@@ -3,6 +3,7 @@
 
 """An installed Jazzy, used with its own commands; the tests skip where there is none."""
 
+from contextlib import suppress
 import json
 from pathlib import Path
 import re
@@ -21,6 +22,8 @@ SESSION = Path(__file__).with_name('ros2_session.py')
 # the server had not discovered the client (github.com/ros2/rmw_fastrtps/issues/842). One that does
 # not end is run up to three times. A server that never responds still fails the test.
 _CALLING, _TRIES = ('action', 'param', 'service'), 3
+# Longer than DDS keeps a silent node.
+_MOMENT_S = 30.0
 
 
 @pytest.fixture(scope='session')
@@ -107,9 +110,9 @@ def tell(ros2):
     return tell
 
 
-def _repeated(ros2, words, condition, wanted):
+def _repeated(ros2, words, condition, wanted, patience_s=PATIENCE_S):
     """Repeat a command until its output fulfils a condition; return its last run."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + patience_s
     while True:
         done = ros2(*words)
         if condition(done.stdout):
@@ -134,10 +137,19 @@ def wait_until_gone(ros2):
     Return a function that repeats a ``ros2`` command until its output does not match a pattern.
 
     The ``ros2`` daemon lists a node for a moment after it has ended, so that another one of this
-    name would seem to run before it does.
+    name would seem to run before it does. Now and then it keeps one until it ends itself, so then
+    it is replaced.
     """
-    return lambda pattern, *words: _repeated(
-        ros2, words, lambda output: not re.search(pattern, output), f'still {pattern}')
+    def wait(pattern, *words):
+        def is_gone(output):
+            return not re.search(pattern, output)
+
+        with suppress(AssertionError):
+            return _repeated(ros2, words, is_gone, f'still {pattern}', _MOMENT_S)
+        ros2('daemon', 'stop')
+        return _repeated(ros2, words, is_gone, f'still {pattern}')
+
+    return wait
 
 
 @pytest.fixture(scope='module')
