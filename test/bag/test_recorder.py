@@ -113,7 +113,7 @@ def test_what_is_there_is_not_replaced_and_what_cannot_be_written_is_told(tmp_pa
 
 
 def test_folder_that_cannot_be_removed_afterwards_is_no_error(tmp_path, monkeypatch):
-    """As where an interrupt comes while it is removed, or on a disk of a network."""
+    """As where an interrupt comes while it is removed, or on a network drive."""
     def refuse(*_, **__):
         raise OSError
 

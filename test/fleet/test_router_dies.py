@@ -93,6 +93,8 @@ def test_what_was_sent_without_a_connection_is_late_even_if_it_precedes_the_toke
     assert not robots.is_late('robot7', before)
     sent = next(now)
     assert robots.is_late('robot7', sent)
+    # A token that never comes, as of a robot that has none, makes no later message late.
+    assert not robots.is_late('robot7', next(now))
     robots.reconnect('robot7')
     assert robots.is_late('robot7', sent)
     assert not robots.is_late('robot7', next(now))

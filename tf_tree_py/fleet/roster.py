@@ -94,6 +94,11 @@ class RobotCounts:
         self._arrivals: deque[float] = deque(maxlen=_LATELY)
         self._lags: deque[int] = deque(maxlen=_LATELY)
 
+    def come_back(self) -> None:
+        """Record that it is received from now on."""
+        self.back, self.messages_before = time.time_ns(), self.messages
+        self.away = None
+
     def take_live(self, newest: int) -> None:
         """Record the arrival of moving transforms, and their newest stamp."""
         self._arrivals.append(time.monotonic())
@@ -170,9 +175,7 @@ class Roster:
     def reconnect(self, robot: str) -> None:
         """Record that a robot is received from now on: messages from before arrive late."""
         with self._lock:
-            account = self._accounts[robot]
-            account.back, account.messages_before = time.time_ns(), account.messages
-            account.away = None
+            self._accounts[robot].come_back()
 
     def disconnect(self, robot: str) -> None:
         """Record that a robot has lost its last token."""
@@ -190,12 +193,12 @@ class Roster:
 
         Stored messages arrive at once. A robot that sends old messages later has a slow clock.
         Tokens and messages arrive in different threads, so a message may precede the token that
-        shows the robot's return.
+        shows the robot's return: the first message that was sent without a token shows it, too.
         """
         with self._lock:
             account = self._accounts[robot]
-            if account.away is not None:
-                return sent > account.away
+            if account.away is not None and sent > account.away:
+                account.come_back()
             return sent < account.back and time.time_ns() < account.back + _CATCH_UP
 
     def refusal(self, robot: str, size: int) -> str:

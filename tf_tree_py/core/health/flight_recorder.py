@@ -137,8 +137,9 @@ class FlightRecorder(Observer):
                 has_ended.set()
 
         thread = threading.Thread(target=write, name='flight recorder')
-        thread.start()
+        # Before it starts: a signal may interrupt that, too.
         self._writers = [one for one in self._writers if one.is_alive()] + [thread]
+        thread.start()
         return has_ended
 
     def write(self, happened: Happened) -> Path | None:
@@ -167,7 +168,8 @@ class FlightRecorder(Observer):
     def close(self) -> None:
         """Wait for the writers to finish."""
         for thread in self._writers:
-            thread.join()
+            if thread.ident is not None:  # otherwise it was never started
+                thread.join()
 
     def _notify(self, happened: Happened, path: Path | None, why_not: str) -> Path | None:
         if self.notify is not None:
