@@ -13,6 +13,7 @@ from _pytest.faulthandler import fault_handler_stderr_fd_key
 import effort  # noqa: F401 - it loads the profile of hypothesis
 import near
 import pytest
+from unfinished import Unfinished
 
 _TESTS = Path(__file__).parent
 
@@ -26,8 +27,6 @@ _MARKS = {'processes': near.PROCESSES, 'dds': near.DDS}
 # The handlers of the signals with which every test begins.
 _HANDLERS = {}
 
-_CRASHED = pytest.StashKey[bool]()
-
 
 def pytest_configure(config):
     """
@@ -38,6 +37,7 @@ def pytest_configure(config):
     """
     # Otherwise pytest-xdist begins with the files that have the most tests.
     config.option.loadscopereorder = False
+    config.pluginmanager.register(Unfinished())
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda *_: None)
     _HANDLERS.update({number: signal.getsignal(number)
@@ -67,19 +67,6 @@ def pytest_exception_interact(node):
     if limit_s > 0:
         faulthandler.dump_traceback_later(
             limit_s, file=node.config.stash[fault_handler_stderr_fd_key], exit=True)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node, error):
-    """Note that a worker has crashed, so its other tests did not run."""
-    if error:
-        node.config.stash[_CRASHED] = True
-
-
-def pytest_sessionfinish(session):
-    """Distinguish such a run from one with failures only; see ``scripts/test --again``."""
-    if session.config.stash.get(_CRASHED, False):
-        session.exitstatus = pytest.ExitCode.INTERNAL_ERROR
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The scripts: workspaces that were made for another folder, progress, and verdicts."""
+"""The scripts: workspaces made for another folder, progress, verdicts, and tests that crash."""
 
 import os
 from pathlib import Path
 import shutil
 import subprocess
+import sys
+import textwrap
 
 from programs import PATIENCE_S
 import pytest
@@ -105,3 +107,63 @@ def test_check_says_which_linters_failed_and_hides_files_without_a_fault(clone):
     assert 'checking' not in output and 'Checked' not in output and 'b.py' not in output
     status, output, verdict = check(dict.fromkeys(LINTERS, ''))
     assert (status, verdict) == (0, 'tf_tree_py: all 8 passed')
+
+
+# A project with test/unfinished.py; each line of its file `ran` is a test that ran.
+CRASHING = {
+    'conftest': """
+        from pathlib import Path
+
+        import pytest
+        from unfinished import Unfinished
+
+        def pytest_configure(config):
+            config.pluginmanager.register(Unfinished())
+
+        @pytest.fixture(autouse=True)
+        def times(request):
+            ran = Path(__file__).with_name('ran')
+            with ran.open('a') as file:
+                print(request.node.name, file=file)
+            return ran.read_text().split().count(request.node.name)
+        """,
+    'test_a': """
+        def test_passes(): pass
+        def test_fails_once(times): assert times > 1
+        def test_fails_once_too(times): assert times > 1
+        """,
+    'test_b': """
+        import os
+        def test_crashes(times): times > CRASHES or os.abort()
+        def test_behind(): pass
+        """,
+    'test_c': 'def test_of_another_file(): pass',
+}
+
+
+@pytest.mark.parametrize('crashes', [1, 2])
+def test_crash_leaves_no_test_that_did_not_run(tmp_path, crashes):
+    pytest.importorskip('xdist')
+    for name, text in CRASHING.items():
+        text = textwrap.dedent(text).replace('CRASHES', str(crashes))
+        (tmp_path / f'{name}.py').write_text(text)
+    text = (SCRIPTS / 'test').read_text()
+    functions = text[text.index('run_pytest() {'):text.index('given_workers=')]
+    program = f"""
+        say() {{ echo "$*"; }}
+        again=yes
+        limits=()
+        workers=(-n 1 --dist loadfile --max-worker-restart 0)
+        {functions}
+        run_pytest {sys.executable}
+        """
+    env = {name: value for name, value in os.environ.items() if not name.startswith('PYTEST_')}
+    done = subprocess.run(
+        ['bash', '-c', program], cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S,
+        check=False, env={**env, 'PYTHONPATH': os.pathsep.join(sys.path)})
+    first = ['test_passes', 'test_fails_once', 'test_fails_once_too', 'test_crashes']
+    second = first[1:]
+    rest = ['test_behind', 'test_of_another_file']
+    assert 'a test process crashed' in done.stdout
+    assert (tmp_path / 'ran').read_text().split() == first + second + rest * (crashes == 1)
+    assert done.returncode == {1: 0, 2: 40}[crashes]
