@@ -5,11 +5,13 @@
 
 import faulthandler
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 import re
 import signal
 
 from _pytest.faulthandler import fault_handler_stderr_fd_key
+from domains import isolate
 import effort  # noqa: F401 - it loads the profile of hypothesis
 import near
 import pytest
@@ -30,11 +32,14 @@ _HANDLERS = {}
 
 def pytest_configure(config):
     """
-    Let processes that tests start receive Ctrl-C, even if this process ignores it.
+    Isolate this process, and let those that it starts receive Ctrl-C, even if it ignores it.
 
     A shell makes background jobs ignore SIGINT, and child processes inherit that. They do not
     inherit a handler, so this installs a handler that also ignores the signal.
     """
+    if find_spec('rclpy'):
+        # Before rclpy.init, here and in the processes that tests start.
+        isolate()
     # Otherwise pytest-xdist begins with the files that have the most tests.
     config.option.loadscopereorder = False
     config.pluginmanager.register(Unfinished())

@@ -46,6 +46,10 @@ class Program:
             self._printed.notify_all()
 
     @property
+    def pid(self):
+        return self._process.pid
+
+    @property
     def output(self):
         with self._printed:
             return ''.join(self._lines)

@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import textwrap
 
+from domains import JAZZY_PROFILES, PROFILES_VARIABLE
 from programs import PATIENCE_S
 import pytest
 
@@ -40,6 +41,8 @@ def standin_env() -> dict[str, str]:
         # The variables that tests have set since.
         variables.update((name, value) for name, value in os.environ.items()
                          if name in {'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'})
+        # It is Jazzy, even if the tests run on Kilted.
+        variables[JAZZY_PROFILES] = os.environ[PROFILES_VARIABLE]
     else:
         pytest.skip(_NEEDED)
     # Import the built package even if the current folder contains its source.

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The ports of every domain that this package chooses are outside of Linux' ephemeral range."""
+"""The domains of tests, scripts and labs: their own, on ports that Linux assigns to nobody."""
 
 from contextlib import ExitStack
 import os
 from pathlib import Path
+import socket
 import subprocess
 import sys
 
@@ -44,7 +45,7 @@ def test_safe_domains_are_those_that_ros_recommends_for_linux():
 
 
 def test_tests_run_in_a_safe_one():
-    isolate()
+    pytest.importorskip('rclpy')
     assert is_safe(int(os.environ['ROS_DOMAIN_ID']))
 
 
@@ -65,6 +66,19 @@ def test_two_processes_of_tests_never_share_one():
     for process in processes:
         process.communicate('\n', timeout=PATIENCE_S)
     assert all(claimed) and len(set(claimed)) == 3
+
+
+def test_domain_of_a_program_that_runs_is_not_claimed():
+    def claimed():
+        done = subprocess.run([sys.executable, '-c', CLAIM], cwd=Path(__file__).parent,
+                              input='\n', capture_output=True, text=True, timeout=PATIENCE_S,
+                              check=True)
+        return int(done.stdout)
+
+    first = claimed()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(('127.0.0.1', ports(first)[10]))
+        assert claimed() != first
 
 
 @needs_the_usual_range

@@ -57,7 +57,7 @@ def project(tmp_path):
     """Return a project with this one's settings of pytest and hypothesis, and its own tests."""
     (tmp_path / 'test').mkdir()
     shutil.copy(TESTS.parent / 'pyproject.toml', tmp_path)
-    for name in ('conftest.py', 'effort.py', 'explore.py', 'near.py',
+    for name in ('conftest.py', 'domains.py', 'effort.py', 'explore.py', 'near.py',
                  'unfinished.py'):
         shutil.copy(TESTS / name, tmp_path / 'test')
     (tmp_path / 'test' / 'test_numbers.py').write_text(NUMBERS)

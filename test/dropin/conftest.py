@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The fixtures of the ROS layer's tests, which also set the domain of this process, and more."""
+"""The fixtures of the ROS layer's tests, and more."""
 
 import sys
 import textwrap

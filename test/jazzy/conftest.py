@@ -32,7 +32,6 @@ def env():
     variables = standin_env()
     # Not the domain of the tests in this process: the daemon of ros2 stays there until the end.
     variables['ROS_DOMAIN_ID'] = str(claim())
-    variables['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     # Otherwise their output has colours and times.
     variables['RCUTILS_CONSOLE_OUTPUT_FORMAT'] = '[{severity}] [{name}]: {message}'
     variables['RCUTILS_COLORIZED_OUTPUT'] = '0'

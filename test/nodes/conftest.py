@@ -5,7 +5,6 @@
 
 import threading
 
-from domains import isolate
 from programs import executable, PATIENCE_S, Program
 import pytest
 from rclpy.node import Node
@@ -15,9 +14,6 @@ from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.ros.messages.convert import as_sample
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
-
-# Before rclpy.init, here and in the processes that tests start.
-isolate()
 
 
 @pytest.fixture(autouse=True)

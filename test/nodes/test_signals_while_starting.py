@@ -18,12 +18,9 @@ import sys
 
 from bags import LATCHED, Message, write_ros2
 from calibration_scenes import EDGE, scene, START
-from domains import isolate
 from programs import PATIENCE_S
 import pytest
 import tf_tree_py
-
-isolate()
 
 ENTRIES = {script.name: script.value for script in distribution('tf_tree_py').entry_points.select(
     group='console_scripts')}

@@ -35,7 +35,7 @@ def of_ours(arguments):
     return executable('static_transform_publisher', *arguments), dict(os.environ)
 
 
-# One node for all programs, which leave in order: Fast DDS has crashed where nodes came and went.
+# One node for all programs, which leave in order (docs/ending.md).
 @pytest.fixture(scope='module')
 def heard_of():
     """Return a function that runs a program, and returns the transform that it publishes."""

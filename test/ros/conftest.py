@@ -9,7 +9,6 @@ import os
 import sys
 import threading
 
-from domains import isolate
 from filter_helpers import run_callbacks
 import pytest
 import rclpy
@@ -21,9 +20,6 @@ from ros_helpers import move, PATIENCE_S, SIM_TIME, SimClock, Talker, until
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.threads.response_receiver import Responses
-
-# Before rclpy.init, here and in the processes that tests start.
-isolate()
 
 
 @pytest.fixture(autouse=True)

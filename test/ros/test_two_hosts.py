@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 import time
 
+from domains import PROFILES_VARIABLE
 from hosts import two_hosts
 from programs import PATIENCE_S
 from tf_tree_py import LATEST
@@ -15,7 +16,7 @@ GAP_S = 5.0
 # With this profile, recovery takes less than a second after the link is up, else up to three.
 PROFILES = Path(__file__).parents[2] / 'config' / 'fastdds_wireless.xml'
 ENVIRONMENT = {
-    'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTRTPS_DEFAULT_PROFILES_FILE': str(PROFILES),
+    'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', PROFILES_VARIABLE: str(PROFILES),
     # The two hosts share memory, and DDS must not communicate through it.
     'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
 

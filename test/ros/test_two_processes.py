@@ -1,10 +1,20 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A publisher in another process: shared memory, discovery, and its death."""
+"""A publisher in another process: discovery, shared memory, and its death."""
 
-from programs import executable, Program
-from ros_helpers import LATEST, PATIENCE, until
+from pathlib import Path
+import re
+import sys
+
+from domains import with_shared_memory
+from programs import executable, PATIENCE_S, Program
+import pytest
+from ros_helpers import LATEST, PATIENCE, transform, until
+
+# On Linux: what a process has mapped into its memory, and Fast DDS' receivers among that.
+MAPS = Path('/proc/self/maps')
+RECEIVERS = re.compile('/dev/shm/fast(rtps|dds)_port')
 
 
 def test_transforms_cross_the_border_of_processes(node, make_node, listen):
@@ -25,3 +35,27 @@ def test_transforms_cross_the_border_of_processes(node, make_node, listen):
     until(lambda: not node.count_publishers('/tf'))
     for buffer in (early, late):
         assert buffer.can_transform('world', 'camera', LATEST), 'its frames outlive it'
+
+
+def test_programs_reach_each_other_through_shared_memory():
+    """As by default; all other tests use the loopback interface only."""
+    env = with_shared_memory()
+    robot = Program(*executable('five_frame_publisher'), env=env)
+    echo = Program(sys.executable, '-m', 'tf_tree_py.tools.tf_echo', 'world', 'gripper', '--once',
+                   '--seconds', str(PATIENCE_S / 2), env=env)
+    try:
+        assert echo.end() == 0, echo.output
+        if MAPS.exists():
+            assert RECEIVERS.search(Path(f'/proc/{robot.pid}/maps').read_text())
+    finally:
+        robot.interrupt()
+        assert robot.end() == 0
+    assert ' xyz ' in echo.output
+
+
+@pytest.mark.skipif(not MAPS.exists(), reason='only Linux lists the memory of a process in a file')
+def test_process_of_tests_receives_nothing_through_shared_memory(talker, node, listen):
+    buffer = listen(node)
+    talker.move(transform('map', 'base', 1.0))
+    buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    assert not RECEIVERS.search(MAPS.read_text())

@@ -6,14 +6,12 @@
 import asyncio
 from http.client import HTTPConnection
 
-from domains import isolate
 from programs import PATIENCE_S
 import pytest
 from tf_tree_py.core import BufferCore, Pose
 from tf_tree_py.core.stamp import UNLIMITED
 
 viser = pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")
-isolate()
 
 from tf_tree_py.view.serving import Serving  # noqa: E402, I100 - it needs viser
 from tf_tree_py.view.subject import Subject  # noqa: E402

@@ -3,13 +3,10 @@
 
 """Topics of sensors are subscribed while they are needed, and so is the robot's description."""
 
-from domains import isolate
 import pytest
 
-pytest.importorskip('rclpy', reason='live sensors need ROS')
-isolate()
+rclpy = pytest.importorskip('rclpy', reason='live sensors need ROS')
 
-from rclpy.context import Context  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from ros_helpers import until  # noqa: E402
 from sensor_msgs.msg import LaserScan  # noqa: E402
@@ -22,7 +19,7 @@ SECOND = 1_000_000_000
 
 @pytest.fixture
 def node():
-    context = Context()
+    context = rclpy.Context()
     context.init()
     node = Node('robot', context=context)
     yield node

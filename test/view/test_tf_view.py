@@ -12,19 +12,17 @@ import subprocess
 import sys
 
 from bags import Message, SECOND, write_ros2
-from domains import isolate
 import numpy as np
 from open_page import OpenPage
 from programs import executable, PATIENCE_S, Program
 import pytest
 
 pytest.importorskip('viser', reason='pages need viser')
-isolate()
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.view.tf_view')
 SAID = 'is shown at'
 # Ports that no other test process uses, even of a second run on this machine, like its DDS domain.
-PORT = 18700 + 10 * int(os.environ['ROS_DOMAIN_ID'])
+PORT = 18700 + 10 * int(os.environ.get('ROS_DOMAIN_ID', 0))
 
 
 @pytest.fixture(scope='module')
