@@ -92,6 +92,8 @@ def test_joint_states_move_the_tree_and_what_is_fixed_comes_once(
         assert pose == pytest.approx(Pose(1.0) @ Pose.from_xyz_rpy(yaw=0.5) @ Pose(2.0))
         encoders(NOW + 100 * MS, j=2.0, k=0.5)
         buffer.lookup_within(PATIENCE_S, 'a', 'tool', NOW + 100 * MS)
+        # The recorder has a thread of its own.
+        until(lambda: len(recorded['/tf']) == 2 and recorded['/tf_static'])
     assert [len(message) for message in recorded['/tf_static']] == [1]
     assert [[sample.child for sample in message]
             for message in recorded['/tf']] == [['b', 'c']] * 2
