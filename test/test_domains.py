@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The domains of tests, scripts and labs: their own, on ports that Linux assigns to nobody."""
+"""Tests, scripts and labs choose domains of their own, whose ports no other program is given."""
 
 from contextlib import ExitStack
 import os
