@@ -12,7 +12,7 @@ import socket
 _FIRST_PORT, _PORTS_A_DOMAIN = 7400, 250
 # The domains of a lab's sessions, which tests also start, are above these.
 _DOMAINS = range(1, 216)
-_PROFILES = Path(__file__).parents[1] / 'config' / 'fastdds_without_shared_memory.xml'
+PROFILES = Path(__file__).parents[1] / 'config' / 'fastdds_without_shared_memory.xml'
 _EPHEMERAL = Path('/proc/sys/net/ipv4/ip_local_port_range')
 _LINUX_DEFAULT = 32768, 60999
 
@@ -37,7 +37,7 @@ def isolate() -> None:
     """
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['ROS_DOMAIN_ID'] = str(_own())
-    os.environ[PROFILES_VARIABLE] = str(_PROFILES)
+    os.environ[PROFILES_VARIABLE] = str(PROFILES)
 
 
 def with_shared_memory() -> dict[str, str]:

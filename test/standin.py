@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import textwrap
 
-from domains import JAZZY_PROFILES, PROFILES_VARIABLE
+from domains import JAZZY_PROFILES, PROFILES
 from programs import PATIENCE_S
 import pytest
 
@@ -42,7 +42,7 @@ def standin_env() -> dict[str, str]:
         variables.update((name, value) for name, value in os.environ.items()
                          if name in {'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'})
         # It is Jazzy, even if the tests run on Kilted.
-        variables[JAZZY_PROFILES] = os.environ[PROFILES_VARIABLE]
+        variables[JAZZY_PROFILES] = str(PROFILES)
     else:
         pytest.skip(_NEEDED)
     # Import the built package even if the current folder contains its source.
