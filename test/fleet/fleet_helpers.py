@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 
+from conditions import until
 from tf_tree_py.core import Sample
 from tf_tree_py.core.ingest.wire import write
 from tf_tree_py.fleet import configuration, open_session
@@ -140,3 +141,24 @@ def message(*edges, stamp=None):
 
 def x_of(buffer, target, source):
     return buffer.lookup_within(PATIENCE_S, target, source).x
+
+
+def robot_of(listener, name):
+    return next((one for one in listener.robots() if one.name == name), None)
+
+
+def send_first(listener, robot, data):
+    """
+    Send a robot's first moving message, and wait until the listener has counted it.
+
+    Zenoh delivers later messages without the first one if they overtake the news that the listener
+    has subscribed.
+    """
+    before = _counted(listener, robot)
+    robot.send(data)
+    until(lambda: _counted(listener, robot) > before)
+
+
+def _counted(listener, robot):
+    known = robot_of(listener, robot.robot)
+    return known.transforms + known.refused if known else 0

@@ -8,7 +8,7 @@ import threading
 import time
 
 from conditions import until
-from fleet_helpers import listening, message, PATIENCE_S, place, SECOND, Visits, x_of
+from fleet_helpers import listening, message, PATIENCE_S, place, SECOND, send_first, Visits, x_of
 import pytest
 from tf_tree_py.bag import open_bag
 from tf_tree_py.core import LookupException, UNLIMITED
@@ -133,8 +133,10 @@ def test_robots_are_told_with_their_rate_lag_and_counts(listen, robot):
     one = robot('robot7')
     one.send_static(message(('base', 'fork', 2)))
     x_of(listener.buffer, 'robot7/base', 'robot7/fork')
+    send_first(listener, one, b'no message')
     for _ in range(5):
         one.send(message(('map', 'base', 1), ('base', 'arm', 1)))
+    for _ in range(4):
         one.send(b'no message')
     until(lambda: listener.robots()[0].transforms == 11 and listener.robots()[0].refused == 5)
     (told,) = listener.robots()

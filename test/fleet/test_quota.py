@@ -9,7 +9,7 @@ import tracemalloc
 from types import SimpleNamespace
 
 from conditions import until
-from fleet_helpers import message, x_of
+from fleet_helpers import message, robot_of, send_first, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.core import BufferCore
@@ -28,10 +28,6 @@ def many(count, begin=0, long=''):
     """Return a message with a number of new frames."""
     return message(*((f'p{number}{long}', f'c{number}{long}', 1)
                      for number in range(begin, begin + count)))
-
-
-def robot_of(listener, name):
-    return next((one for one in listener.robots() if one.name == name), None)
 
 
 def test_messages_that_are_too_large_are_dropped_counted_and_told_once(listen, robot, caplog):
@@ -60,10 +56,10 @@ def test_messages_that_are_too_many_are_dropped(listen, robot):
 def test_frames_of_a_robot_are_limited_and_late_honest_ones_are_taken(listen, robot):
     listener = listen(quota=RobotQuota(frames=10))
     evil, good = robot('evil'), robot('good')
-    evil.send(message(('map', 'base', 1)))
+    send_first(listener, evil, message(('map', 'base', 1)))
     evil.send(many(20))
     evil.send(message(('map', 'base', 2)))
-    until(lambda: robot_of(listener, 'evil') and robot_of(listener, 'evil').transforms == 6)
+    until(lambda: robot_of(listener, 'evil').transforms == 6)
     assert x_of(listener.buffer, 'map', 'evil/base') == 2.0
     told = robot_of(listener, 'evil')
     # base, and four edges of two new frames.
@@ -95,9 +91,9 @@ def test_robot_keeps_what_it_has_where_its_frames_are_used_up_in_a_buffer_of_its
         listen, robot):
     listener = listen(separate=True, quota=RobotQuota(frames=2))
     one = robot('robot7')
-    one.send(message(('map', 'base', 1)))
+    send_first(listener, one, message(('map', 'base', 1)))
     one.send(message(('base', 'arm', 1), ('map', 'base', 2)))
-    until(lambda: robot_of(listener, 'robot7') and robot_of(listener, 'robot7').transforms == 2)
+    until(lambda: robot_of(listener, 'robot7').transforms == 2)
     assert x_of(listener['robot7'], 'map', 'base') == 2.0
     assert robot_of(listener, 'robot7').refused == 1
 

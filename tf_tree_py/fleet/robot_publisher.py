@@ -22,9 +22,9 @@ class RobotPublisher:
     Sends a robot's transforms, and declares it present as long as it is open.
 
     Moving transforms may be lost on a slow link; receivers request lost ones again as long as they
-    are kept. Static transforms wait until they are sent, and their last message is kept for good:
-    each has to hold all of the robot's static transforms. It may be used from any thread, and is a
-    context manager.
+    are kept, except for the first ones, sent before the robot knew of the receiver. Static
+    transforms wait until they are sent, and their last message is kept for good: each has to hold
+    all of the robot's static transforms. It may be used from any thread, and is a context manager.
     """
 
     def __init__(self, session: 'zenoh.Session', robot: str, *, key_prefix: str = '',
