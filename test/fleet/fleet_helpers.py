@@ -149,16 +149,10 @@ def robot_of(listener, name):
 
 def send_first(listener, robot, data):
     """
-    Send a robot's first moving message, and wait until the listener has counted it.
+    Send a robot's first message, and wait until the listener has counted it.
 
-    Zenoh delivers later messages without the first one if they overtake the news that the listener
-    has subscribed.
+    If it was sent before the robot knew of the listener's subscription, the listener gets it from
+    the robot's cache only as long as no later message has arrived (docs/fleet.md).
     """
-    before = _counted(listener, robot)
     robot.send(data)
-    until(lambda: _counted(listener, robot) > before)
-
-
-def _counted(listener, robot):
-    known = robot_of(listener, robot.robot)
-    return known.transforms + known.refused if known else 0
+    until(lambda: (known := robot_of(listener, robot.robot)) and known.transforms + known.refused)

@@ -131,9 +131,8 @@ def test_robots_come_and_go_by_their_tokens(listen, robot):
 def test_robots_are_told_with_their_rate_lag_and_counts(listen, robot):
     listener = listen()
     one = robot('robot7')
-    one.send_static(message(('base', 'fork', 2)))
-    x_of(listener.buffer, 'robot7/base', 'robot7/fork')
     send_first(listener, one, b'no message')
+    one.send_static(message(('base', 'fork', 2)))
     for _ in range(5):
         one.send(message(('map', 'base', 1), ('base', 'arm', 1)))
     for _ in range(4):

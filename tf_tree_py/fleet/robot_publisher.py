@@ -23,8 +23,8 @@ class RobotPublisher:
 
     Moving transforms may be lost on a slow link; receivers request lost ones again as long as they
     are kept, except for the first ones, sent before the robot knew of the receiver. Static
-    transforms wait until they are sent, and their last message is kept for good: each has to hold
-    all of the robot's static transforms. It may be used from any thread, and is a context manager.
+    transforms wait until they are sent. Only their last message is kept, so each has to hold all
+    of the robot's static transforms. It may be used from any thread, and is a context manager.
     """
 
     def __init__(self, session: 'zenoh.Session', robot: str, *, key_prefix: str = '',
