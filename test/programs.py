@@ -33,7 +33,8 @@ class Program:
         self._lines = []
         self._printed = threading.Condition()
         self._ended = False
-        self._reader = threading.Thread(target=self._read, name='output of a program')
+        self._reader = threading.Thread(
+            target=self._read, name='output of a program', daemon=True)
         self._reader.start()
 
     def _read(self):
@@ -77,7 +78,8 @@ class Program:
     def end(self):
         """Wait for the process to end; return its exit status."""
         status = self._process.wait(PATIENCE_S)
-        self._reader.join()
+        self._reader.join(PATIENCE_S)
+        assert not self._reader.is_alive(), 'a child of the program still holds its output open'
         return status
 
     def kill(self):

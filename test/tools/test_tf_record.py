@@ -4,6 +4,7 @@
 """The command tf_record on bags: it extracts the time around findings."""
 
 import json
+import os
 import resource
 import subprocess
 
@@ -61,10 +62,15 @@ def test_wrong_arguments_are_one_sentence(arguments, sentence):
 
 
 def on_full_disk(name, *arguments):
-    """Run a tool with a limit of a few bytes for each file."""
+    """
+    Run a tool with a limit of a few bytes for each file.
+
+    Python would store truncated bytecode of what the tool is the first to import, and every later
+    import of it would fail.
+    """
     return subprocess.run(
         [*command(name), *map(str, arguments)], capture_output=True, text=True, check=False,
-        timeout=PATIENCE_S,
+        timeout=PATIENCE_S, env={**os.environ, 'PYTHONDONTWRITEBYTECODE': '1'},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
 
 

@@ -39,7 +39,9 @@ def programs(tmp_path_factory):
         'echo': started('tf_echo', 'world', 'griper', '--rate', 10),
         'monitor': started('tf_monitor', 'world', 'gripper', '--period', 0.5, '--json'),
         'frames': started('tf_frames', '--seconds', 8, '-o', folder / 'frames.json'),
-        'audit': started('tf_audit', '--json', '--', *executable('five_frame_listener')),
+        # If it were killed before a test has interrupted it, its program would go on.
+        'audit': Program(*command('tf_audit'), '--json', '--', *executable('five_frame_listener'),
+                         own_terminal=True),
         'record': started('tf_record', '-o', folder, '--every', 0.001),
     }
     tools['folder'] = folder
