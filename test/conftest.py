@@ -6,9 +6,11 @@
 import faulthandler
 from functools import cache
 from importlib.util import find_spec
+import os
 from pathlib import Path
 import re
 import signal
+import sys
 
 from _pytest.faulthandler import fault_handler_stderr_fd_key
 from domains import isolate
@@ -110,3 +112,42 @@ def _is_marked(path, mark):
 def _turn_of(item):
     folder = item.path.parent.name
     return _BEGIN_WITH.index(folder) if folder in _BEGIN_WITH else len(_BEGIN_WITH)
+
+
+@pytest.fixture
+def log_file(tmp_path):
+    """Return the file that receives what a test writes to standard error."""
+    file = tmp_path / 'stderr'
+    file.touch()
+    return file
+
+
+@pytest.fixture
+def log(log_file):
+    """
+    Return a function that reads everything written to standard error since the test began.
+
+    ``capfd.readouterr`` empties its file after reading it, so a line that is written in
+    between is lost. Here every call reads the whole file, and removes nothing.
+    """
+    return log_file.read_text
+
+
+# Innermost: pytest redirects standard error to a file of its own just before.
+@pytest.hookimpl(hookwrapper=True, trylast=True)
+def pytest_runtest_call(item):
+    file = item.funcargs.get('log_file')
+    if file is None:
+        yield
+        return
+    kept, kept_stream = os.dup(2), sys.stderr
+    # Appending, because ROS's log and Python both write to it.
+    with file.open('a', buffering=1) as stream:
+        os.dup2(stream.fileno(), 2)
+        sys.stderr = stream
+        yield
+        sys.stderr = kept_stream
+        os.dup2(kept, 2)
+    os.close(kept)
+    # To explain failed tests.
+    sys.stderr.write(file.read_text())

@@ -94,16 +94,15 @@ def test_fleet_comes_out_on_the_topics_of_another_network(context, router, buffe
 
 
 @pytest.mark.parametrize('own', ['', 'robot7/'])
-def test_relay_loop_is_told_of_and_nothing_goes_round(context, robot, router, capfd, own):
+def test_relay_loop_is_told_of_and_nothing_goes_round(context, robot, router, log, own):
     moving, static = robot
     hall = 'loop' + own.strip('/')
-    told, stamps = [], itertools.count(1)
+    stamps = itertools.count(1)
 
     def is_told():
         # One at a time, so that DDS loses none.
         moving.sendTransform(transform('map', f'{own}base', next(stamps)))
-        told.append(capfd.readouterr().err)
-        return 'a relay of the fleet (--from-zenoh) publishes in' in ''.join(told)
+        return 'a relay of the fleet (--from-zenoh) publishes in' in log()
 
     with relayed(context, zenoh=router, robot='robot7', key_prefix=hall), \
             relayed(context, from_zenoh=router, key_prefix=hall), \
@@ -116,7 +115,7 @@ def test_relay_loop_is_told_of_and_nothing_goes_round(context, robot, router, ca
     went = [(sample.child, sample.stamp) for message in messages for sample in message]
     assert len(went) == len(set(went)) and {child for child, _ in went} == {
         f'{own}base', f'{own}end'}
-    assert ''.join(told).count('(--from-zenoh) publishes in') == 1
+    assert log().count('(--from-zenoh) publishes in') == 1
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-import os
 import sys
 import threading
 
@@ -139,45 +138,6 @@ def use_wait_set(request, monkeypatch):
     for kind in (Receiver, Responses):
         monkeypatch.setitem(kind.__init__.__kwdefaults__, 'use_wait_set', request.param)
     return request.param
-
-
-@pytest.fixture
-def log_file(tmp_path):
-    """Return the file that receives what a test writes to standard error."""
-    file = tmp_path / 'stderr'
-    file.touch()
-    return file
-
-
-@pytest.fixture
-def log(log_file):
-    """
-    Return a function that reads everything written to standard error since the test began.
-
-    ``capfd.readouterr`` empties its file after reading it, so a line that is written in
-    between is lost. Here every call reads the whole file, and removes nothing.
-    """
-    return log_file.read_text
-
-
-# Innermost: pytest redirects standard error to a file of its own just before.
-@pytest.hookimpl(hookwrapper=True, trylast=True)
-def pytest_runtest_call(item):
-    file = item.funcargs.get('log_file')
-    if file is None:
-        yield
-        return
-    kept, kept_stream = os.dup(2), sys.stderr
-    # Appending, because ROS's log and Python both write to it.
-    with file.open('a', buffering=1) as stream:
-        os.dup2(stream.fileno(), 2)
-        sys.stderr = stream
-        yield
-        sys.stderr = kept_stream
-        os.dup2(kept, 2)
-    os.close(kept)
-    # To explain failed tests.
-    sys.stderr.write(file.read_text())
 
 
 @pytest.fixture
