@@ -10,19 +10,16 @@ The arrows are read from the imports. An import that a chain of other arrows imp
 left out.
 """
 
-import ast
-from collections.abc import Iterator
 from pathlib import Path
 
+import house
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
-import tf_tree_py
 
 matplotlib.rcParams.update({'svg.hashsalt': 'tf_tree_py', 'font.size': 11})
 
-PACKAGE = Path(tf_tree_py.__file__).parent
 IMAGES = Path(__file__).parents[1] / 'images'
 
 # Each layer: where its lower edge is, how high it is, and its rooms: the middle of each, and
@@ -80,45 +77,23 @@ LOOSE = {'core': dict.fromkeys(
          'bag': dict.fromkeys(('joints', 'opening', 'stamps', 'recorder'), 'open_bag, record')}
 
 
-def imported(path: Path) -> Iterator[tuple[str, ...]]:
-    """Yield what a file imports of the package, as parts of a path inside the package."""
-    here = path.relative_to(PACKAGE).parts
-    for node in ast.walk(ast.parse(path.read_text())):
-        if not isinstance(node, ast.ImportFrom):
-            continue
-        module = tuple((node.module or '').split('.')) if node.module else ()
-        if node.level:
-            module = here[:len(here) - node.level] + module
-        elif module[:1] == ('tf_tree_py',):
-            module = module[1:]
-        else:
-            continue
-        yield from (module + (alias.name,) for alias in node.names)
-
-
-def room_of(parts: tuple[str, ...], layer: str) -> str | None:
-    """Return the box that a file of a layer belongs to; None if it is another layer's."""
-    if parts[0] != layer or len(parts) < 2:
-        return None
-    rooms = LAYERS[layer][2]
-    name = parts[1].removesuffix('.py')
-    if (PACKAGE / layer / name).is_dir():
-        assert name in rooms, f'{layer}/{name} has no place in the picture'
+def box_of(layer: str, room: str) -> str | None:
+    """Return the box that a room or a loose file belongs to; None for a file without one."""
+    name = room.removeprefix(f'{layer}/')
+    if name in house.LAYERS[layer].rooms.split():
+        assert name in LAYERS[layer][2], f'{room} has no place in the picture'
         return name
     return LOOSE.get(layer, {}).get(name, 'errors, stamp' if layer == 'core' else None)
 
 
 def arrows(layer: str) -> set[tuple[str, str]]:
-    """Return which rooms of a layer import which, without what others imply."""
-    direct: dict[str, set[str]] = {room: set() for room in LAYERS[layer][2]}
-    for path in (PACKAGE / layer).rglob('*.py'):
-        room = room_of(path.relative_to(PACKAGE).parts, layer)
-        if room is None or path.parent == PACKAGE / layer and path.name == '__init__.py':
-            continue
-        for target in imported(path):
-            other = room_of(target, layer)
-            if other not in (None, room):
-                direct[room].add(other)
+    """Return which boxes of a layer import which, without what others imply."""
+    direct: dict[str, set[str]] = {box: set() for box in LAYERS[layer][2]}
+    for room, others in house.graph_of_rooms(layer).items():
+        box = box_of(layer, room)
+        if box is not None:
+            direct[box] |= {near for other in others for near in [box_of(layer, other)]
+                            if near not in (None, box)}
 
     def reachable(room: str) -> set[str]:
         return {far for near in direct[room] for far in {near} | reachable(near)}

@@ -1,4 +1,8 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The labs over DDS: only these import rclpy and ``tf_tree_py.ros``."""
+"""
+The labs over DDS: only these import rclpy and ``tf_tree_py.ros``.
+
+All other labs run without ROS.
+"""

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The table of layers and rooms, and what the files in them import.
+
+``test/core/test_walls.py`` holds the code to the table, and ``rooms.py`` draws it.
+"""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+PACKAGE = Path(__file__).parents[2] / 'tf_tree_py'
+
+
+class Layer(NamedTuple):
+    """A folder of the package."""
+
+    imports: str
+    """The layers that its files may import, besides their own."""
+    rooms: str = ''
+    """Its rooms, each of which may import those before it."""
+
+
+LAYERS = {
+    'interfaces': Layer(''),
+    'command': Layer(''),
+    'core': Layer('', 'geometry edges ingest tree buffer thinning reports health'),
+    'urdf': Layer('core'),
+    'bag': Layer('core urdf', 'files assembly'),
+    'calibration': Layer('core bag'),
+    'fleet': Layer('core'),
+    'ros': Layer('core', 'messages threads waiting buffer topics remote filtering'),
+    'nodes': Layer('command core bag urdf fleet ros'),
+    'tools': Layer('command core calibration bag urdf fleet ros', 'export archive calibrate'),
+    'view': Layer('command core bag urdf fleet ros tools',
+                  'model robot sensors framing scene panels page'),
+    'labs': Layer('command core calibration bag urdf ros', 'live'),
+    'dropin': Layer('core bag ros'),
+}
+
+
+class Import(NamedTuple):
+    """One name that a file imports."""
+
+    level: int
+    """How many dots it begins with; 0 is an absolute import."""
+    module: str
+    """The module and the name, with a dot between."""
+
+
+@cache
+def files() -> list[Path]:
+    """Return the files of all layers; ``dropin/packages`` is written like a user's code."""
+    return sorted(path for layer in LAYERS for path in (PACKAGE / layer).rglob('*.py')
+                  if not {'__pycache__', 'packages'} & set(path.parts))
+
+
+def parts(path: Path) -> tuple[str, ...]:
+    """Return a file's place in the package; an ``__init__`` has that of its folder."""
+    *folders, name = path.relative_to(PACKAGE).with_suffix('').parts
+    return tuple(folders) if name == '__init__' else (*folders, name)
+
+
+@cache
+def imports_of(path: Path) -> list[Import]:
+    """Return every import in a file, also those inside functions."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found += [Import(0, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found += [Import(node.level, '.'.join(filter(None, (node.module, alias.name))))
+                      for alias in node.names]
+    return found
+
+
+@cache
+def modules() -> dict[tuple[str, ...], Path]:
+    """Return all files, each by its place."""
+    return {parts(path): path for path in files()}
+
+
+def imported(path: Path) -> Iterator[tuple[str, ...]]:
+    """Yield the place of each module of the package that a file imports."""
+    folder = path.relative_to(PACKAGE).parts[:-1]
+    for level, module in imports_of(path):
+        place = tuple(module.split('.'))
+        if level:
+            place = folder[:len(folder) - level + 1] + place
+        elif place[0] == 'tf_tree_py':
+            place = place[1:]
+        else:
+            continue
+        while place and place not in modules():
+            place = place[:-1]
+        if place:
+            yield place
+
+
+def room_of(place: tuple[str, ...]) -> str:
+    """Return the room of a module, ``core/tree``; for a file in no room, the file."""
+    return '/'.join(place[:2])
+
+
+def graph_of_files(layer: str) -> dict[str, set[str]]:
+    """Return which file of a layer imports which."""
+    return {'/'.join(place): {'/'.join(other) for other in imported(path)
+                              if other[0] == layer and other != place}
+            for place, path in modules().items() if place[0] == layer}
+
+
+def graph_of_rooms(layer: str) -> dict[str, set[str]]:
+    """Return which room of a layer imports which; a file in no room counts as one."""
+    graph: dict[str, set[str]] = {}
+    for place, path in modules().items():
+        # The layer's own __init__ collects names from everywhere in it.
+        if place[0] == layer and len(place) > 1:
+            room = room_of(place)
+            graph.setdefault(room, set()).update(
+                other for far in imported(path) if far[0] == layer and len(far) > 1
+                for other in [room_of(far)] if other != room)
+    return graph
