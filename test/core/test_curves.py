@@ -28,6 +28,7 @@ from tf_tree_py.core import (
     Spline,
     TreeFileError,
 )
+from tf_tree_py.core.buffer.uncertain_buffer import take_covariance
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import FOREVER
 
@@ -291,7 +292,7 @@ def test_stamps_of_a_curve_show_it_and_are_not_too_many():
 def test_uncertainty_and_prediction_work_on_any_curve():
     buffer = BufferCore()
     buffer.insert_curve('odom', 'base', ConstantTwist(BEGIN, END, TILT, (1, 0, 0, 0, 0, 0.5)))
-    buffer.intake.take_covariance('odom', 'base', BEGIN, np.eye(6) * 1e-4, 'me')
+    take_covariance(buffer.intake, 'odom', 'base', BEGIN, np.eye(6) * 1e-4, 'me')
     _, covariance = buffer.lookup_uncertain('odom', 'base', 2 * SECOND)
     assert covariance == pytest.approx(np.eye(6) * 1e-4)
     ahead = buffer.predict('odom', 'base', END + SECOND // 10, SECOND)

@@ -29,10 +29,10 @@ from tf_tree_py.core import (
     TreeFileError,
     UNLIMITED,
 )
+from tf_tree_py.core.buffer.buffer_core import Snapshot
 from tf_tree_py.core.edges.discrete import HeldHistory
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.tree.frozen import freeze, thaw
-from tf_tree_py.core.tree.queries import Snapshot
 
 SECOND = 10**9
 

@@ -10,7 +10,7 @@ import types
 import pytest
 from tf_tree_py import BufferCore, LATEST, Pose, TransformException
 from tf_tree_py.core import Incident, Kind, Sample
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
+from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.core.ingest.incidents import one_of
 from tf_tree_py.core.ingest.wire import DEFAULT_REMEMBERED, WireError, WireReader, write

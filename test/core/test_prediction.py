@@ -17,6 +17,7 @@ from tf_tree_py.core import (
     se3,
 )
 from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.tree.trials import TrialCache
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -145,7 +146,7 @@ def test_what_is_kept_of_earlier_predictions_changes_no_answer(step):
             np.testing.assert_allclose(
                 found.covariance, buffer.snapshot().predict(*asked).covariance, rtol=1e-9)
     buffer.clear()
-    assert not buffer._tree.trials
+    assert not buffer._tree.companion(TrialCache).by_child
 
 
 def test_covariance_of_the_newest_pose_is_carried_on():

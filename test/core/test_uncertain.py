@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from strategies import random_pose
 from tf_tree_py.core import BufferCore, ExtrapolationException, Kind, Pose, se3
+from tf_tree_py.core.buffer.uncertain_buffer import take_covariance
 from tf_tree_py.core.errors import InvalidArgumentException, LookupException
 from tf_tree_py.core.geometry.covariances import carried, composed
 from tf_tree_py.core.geometry.so3 import as_matrix
+from tf_tree_py.core.tree.edge_covariances import EdgeCovariances
 from tf_tree_py.core.tree.tree import Tree
 from uncertain_trees import (
     assert_explained,
@@ -22,6 +24,11 @@ from uncertain_trees import (
 )
 
 SECOND = 1_000_000_000
+
+
+def edges_with_covariances(buffer):
+    known = buffer._tree.companion(EdgeCovariances)
+    return {} if known is None else known.by_edge
 
 
 @pytest.mark.parametrize('degrees', [0.2, 1.0, 5.0, 20.0])
@@ -206,7 +213,7 @@ def test_turn_between_two_samples_counts_if_it_is_one_turn(pose_between):
 def test_covariance_holds_before_the_first_and_until_another_comes():
     buffer = moving(covariance=False)
     for stamp, variance in ((SECOND, 1.0), (3 * SECOND // 2, 3.0)):
-        buffer.intake.take_covariance('odom', 'base', stamp, np.eye(6) * variance * 1e-9, 'test')
+        take_covariance(buffer.intake, 'odom', 'base', stamp, np.eye(6) * variance * 1e-9, 'test')
     stamps = np.array([1, SECOND, 5 * SECOND // 4, 3 * SECOND // 2, 2 * SECOND])
     variances = buffer.lookup_uncertain_many('odom', 'base', stamps)[1][:, 0, 0]
     np.testing.assert_allclose(variances, np.array([1.0, 1.0, 2.0, 3.0, 3.0]) * 1e-9)
@@ -239,7 +246,7 @@ def test_old_covariances_go_with_the_window_and_the_last_of_them_holds():
     buffer = BufferCore(cache_time=SECOND)
     for number in range(5_000):
         buffer.insert('odom', 'base', number * 10_000_000, Pose(), covariance=np.eye(6) * 1e-9)
-    assert 100 <= len(buffer._tree.uncertainty['odom', 'base']) <= 180
+    assert 100 <= len(edges_with_covariances(buffer)['odom', 'base']) <= 180
     assert buffer.lookup_uncertain('odom', 'base', 49 * SECOND)[1].any()
 
 
@@ -259,10 +266,10 @@ def test_snapshot_keeps_them_and_can_be_pickled():
 def test_clearing_forgets_those_of_moving_edges_and_removing_those_of_a_frame():
     buffer = moving()
     buffer.clear()
-    assert list(buffer._tree.uncertainty) == [('base', 'camera')]
+    assert list(edges_with_covariances(buffer)) == [('base', 'camera')]
     assert buffer.lookup_uncertain('base', 'camera')[1].any()
     buffer.remove_frame('camera')
-    assert not buffer._tree.uncertainty
+    assert not edges_with_covariances(buffer)
 
 
 def test_of_a_refused_sample_nothing_stays():
@@ -270,7 +277,8 @@ def test_of_a_refused_sample_nothing_stays():
     old = buffer.lookup_uncertain('odom', 'base')[1]
     refused = buffer.insert('camera', 'odom', SECOND, Pose(), strict=False,
                             covariance=np.eye(6))
-    assert refused[0].refused and ('camera', 'odom') not in buffer._tree.uncertainty
+    assert refused[0].refused and (
+        'camera', 'odom') not in edges_with_covariances(buffer)
     with pytest.raises(InvalidArgumentException, match='not positive semidefinite'):
         buffer.insert('odom', 'base', 3 * SECOND, Pose(), covariance=np.ones((6, 6)) - np.eye(6))
     np.testing.assert_array_equal(buffer.lookup_uncertain('odom', 'base')[1], old)
@@ -278,12 +286,12 @@ def test_of_a_refused_sample_nothing_stays():
 
 def test_strangers_cannot_fill_the_memory_with_names():
     buffer = BufferCore(max_frames=5, max_name_bytes=20)
-    taken = [buffer.intake.take_covariance('odom', name, 1, np.eye(6), 'stranger') for name in (
+    taken = [take_covariance(buffer.intake, 'odom', name, 1, np.eye(6), 'stranger') for name in (
         'a', 'b' * 21, 'c', 'd\0', 'e', 'f', 'g', 'h', 'a')]
     kinds = [incidents[0].kind if incidents else None for incidents in taken]
     assert kinds == [None, Kind.BAD_NAME, None, Kind.BAD_NAME, None, None, None,
                      Kind.TOO_MANY_FRAMES, None]
-    assert len(buffer._tree.uncertainty) == 5 and buffer.statistics().refused == 3
+    assert len(edges_with_covariances(buffer)) == 5 and buffer.statistics().refused == 3
 
 
 def test_errors_are_those_of_lookup():
@@ -319,7 +327,7 @@ def test_tree_without_them_keeps_nothing_of_the_kind():
     buffer = moving(covariance=False)
     buffer.remove_frame('camera')
     for tree in (Tree(SECOND, 9, 9), Tree(SECOND, 9, 9).copy()):
-        assert 'uncertainty' not in vars(tree)
+        assert not tree.companions
     assert not hasattr(buffer._tree.histories['base'], '__dict__')
-    buffer.intake.take_covariance('odom', 'base', 1, np.eye(6), 'test')
-    assert Tree.uncertainty == {}
+    take_covariance(buffer.intake, 'odom', 'base', 1, np.eye(6), 'test')
+    assert list(edges_with_covariances(buffer)) == [('odom', 'base')]

@@ -13,6 +13,7 @@ from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, CovarianceListener, load, UNLIMITED
 from tf_tree_py.bag import Covariances, open_bag
 from tf_tree_py.core import Kind
+from tf_tree_py.core.tree.edge_covariances import EdgeCovariances
 
 bags = pytest.importorskip('bags', reason='rosbags is not installed', exc_type=ImportError)
 
@@ -146,7 +147,7 @@ def heard_covariances(node, talker):
 
 def taken(buffer):
     """Return the number of messages that became covariances or were refused."""
-    known = buffer.snapshot()._tree.uncertainty.values()
+    known = buffer.snapshot()._tree.companion_or_new(EdgeCovariances).by_edge.values()
     return sum(map(len, known)) + buffer.statistics().refused
 
 

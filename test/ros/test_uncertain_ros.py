@@ -16,6 +16,7 @@ from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, un
 from sensor_msgs.msg import Imu
 from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
 from tf_tree_py.core import Kind
+from tf_tree_py.core.buffer.uncertain_buffer import take_covariance
 from tf_tree_py.core.geometry.covariances import composed
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped, uncertain_values
 
@@ -116,7 +117,7 @@ def test_prediction_is_marked(buffer):
 
 def test_uncertainty_of_the_way_is_added_on_demand(buffer):
     way = 1e-4 * np.eye(6)
-    buffer.intake.take_covariance('odom', 'base', SECOND, way, 'test')
+    take_covariance(buffer.intake, 'odom', 'base', SECOND, way, 'test')
     detection = stamped(pose=Pose(z=3.0), frame='camera')
     plain = buffer.transform(detection, 'odom')
     added = buffer.transform(detection, 'odom', uncertain=True)

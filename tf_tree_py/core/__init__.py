@@ -3,7 +3,7 @@
 
 """The transform tree without ROS: poses, histories, the tree and its buffer."""
 
-from .buffer.buffer_core import BufferCore
+from .buffer.buffer_core import BufferCore, load, Snapshot
 from .edges.constant_twist import ConstantTwist
 from .edges.curve import Curve
 from .edges.spline import Spline
@@ -29,7 +29,6 @@ from .ingest.incidents import Incident, Kind, RefusedException, Statistics, Tran
 from .ingest.sample import Sample
 from .stamp import from_seconds, LATEST, UNLIMITED
 from .tree.outline import EdgeInfo
-from .tree.queries import load, Snapshot
 from .twist import lookup_twist, lookup_twist_many
 
 __all__ = [

@@ -22,7 +22,8 @@ from .geometry import se3
 from .geometry.screws import carry, carry_many, Screw
 from .geometry.so3 import Array, Vector3
 from .stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
-from .times import checked_stamp, Stamp, StampsLike
+from .times import checked_stamp, Stamp, Stamps, StampsLike
+from .tree.many_stamps import ends_of
 from .tree.outline import EdgeInfo
 from .tree.queries import Queries
 
@@ -94,7 +95,7 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
         for near, far in pairwise(frames):
             before, now, after = (tree.lookup_at(near, far, time)
                                   for time in (begin, stamp, begin + length))
-            known = tree._twists_between(near, far, np.array([stamp]))
+            known = _twists_between(tree, near, far, np.array([stamp]))
             if known is None:
                 own = se3.log(se3.compose(se3.inverse(before), after))
                 factor = NANOSECONDS_PER_SECOND / length
@@ -142,7 +143,7 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
         for near, far in pairwise(frames):
             before, now, after = (frozen.lookup_many(near, far, when)
                                   for when in (begins, times, begins + length))
-            own = frozen._twists_between(near, far, times)
+            own = _twists_between(frozen, near, far, times)
             if own is None:
                 own = se3.log_many(se3.compose_many(se3.inverse_many(before), after)) * (
                     NANOSECONDS_PER_SECOND / length)
@@ -199,6 +200,27 @@ def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
                              if edge.latest <= oldest))
     length = min(interval, last.latest - oldest)
     return oldest, last.latest - length, length
+
+
+def _twists_between(tree: Queries, near: str, far: str, stamps: Stamps) -> Array | None:
+    """
+    Return the twist of a frame relative to its neighbour, (N, 6), in its own axes.
+
+    :param stamps: (N,) for which there is data.
+    :return: None if the edge between them has only poses.
+    """
+    with tree._lock:
+        for child, parent in (far, near), (near, far):
+            history = tree._tree.histories.get(child)
+            if history is not None and history.fixed_parent and history.parent == parent:
+                break
+        else:
+            return None
+        twists = history.twists(stamps)
+        if twists is None or child == far:
+            return twists
+        # The twist of the inverse is -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
+        return -carry_many(history.track(*ends_of(stamps)).at(stamps).T, twists)
 
 
 def _plus(a: Screw, b: Screw, factor: float) -> Screw:

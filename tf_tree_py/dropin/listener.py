@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_AUTHORITY
+from tf_tree_py.core.buffer.plain_buffer import DEFAULT_AUTHORITY
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.wrong_arguments import check_places
 from tf_tree_py.ros.topics.listener import TransformListener as OurListener

@@ -9,7 +9,8 @@ import threading
 import time
 from typing import Final
 
-from tf_tree_py.core.buffer.buffer_core import BufferCore, DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
+from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.ingest.frame_names import as_published
 from tf_tree_py.core.ingest.incident_log import IncidentLog
 from tf_tree_py.core.ingest.observers import Observer

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_NAME_BYTES
+from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.ingest.frame_names import Rename
 from tf_tree_py.core.ingest.incident_log import IncidentLog
 from tf_tree_py.core.ingest.incidents import Incident

@@ -14,6 +14,7 @@ from tf_tree_py.bag.no_transforms import no_transforms
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.core.buffer.uncertain_buffer import take_estimate
 from tf_tree_py.core.ingest.byte_cursor import WireError
 from tf_tree_py.core.ingest.diagnostic_bytes import read_statuses
 from tf_tree_py.core.ingest.incidents import Incident
@@ -110,7 +111,7 @@ class RecordedTree:
             if isinstance(found, Incident):
                 self.buffer.intake.refuse(found)
             else:
-                self.buffer.intake.take_estimate(found, False, authority)
+                take_estimate(self.buffer.intake, found, False, authority)
 
     def _note_sources(self) -> None:
         """Notify observers of what the robot's buffers reported of their sources, all at once."""

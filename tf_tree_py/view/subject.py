@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import threading
 import time
 
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.health.checks.finding import Finding
-from tf_tree_py.core.tree.queries import Queries
 
 from .model.incident_log import IncidentLog
 from .model.liveness import LeftBehind
@@ -42,7 +42,7 @@ class Subject:
     :ivar left_behind: returns the edges of a live tree that have stopped; None: by the stamps.
     """
 
-    source: Queries
+    source: AllQueries
     live: bool
     now: Callable[[], int]
     diagnose: Callable[[], Sequence[Finding]] = tuple
@@ -64,7 +64,7 @@ class Subject:
         return self.resting is not None and not self.source.frames()
 
     @property
-    def tree(self) -> Queries:
+    def tree(self) -> AllQueries:
         """Return the tree that the pages show now."""
         return self.resting.buffer if self.resting is not None and self.rests else self.source
 

@@ -13,8 +13,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 
 from tf_tree_py.core import fork_locks
-from tf_tree_py.core.buffer.buffer_core import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.buffer.intake import Intake
+from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
+from tf_tree_py.core.buffer.uncertain_buffer import take_estimate
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.ingest.edge_estimate import EdgeEstimate
@@ -68,7 +69,8 @@ class Assembler:
 
     def take_estimate(self, estimate: EdgeEstimate, with_pose: bool, authority: str) -> None:
         """Insert the covariance of an edge from a topic, and its pose if requested."""
-        self.oddities.note_incidents(self.intake.take_estimate(estimate, with_pose, authority))
+        self.oddities.note_incidents(
+            take_estimate(self.intake, estimate, with_pose, authority))
 
     def refuse(self, incident: Incident) -> None:
         """Count and record a message that cannot be inserted."""

@@ -6,6 +6,7 @@
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TypeAlias
 
+from tf_tree_py.core.buffer.buffer_core import Snapshot
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.ingest.byte_cursor import WireError
 from tf_tree_py.core.ingest.edge_estimate import Covariances, EdgeEstimate, not_moved
@@ -13,7 +14,8 @@ from tf_tree_py.core.ingest.estimate_bytes import read_estimate
 from tf_tree_py.core.ingest.frame_names import as_published, Rename
 from tf_tree_py.core.ingest.incidents import Incident, Kind
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.tree.queries import Queries, Snapshot
+from tf_tree_py.core.tree.edge_covariances import EdgeCovariances
+from tf_tree_py.core.tree.queries import Queries
 
 from .assembler import Assembler
 from ..errors import BagError
@@ -142,7 +144,8 @@ def _names_its_child(bag: Bag, source: MessageSource, rules: Covariances) -> boo
 
 def _note_strays(assembly: Assembler) -> None:
     """Record covariances of edges without transforms: they would have no effect."""
-    for (parent, child), known in assembly.tree.uncertainty.items():
+    kept = assembly.tree.companion(EdgeCovariances)
+    for (parent, child), known in kept.by_edge.items() if kept else ():
         history = assembly.tree.histories.get(child)
         if history is None or not history.has_named(parent):
             assembly.oddities.note(

@@ -5,7 +5,6 @@
 
 import math
 import operator
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,17 +51,6 @@ def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: flo
             f'max_turn_rate={max_turn_rate!r} must be positive, and reach={reach!r} metres '
             'must be finite and not negative')
     return Limits(span, fast, turn, near)
-
-
-def checked_frame(child: Any) -> str:
-    """
-    Return the name of a caller's child frame, without a leading slash.
-
-    :raises InvalidArgumentException: it is not a name.
-    """
-    if not isinstance(child, str) or not child.removeprefix('/'):
-        raise InvalidArgumentException(f'child must be the name of a frame, not {child!r}')
-    return child.removeprefix('/')
 
 
 def checked_point(given: npt.ArrayLike) -> Vector3:

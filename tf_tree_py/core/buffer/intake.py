@@ -13,11 +13,8 @@ from dataclasses import replace
 from typing import Any
 
 from .waiting import Waiting
-from ..edges.curve import EdgeCurve
 from ..edges.packed import pack_pose
 from ..errors import ClockJumpException
-from ..geometry.so3 import Array
-from ..ingest.edge_estimate import EdgeEstimate
 from ..ingest.future_guard import FutureGuard
 from ..ingest.incidents import Incident, Kind, Statistics
 from ..ingest.jump_back import CURE, JumpBack, WHY_OLD
@@ -26,7 +23,6 @@ from ..ingest.received_message import ReceivedMessage
 from ..ingest.sample import Batch, checked, Sample, sound_poses
 from ..ingest.sample_track import JudgedTrack, SampleTrack
 from ..stamp import LATEST
-from ..times import Stamps
 from ..tree.tree import Tree
 
 
@@ -36,6 +32,9 @@ class Intake:
 
     All methods are thread-safe, are called without the buffer's lock, and return the
     incidents.
+
+    :ivar tree: the tree that the samples are inserted into.
+    :ivar lock: the buffer's lock.
     """
 
     def __init__(self, tree: Tree, waiting: Waiting, observers: Observers, guard: FutureGuard,
@@ -47,9 +46,9 @@ class Intake:
         :param guard: recognises stamps too far ahead of the clock.
         :param jump_back: recognises a new run; None: this is not checked.
         """
-        self._tree = tree
+        self.tree = tree
         self._waiting = waiting
-        self._lock = waiting.lock
+        self.lock = waiting.lock
         self._observers = observers
         self._guard = guard
         self._jump_back = jump_back
@@ -90,42 +89,6 @@ class Intake:
             self._observers.notify_received(ReceivedMessage(
                 batch, self._guard.now(), '', static, authority))
 
-    def take_uncertain(self, sample: Sample, covariance: Array, authority: str,
-                       static: bool) -> list[Incident]:
-        """Insert a sample and its covariance (6, 6), or neither if one of them is refused."""
-        def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
-            incidents = self.insert_each(samples, authority, static)
-            if samples and not any(incident.refused for incident in incidents):
-                refused = self._tree.set_covariance(*sample[:3], covariance, authority)
-                self.count(0, refused)
-                incidents += refused
-            return incidents
-
-        return self.take([sample], authority, static, insert)
-
-    def take_covariance(self, parent: str, child: str, stamp: int, covariance: Array,
-                        authority: str) -> list[Incident]:
-        """Insert the covariance (6, 6) of an edge whose poses are inserted separately."""
-        with self._lock:
-            refused = self._tree.set_covariance(parent, child, stamp, covariance, authority)
-            self.count(0, refused)
-        return refused
-
-    def take_estimate(self, estimate: EdgeEstimate, with_pose: bool,
-                      authority: str) -> list[Incident]:
-        """Insert an edge's covariance from a topic, and on request its pose too."""
-        parent, child, stamp, pose, covariance = estimate
-        if with_pose:
-            return self.take_uncertain(
-                Sample(parent, child, stamp, pose), covariance, authority, False)
-        return self.take_covariance(parent, child, stamp, covariance, authority)
-
-    def take_rates(self, child: str, stamps: Stamps, rates: Array, max_gap: int | None,
-                   saturation: float) -> int:
-        """Insert angular velocities (N, 3) at sorted stamps (N,); see ``BufferCore.aid``."""
-        with self._lock:
-            return self._tree.aid(child, stamps, rates, max_gap, saturation)
-
     def take_batch(self, batch: Batch, authority: str, static: bool,
                    announced: bool = False) -> list[Incident]:
         """Insert a whole message; ``announced``: observers were already notified of it."""
@@ -155,34 +118,36 @@ class Intake:
         return self._insert([], lambda: [track.child],
                             self._track, track, track.judged(authority), authority)
 
-    def take_curve(self, parent: str, child: str, curve: EdgeCurve,
-                   authority: str) -> list[Incident]:
+    def take_other(self, newest: Sample, authority: str,
+                   insert: Callable[[], list[Incident]]) -> list[Incident]:
         """
-        Replace an edge's samples with a curve, and notify observers of its newest pose.
+        Insert something other than samples into an edge, such as a curve.
 
-        The stamp of that pose is compared with the clock. For a curve that reaches into the
-        future, it is the stamp of its oldest pose.
+        :param newest: what it is for observers; its stamp is compared with the clock.
+        :param insert: inserts it, with the lock held, and counts it.
         """
-        stamp = curve.oldest if self._guard.is_too_far(curve.latest) else curve.latest
-        newest = Sample(parent, child, stamp, curve.sample(stamp))
         self.announce([newest], authority)
         remarks: list[Incident] = []
         if self._jump_back or newest.stamp > self._guard.limit:
             taken, remarks = self._screen([newest], [newest.stamp], authority)
             if not taken:
                 return remarks
-        return self._insert(remarks, lambda: [child], self._curve, newest, curve, authority)
+        return self._insert(remarks, lambda: [newest.child], insert)
+
+    def is_too_far(self, stamp: int) -> bool:
+        """Return whether a stamp is so far ahead of the clock that it is refused."""
+        return self._guard.is_too_far(stamp)
 
     def refuse(self, incident: Incident) -> None:
         """Count an incident that occurred before there was a sample to insert."""
-        with self._lock:
+        with self.lock:
             self.count(0, [incident])
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""
-        with self._lock:
+        with self.lock:
             counts = self._statistics
-            return Statistics(counts.accepted, dict(counts.incidents), len(self._tree.frames))
+            return Statistics(counts.accepted, dict(counts.incidents), len(self.tree.frames))
 
     # --- before anything is inserted
 
@@ -192,8 +157,8 @@ class Intake:
         guard = self._guard
         remarks: list[Incident] = []
         if guard.is_too_far(max(stamps)):
-            with self._lock:
-                samples, remarks = guard.part(samples, authority, self._tree.histories)
+            with self.lock:
+                samples, remarks = guard.part(samples, authority, self.tree.histories)
                 self.count(0, remarks)
         return samples, remarks + self._judge_stamps(
             [(sample.parent, sample.child) for sample in samples],
@@ -204,8 +169,8 @@ class Intake:
         """Forget what was before if another run has begun."""
         if not self._jump_back or not edges:
             return []
-        with self._lock:
-            incident = self._jump_back.judge(edges, stamps, authority, self._tree.histories)
+        with self.lock:
+            incident = self._jump_back.judge(edges, stamps, authority, self.tree.histories)
             if incident is None:
                 return []
             self.count(0, [incident])
@@ -217,14 +182,14 @@ class Intake:
 
     def _insert(self, remarks: list[Incident], children: Callable[[], Iterable[str]],
                 insert: Callable[..., list[Incident]], *arguments: Any) -> list[Incident]:
-        incidents = self._waiting.change(self._tree, children, insert, *arguments)
+        incidents = self._waiting.change(self.tree, children, insert, *arguments)
         return remarks + self._explained(incidents) if remarks or incidents else incidents
 
     def insert_each(self, samples: Iterable[Sample], authority: str,
                     static: bool) -> list[Incident]:
         """Insert samples one by one; the lock is held."""
         incidents: list[Incident] = []
-        tree, accepted = self._tree, 0
+        tree, accepted = self.tree, 0
         try:
             for sample in samples:
                 if not static and tree.append(sample, authority):
@@ -242,7 +207,7 @@ class Intake:
         return incidents
 
     def _append(self, batch: Batch, authority: str) -> list[Incident]:
-        taken = self._tree.append_batch(batch, authority)
+        taken = self.tree.append_batch(batch, authority)
         self._statistics.accepted += taken
         if taken == len(batch.edges):
             return []
@@ -250,7 +215,7 @@ class Intake:
 
     def _track(self, track: SampleTrack, judged: JudgedTrack, authority: str) -> list[Incident]:
         incidents: list[Incident] = []
-        tree, number = self._tree, 0
+        tree, number = self.tree, 0
         if not len(track.stamps):
             return incidents
         history = tree.history_to_extend(track.parent, track.child, int(track.stamps.min()))
@@ -270,13 +235,6 @@ class Intake:
             tree.extend(history, rest.stamps, rest.poses, authority)
         self.count(len(rest.stamps), refused)
         return incidents + refused
-
-    def _curve(self, newest: Sample, curve: EdgeCurve, authority: str) -> list[Incident]:
-        sound = checked(newest, authority)
-        incidents = [sound] if isinstance(sound, Incident) else self._tree.insert_curve(
-            newest.parent, newest.child, curve, authority)
-        self.count(not (incidents and incidents[-1].refused), incidents)
-        return incidents
 
     def count(self, accepted: int, incidents: list[Incident]) -> None:
         """Count transforms and incidents, and notify observers; the lock is held."""
@@ -301,7 +259,7 @@ class Intake:
 
     def clear(self) -> None:
         """Clear all moving edges; frame names and static edges stay."""
-        with self._lock:
+        with self.lock:
             self._forget()
             if self._jump_back:
                 self._jump_back.begin()
@@ -319,7 +277,7 @@ class Intake:
         self._guard = self._guard.renewed()
 
     def _forget(self) -> None:
-        self._tree.clear()
+        self.tree.clear()
         self.read_clock_anew()
 
     def _give_up(self, why: str) -> None:

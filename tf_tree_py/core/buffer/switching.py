@@ -12,15 +12,15 @@ import math
 import operator
 from typing import Any
 
-from .correction_arguments import checked_frame
 from .intake import Intake
 from .waiting import Waiting
 from ..errors import InvalidArgumentException
 from ..geometry.blend import Limits
 from ..ingest.incidents import Incident
-from ..ingest.sample import checked, Sample
+from ..ingest.sample import checked, checked_frame, Sample
 from ..stamp import format_span, from_seconds
 from ..tree.corrections import Transition
+from ..tree.source_samples import Sources, SourceSamples
 from ..tree.sources import EdgeSources, Rule
 from ..tree.tree import Tree
 
@@ -72,12 +72,16 @@ class Switching:
         sources = self._known(child)
         if sources is None:
             sources = self._sources[child] = EdgeSources(parent, child, self._tree.cache_time)
-            self._tree.sources[child] = sources.samples
+            self._samples[child] = sources.samples
         return sources
+
+    @property
+    def _samples(self) -> dict[str, SourceSamples]:
+        return self._tree.companion_or_new(Sources).by_child
 
     def _known(self, child: str) -> EdgeSources | None:
         sources = self._sources.get(child)
-        if sources is not None and self._tree.sources.get(child) is not sources.samples:
+        if sources is not None and self._samples.get(child) is not sources.samples:
             del self._sources[child]  # the frame was removed
             return None
         return sources

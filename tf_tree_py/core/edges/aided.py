@@ -8,6 +8,7 @@ The error of the gyroscope, which is mostly its bias, is distributed evenly over
 one pose to the next.
 """
 
+from collections.abc import Callable
 import math
 from math import cos, sin
 from typing import NamedTuple
@@ -16,6 +17,7 @@ import numpy as np
 
 from .discrete import DynamicHistory, HeldHistory
 from .gyro import Gyro, rotation_of
+from .kinds import storable
 from .packed import POSE_BYTES, unpack_pair
 from .protocol import History
 from .storage import Arrays, Facts, Stored
@@ -48,6 +50,7 @@ class _Stretch(NamedTuple):
     half: float
 
 
+@storable('aided')
 class AidedHistory(DynamicHistory):
     """
     Poses, and a gyroscope that measures the rotation between them where it has samples.
@@ -243,6 +246,8 @@ def aided(history: History | None, child: str, cache_time: int) -> AidedHistory:
     """
     Return an edge's history as an aided one: itself, or a new one with its samples.
 
+    A kind of history that has more than samples has a method ``aided()``, which keeps the rest.
+
     :param history: None if the edge has no history yet.
     :raises InvalidArgumentException: an edge that is not interpolated between samples.
     """
@@ -250,6 +255,9 @@ def aided(history: History | None, child: str, cache_time: int) -> AidedHistory:
         return AidedHistory(child, cache_time)
     if isinstance(history, AidedHistory):
         return history
+    own: Callable[[], AidedHistory] | None = getattr(history, 'aided', None)
+    if own is not None:
+        return own()
     if not isinstance(history, DynamicHistory) or isinstance(history, HeldHistory):
         what = 'is static' if history.is_static else 'is not interpolated between samples'
         raise InvalidArgumentException(

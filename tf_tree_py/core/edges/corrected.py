@@ -16,6 +16,7 @@ import numpy as np
 from .aided import AidedHistory
 from .correction import Correction
 from .discrete import DynamicHistory, HeldHistory
+from .kinds import storable
 from .packed import pack_pose, unpack_pose
 from .protocol import History
 from .stage import ORIGIN, Stage
@@ -201,12 +202,19 @@ class CorrectedHistory(DynamicHistory):
         return self.copied_into(DynamicHistory(self.child, self.cache_time, self.authority))
 
 
+@storable('corrected')
 class CorrectedSamples(CorrectedHistory):
     """Samples that corrections move, with interpolation between them."""
 
     __slots__ = ('corrections',)
 
+    def aided(self) -> 'CorrectedAidedSamples':
+        """Return these samples with a gyroscope, which has no samples yet."""
+        history = self.copied_into(AidedHistory(self.child, self.cache_time, self.authority))
+        return _with_gyroscope(history, self.corrections)
 
+
+@storable('corrected and aided')
 class CorrectedAidedSamples(CorrectedHistory, AidedHistory):
     """Samples that corrections move, with a gyroscope for the rotation between them."""
 
@@ -249,13 +257,18 @@ def corrected(history: History | None, child: str) -> CorrectedHistory:
 def with_corrections(history: DynamicHistory,
                      corrections: dict[str, Correction]) -> CorrectedHistory:
     """Return a history with these samples unchanged, which moves later samples."""
-    twin: CorrectedHistory
     if isinstance(history, AidedHistory):
-        twin = history.copied_into(CorrectedAidedSamples(
-            history.child, history.cache_time, history.authority))
-        twin.gyro = history.gyro.copy()
-    else:
-        twin = history.copied_into(CorrectedSamples(
-            history.child, history.cache_time, history.authority))
+        return _with_gyroscope(history, corrections)
+    twin = history.copied_into(CorrectedSamples(
+        history.child, history.cache_time, history.authority))
+    twin._begin(corrections)
+    return twin
+
+
+def _with_gyroscope(history: AidedHistory,
+                    corrections: dict[str, Correction]) -> CorrectedAidedSamples:
+    twin = history.copied_into(CorrectedAidedSamples(
+        history.child, history.cache_time, history.authority))
+    twin.gyro = history.gyro.copy()
     twin._begin(corrections)
     return twin

@@ -16,6 +16,7 @@ import numpy as np
 from .columns import Columns
 from .constant_twist import ConstantTwist
 from .curve import as_edge_curve, Curve, EdgeCurve
+from .kinds import storable
 from .protocol import History, Stretch
 from .spline import Spline
 from .storage import Arrays, Facts, Stored
@@ -51,6 +52,7 @@ class StorableCurve(Curve, Protocol):
 STORABLE: dict[str, type[StorableCurve]] = {'spline': Spline, 'constant twist': ConstantTwist}
 
 
+@storable('curve')
 class CurveHistory:
     """
     One edge on a curve; see ``MovingHistory``.

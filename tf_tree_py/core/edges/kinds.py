@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""All kinds of history that a frozen tree can contain, by name; thawing keeps the kind."""
+"""
+The kinds of history that a frozen tree can contain, by name; thawing keeps the kind.
 
-from typing import Protocol
+The basic kinds are listed here; every other kind registers itself.
+"""
 
-from .aided import AidedHistory
-from .corrected import CorrectedAidedSamples, CorrectedSamples
-from .curve_history import CurveHistory
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
 from .discrete import DynamicHistory, HeldHistory
 from .protocol import History
 from .static import StaticHistory
@@ -16,7 +18,7 @@ from ..errors import TreeFileError
 
 
 class Freezable(History, Protocol):
-    """A history that can be frozen; its class is listed in ``KINDS``."""
+    """A history that can be frozen; its class is in ``KINDS``."""
 
     def frozen(self, arrays: Arrays) -> Facts:
         """Return facts for ``thawed``, of types that JSON supports, and add its arrays."""
@@ -31,9 +33,17 @@ class Freezable(History, Protocol):
 
 
 KINDS: dict[str, type[Freezable]] = {
-    'static': StaticHistory, 'interpolated': DynamicHistory, 'held': HeldHistory,
-    'aided': AidedHistory, 'curve': CurveHistory, 'corrected': CorrectedSamples,
-    'corrected and aided': CorrectedAidedSamples}
+    'static': StaticHistory, 'interpolated': DynamicHistory, 'held': HeldHistory}
+
+_Kind = TypeVar('_Kind', bound=type[Freezable])
+
+
+def storable(name: str) -> Callable[[_Kind], _Kind]:
+    """Return a decorator that registers a class of histories under a name."""
+    def register(kind: _Kind) -> _Kind:
+        KINDS[name] = kind
+        return kind
+    return register
 
 
 def frozen(history: History, arrays: Arrays) -> Facts:
@@ -58,7 +68,7 @@ def thawed(stored: Stored) -> History:
     """
     name = stored.one('kind', str)
     if name not in KINDS:
-        raise ValueError(f'unknown kind of edge {name!r}')
+        raise ValueError(f'it contains an edge of the kind {name!r}, which is not installed here')
     history = KINDS[name].thawed(stored.one('child', str), stored)
     history.authority = stored.one('authority', str)
     return history

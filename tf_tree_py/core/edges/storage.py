@@ -70,6 +70,10 @@ class Stored:
         part._rest = self._rest
         return part
 
+    def names(self) -> list[str]:
+        """Return the names of all facts, in their order."""
+        return list(self._facts)
+
     def has(self, key: str) -> bool:
         """Return whether a fact is stored."""
         return self._facts.get(key) is not None

@@ -11,11 +11,10 @@ messages. ``geometry.covariances`` defines the convention.
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from typing import Any, cast, NamedTuple
+from typing import Any, cast, NamedTuple, Protocol, TypeGuard
 
 import numpy as np
 
-from .aided import AidedHistory
 from .protocol import History
 from .storage import Arrays, Bytes, Facts, Stored
 from ..geometry import so3
@@ -52,6 +51,40 @@ class Around(NamedTuple):
     ratio: Array
     turn: Array
     back: Array | None
+
+
+class MeasuringHistory(History, Protocol):
+    """A history that measures the rotation between two of its poses, such as by a gyroscope."""
+
+    def closing(self, begin: int, end: int, stamps: Stamps) -> tuple[Array, Array] | None:
+        """
+        Return the arguments of ``covariances.between_rows`` for a stretch between two poses.
+
+        :return: the remaining error at the next pose, in the parent's axes, (3,), and the measured
+            rotations back from there, (N, 3, 3); None if not the whole stretch was measured.
+        """
+
+
+def measures_turns(history: History) -> TypeGuard[MeasuringHistory]:
+    """Return whether a history measures the rotation between its poses."""
+    return hasattr(history, 'closing')
+
+
+class PendingHistory(History, Protocol):
+    """A history whose poses have a known error, such as a correction that has just begun."""
+
+    def pending(self, stamps: Stamps, poses: Array) -> Array | None:
+        """
+        Return the errors at stamps (N,), (N, 6) in the convention of ``geometry.covariances``.
+
+        :param poses: (N, 7), or (1, 7) for all stamps.
+        :return: None if there are none.
+        """
+
+
+def has_pending(history: History) -> TypeGuard[PendingHistory]:
+    """Return whether the poses of a history may have a known error."""
+    return hasattr(history, 'pending')
 
 
 Term = tuple[float, Matrix9, Bytes]
@@ -153,7 +186,7 @@ class Uncertainty:
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         if not 0 < after < len(stamps):
             return [(1.0, UNTURNED, self._row(max(after - 1, 0)))]
-        if isinstance(history, AidedHistory):
+        if measures_turns(history):
             rows = interpolated([self.around(np.array([stamp]), history)], independent)
             return [(1.0, UNTURNED, np.array(rows).tobytes())]
         begin, end, row = stamps[after - 1], stamps[after], self._row(after - 1)
@@ -215,7 +248,7 @@ class Uncertainty:
 def _turns(history: History, begins: Stamps, ends: Stamps,
            stamps: Stamps) -> tuple[Array, Array | None]:
     """Return the fields ``turn`` and ``back`` of ``Around``."""
-    if not isinstance(history, AidedHistory):
+    if not measures_turns(history):
         return _turns_at_constant_rates(history, begins, ends), None
     turns, back = np.zeros((len(stamps), 3)), np.tile(np.eye(3), (len(stamps), 1, 1))
     for begin in np.unique(begins):
@@ -269,7 +302,7 @@ def _turn(history: History, first: int, last: int) -> so3.Quaternion:
     return so3.multiply((bx, by, bz, bw), (-ax, -ay, -az, aw))
 
 
-def _turn_by_gyroscope(history: AidedHistory, first: int, last: int,
+def _turn_by_gyroscope(history: MeasuringHistory, first: int, last: int,
                        stamps: Stamps) -> tuple[Array, Array]:
     """Return a gyroscope's remaining error, (3,), and its rotations back, (N, 3, 3)."""
     known = first < last and history.neighbours(first, last) is not None

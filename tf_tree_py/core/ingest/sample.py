@@ -10,7 +10,7 @@ of tf2 (names, NaN, quaternions) are implemented once.
 
 from collections.abc import Sequence
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -90,6 +90,17 @@ def admitted(sample: Sample) -> Sample:
         return sample
     return Sample(
         parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
+
+
+def checked_frame(child: Any) -> str:
+    """
+    Return the name of a caller's child frame, without a leading slash.
+
+    :raises InvalidArgumentException: it is not a name.
+    """
+    if not isinstance(child, str) or not child.removeprefix('/'):
+        raise InvalidArgumentException(f'child must be the name of a frame, not {child!r}')
+    return child.removeprefix('/')
 
 
 def as_sec_nanosec(stamp: int) -> tuple[int, int]:

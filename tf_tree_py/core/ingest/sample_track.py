@@ -125,21 +125,3 @@ def checked_track(parent: str, child: str, stamps: Stamps, poses: Any) -> Sample
             f'there must be one pose (N, 7) for each stamp (N,): not {len(stamps)} stamps and '
             f'{len(array)} poses')
     return SampleTrack(parent.removeprefix('/'), child.removeprefix('/'), stamps, array)
-
-
-def checked_rates(given: Any, count: int) -> Array:
-    """
-    Return a caller's angular velocities as an array (N, 3).
-
-    :raises InvalidArgumentException: another shape, or numbers that are not finite.
-    """
-    try:
-        rates = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidArgumentException('angular velocities are (N, 3) numbers') from None
-    if rates.shape != (count, 3) and (count or rates.size):
-        raise InvalidArgumentException(
-            f'angular velocities are (N, 3), one for each of {count} stamps, not {rates.shape}')
-    if not np.isfinite(rates).all():
-        raise InvalidArgumentException('some angular velocities are not finite')
-    return rates.reshape(count, 3)

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..errors import TransformException
 from ..geometry.so3 import Array
-from ..tree.queries import Queries
 from ..tree.uncertain import Share
+from ..tree.uncertain_queries import UncertainQueries
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def _worst(covariance: Array) -> float:
     return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 
-def certainty_of(tree: Queries, target: str, source: str, stamp: int) -> Certainty | None:
+def certainty_of(tree: UncertainQueries, target: str, source: str, stamp: int) -> Certainty | None:
     """
     Return the uncertainty of a lookup's answer.
 
@@ -64,7 +64,8 @@ def certainty_of(tree: Queries, target: str, source: str, stamp: int) -> Certain
     try:
         shares = tree.lookup_budget(target, source, stamp)
         # A buffer of ROS returns a message.
-        covariance = Queries.lookup_uncertain(tree, target, source, stamp)[1] if shares else None
+        covariance = (UncertainQueries.lookup_uncertain(tree, target, source, stamp)[1]
+                      if shares else None)
     except TransformException:  # the data has expired since the lookup
         return None
     return None if covariance is None else Certainty(covariance, tuple(shares))

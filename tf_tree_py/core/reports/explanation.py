@@ -15,7 +15,7 @@ from ..geometry.pose import Pose
 from ..stamp import LATEST
 from ..suggestions import nearest
 from ..tree.outline import EdgeInfo
-from ..tree.queries import Queries
+from ..tree.uncertain_queries import UncertainQueries
 
 # If a frame is missing, no more than this number of known frames are listed.
 _MAX_FRAMES = 100
@@ -121,7 +121,7 @@ def _plain(edge: ExplainedEdge) -> dict[str, Any]:
             'turned_rad': edge.turned, 'lacks': edge.lacks}
 
 
-def explain(tree: Queries, target: str, source: str, stamp: int = LATEST,
+def explain(tree: UncertainQueries, target: str, source: str, stamp: int = LATEST,
             now: int = 0) -> Explanation:
     """
     Look a transform up, and return the answer with the data that it is computed from.
@@ -147,7 +147,7 @@ def explain(tree: Queries, target: str, source: str, stamp: int = LATEST,
         certainty_of(tree, target, source, found) if pose else None)
 
 
-def _way(tree: Queries, target: str, source: str,
+def _way(tree: UncertainQueries, target: str, source: str,
          stamp: int) -> tuple[tuple[str, ...], list[EdgeInfo]]:
     """Return the frames and the edges between two frames; none if they are not connected."""
     try:
@@ -157,7 +157,7 @@ def _way(tree: Queries, target: str, source: str,
         return (), []
 
 
-def _explained(tree: Queries, info: EdgeInfo, stamp: int, now: int) -> ExplainedEdge:
+def _explained(tree: UncertainQueries, info: EdgeInfo, stamp: int, now: int) -> ExplainedEdge:
     if info.static:
         return ExplainedEdge(info)
     age = now - info.latest if now else None

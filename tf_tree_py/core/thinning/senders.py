@@ -9,7 +9,7 @@ import threading
 import time
 
 from .thinner import Thinner
-from ..buffer.buffer_core import DEFAULT_MAX_FRAMES
+from ..buffer.plain_buffer import DEFAULT_MAX_FRAMES
 from ..ingest.sample import Sample
 from ..stamp import NANOSECONDS_PER_SECOND
 

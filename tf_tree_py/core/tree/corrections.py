@@ -9,9 +9,11 @@ Corrections of a tree's edges: absorbing and querying them.
 
 from typing import NamedTuple
 
+from .companions import Companion, storable
 from .tree import Tree
 from ..edges.corrected import corrected, CorrectedHistory
 from ..edges.stage import Stage
+from ..edges.storage import Arrays, Stored
 from ..errors import InvalidArgumentException
 from ..geometry import se3
 from ..geometry.blend import Limits
@@ -36,6 +38,33 @@ class Transition(NamedTuple):
     motion: Pose
 
 
+@storable
+class Transitions(Companion):
+    """
+    The number of transitions of all edges to another correction or source.
+
+    :ivar count: it never decreases.
+    """
+
+    key = 'corrections'
+
+    def __init__(self, count: int = 0) -> None:
+        self.count = count
+
+    def copy(self) -> 'Transitions':
+        """Return a copy."""
+        return Transitions(self.count)
+
+    def frozen(self, arrays: Arrays) -> int:
+        """Return the number."""
+        return self.count
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Transitions':
+        """Return the frozen number."""
+        return cls(stored.whole(cls.key))
+
+
 def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
            about: Vector3, limits: Limits) -> Transition:
     """Start the transition of an edge to a correction; see ``BufferCore.correct``."""
@@ -57,19 +86,16 @@ def _check_seen(seen_at: int, newest: int) -> None:
 
 def transition(tree: Tree, stage: Stage, *, is_new: bool = True) -> Transition:
     """Return the transition of a stage; count it if it is new."""
-    tree.corrections += is_new
-    return Transition(tree.corrections, stage.begin, stage.end, Pose._make(stage.motion))
+    transitions = tree.companion_or_new(Transitions)
+    transitions.count += is_new
+    return Transition(transitions.count, stage.begin, stage.end, Pose._make(stage.motion))
 
 
 def smoothed(tree: Tree) -> Tree:
     """Return a copy of a tree with all corrections applied to the past, too."""
     twin = tree.copy()
     for history in list(twin.histories.values()):
-        sources = tree.sources.get(history.child)
-        of_source = sources.smoothed(history) if sources is not None else None
-        if of_source is not None:
-            twin.replace(of_source)
-        elif isinstance(history, CorrectedHistory):
+        if isinstance(history, CorrectedHistory):
             twin.replace(history.smoothed())
     return twin
 

@@ -1,16 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The samples of one edge, and its velocity if it is known."""
+"""The samples of one edge."""
 
 import numpy as np
 
-from .many_stamps import ends_of
-from .tree import Tree
 from ..edges.protocol import History, moves
 from ..geometry.pose import Pose
-from ..geometry.screws import carry_many
-from ..geometry.so3 import Array
 from ..times import Stamps
 
 
@@ -31,23 +27,3 @@ def samples_around(history: History | None, stamp: int) -> list[tuple[int, Pose]
     around = {max((knot for knot in knots if knot <= inside), default=inside),
               min((knot for knot in knots if knot >= inside), default=inside)}
     return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
-
-
-def twists_between(tree: Tree, near: str, far: str, stamps: Stamps) -> Array | None:
-    """
-    Return the twist of a frame relative to its neighbour, (N, 6), in its own axes.
-
-    :param stamps: (N,) for which there is data.
-    :return: None if the edge between them has only poses.
-    """
-    for child, parent in (far, near), (near, far):
-        history = tree.histories.get(child)
-        if history is not None and history.fixed_parent and history.parent == parent:
-            break
-    else:
-        return None
-    twists = history.twists(stamps)
-    if twists is None or child == far:
-        return twists
-    # The twist of the inverse is -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
-    return -carry_many(history.track(*ends_of(stamps)).at(stamps).T, twists)

@@ -6,7 +6,7 @@ A tree as a file whose arrays are used in place: freezing it, and thawing it at 
 
 A file consists of a magic word, the version, the length and the CRC-32 of the header; then the
 header, a JSON description of the tree; then the arrays. Each kind of history (``edges.kinds``)
-defines its part of both. Expired samples are not written.
+and of companion defines its part of both. Expired samples are not written.
 
 A sample is not read until a lookup needs it; only the parents of edges that changed their
 parent are read at once. So the time for opening does not depend on the size, and processes
@@ -25,11 +25,10 @@ import sys
 from typing import NamedTuple
 import zlib
 
-from .source_samples import SourceSamples
+from .companions import KINDS
 from .tree import Tree
 from ..edges.kinds import frozen, thawed
 from ..edges.storage import ALIGNMENT, Arrays, Bytes, Stored
-from ..edges.uncertainty import Uncertainty
 from ..errors import TreeFileError
 from ..text import shorten
 from ..whole_files import write_whole
@@ -38,6 +37,8 @@ _MAGIC = b'tf_tree\0'
 _VERSION = 2
 _PREFIX = struct.Struct('<8sIII')  # magic, version, length and CRC-32 of the header
 _CHECKSUM = 'arrays_crc32'  # an optional fact of the header
+# The facts of the header besides those of companions.
+_FACTS = {'byte_order', 'cache_time', 'max_frames', 'max_name_bytes', 'frames', 'edges', _CHECKSUM}
 
 
 class Frozen(NamedTuple):
@@ -67,11 +68,12 @@ def freeze(tree: Tree, *, checksum: bool = False) -> Frozen:
     facts = {
         'byte_order': sys.byteorder, 'cache_time': tree.cache_time,
         'max_frames': tree.max_frames, 'max_name_bytes': tree.max_name_bytes,
-        'frames': list(tree.frames), 'corrections': tree.corrections,
-        'edges': [frozen(history, arrays) for history in tree.histories.values()],
-        'uncertainty': [{'parent': parent, 'child': child} | known.frozen(arrays)
-                        for (parent, child), known in tree.uncertainty.items()],
-        'sources': [sources.frozen(arrays) for sources in tree.sources.values()]}
+        'frames': list(tree.frames),
+        'edges': [frozen(history, arrays) for history in tree.histories.values()]}
+    for kind, companion in tree.companions.items():
+        part = companion.frozen(arrays) if kind.key in KINDS else None  # others are caches
+        if part:
+            facts[kind.key] = part
     if checksum:
         facts[_CHECKSUM] = _crc32(arrays.parts)
     header = json.dumps(facts).encode()
@@ -141,19 +143,17 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
                          f'{sys.byteorder}-endian')
     tree = Tree(stored.whole('cache_time', 1), stored.whole('max_frames'),
                 stored.whole('max_name_bytes'))
-    tree.corrections = stored.whole('corrections')
     stored.cache_time = tree.cache_time
     tree.frames.update(dict.fromkeys(stored.many('frames', str)))
     for edge in stored.parts('edges'):
         history = thawed(edge)
         tree.histories[history.child] = history
-    uncertainty = {(one.one('parent', str), one.one('child', str)): Uncertainty.thawed(one)
-                   for one in stored.parts('uncertainty')}
-    if uncertainty:
-        tree.uncertainty = uncertainty
-    for part in stored.parts('sources'):
-        sources = SourceSamples.thawed(part)
-        tree.sources[sources.child] = sources
+    for key in stored.names():
+        if key not in _FACTS:
+            if key not in KINDS:
+                raise ValueError(f'it contains {key!r}, which is not installed here')
+            companion = KINDS[key].thawed(stored)
+            tree.companions[type(companion)] = companion
     stored.check_used_up()
     return tree
 

@@ -18,7 +18,7 @@ from .forecast import forecast, start_at
 from .path import Step
 from .propagation import steps_between
 from .tree import Tree
-from .trials import Trials
+from .trials import TrialCache, Trials
 from .uncertain_lookup import EdgeErrors, terms_of
 from ..edges.protocol import History, moves, MovingHistory
 from ..errors import InvalidArgumentException
@@ -123,7 +123,8 @@ class _Way:
         """Return the cached trials of an edge; those of a curve, which may change, are new."""
         if not history.takes_samples:
             return Trials()
-        return self._tree.trials.setdefault(history.child, Trials())
+        return self._tree.companion_or_new(TrialCache).by_child.setdefault(
+            history.child, Trials())
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:

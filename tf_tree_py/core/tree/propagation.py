@@ -60,8 +60,8 @@ class Errors(NamedTuple):
 
 
 def is_certain(tree: Tree) -> bool:
-    """Return whether no edge ever had a covariance or a correction."""
-    return not tree.uncertainty and not tree.corrections
+    """Return whether no edge has more than its samples, such as a covariance or a correction."""
+    return not tree.companions
 
 
 def steps_between(tree: Tree, target: str, source: str, stamp: int | None) -> list[Step]:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .edge_covariances import known_covariances
 from .path import Step
 from .propagation import SMALL_ANGLES, steps_between
 from .tree import Tree
@@ -102,7 +103,7 @@ class SharedErrors:
         asked = edge, stamp
         if asked in self._errors:
             return asked
-        known = self._tree.uncertainty.get((step.parent, step.history.child))
+        known = known_covariances(self._tree, step.parent, step.history.child)
         errors: dict[_Cause, tuple[float, Array]] = {}
         if known is not None:
             errors.update(_interpolated(known, edge, stamp, step))

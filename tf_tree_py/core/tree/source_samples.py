@@ -3,8 +3,11 @@
 
 """The samples of several sources of one edge, as received: the part that a file contains."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from .companions import Companion, storable
+from .tree import Tree
 from ..edges.corrected import CorrectedHistory
 from ..edges.discrete import DynamicHistory
 from ..edges.protocol import History
@@ -111,6 +114,62 @@ class SourceSamples:
                 raise ValueError("'sources' has one without samples")
             one.histories[part.one('name', str)] = history
         return one
+
+
+@storable
+class Sources(Companion):
+    """
+    The sources of a tree's edges.
+
+    :ivar by_child: the samples of edges that have several sources, by child frame.
+    """
+
+    key = 'sources'
+
+    def __init__(self) -> None:
+        self.by_child: dict[str, SourceSamples] = {}
+
+    def copy(self) -> 'Sources':
+        """Return an independent copy."""
+        twin = Sources()
+        twin.by_child = {child: one.copy() for child, one in self.by_child.items()}
+        return twin
+
+    def clear(self, histories: Mapping[str, History]) -> None:
+        """Remove all samples."""
+        for sources in self.by_child.values():
+            sources.clear()
+
+    def remove(self, frame: str) -> None:
+        """Remove the sources of a frame's edge."""
+        self.by_child.pop(frame, None)
+
+    def frozen(self, arrays: Arrays) -> list[Facts]:
+        """Return the facts for ``thawed``, and add the samples in the windows to arrays."""
+        return [sources.frozen(arrays) for sources in self.by_child.values()]
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Sources':
+        """Return the frozen sources; they use the memory in place and take no samples."""
+        twin = cls()
+        for part in stored.parts(cls.key):
+            sources = SourceSamples.thawed(part)
+            twin.by_child[sources.child] = sources
+        return twin
+
+
+def smoothed(tree: Tree, twin: Tree) -> None:
+    """
+    Give edges that changed their source the samples of their present source.
+
+    :param tree: the tree as it is; ``twin``: a copy of it, which gets the samples.
+    """
+    known = tree.companion(Sources)
+    for child, sources in known.by_child.items() if known is not None else ():
+        history = tree.histories.get(child)
+        of_source = sources.smoothed(history) if history is not None else None
+        if of_source is not None:
+            twin.replace(of_source)
 
 
 def _newest(history: DynamicHistory) -> int:

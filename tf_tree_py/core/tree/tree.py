@@ -9,24 +9,18 @@ close one is refused when it arrives, so lookups never encounter loops. ``edges`
 samples, ``path`` composes poses, and the buffer has the lock.
 """
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
+from typing import cast, TypeVar
 
 from .climb import find_loop, Loop
+from .companions import Companion
 from .path_finder import PathFinder
-from .source_samples import SourceSamples
 from .spanning import Spanning
 from .tree_incidents import loop_closed, Remarks, silent_edge_ended, too_old
-from .trials import Trials
-from ..edges.aided import aided
-from ..edges.corrected import CorrectedHistory, with_corrections
-from ..edges.curve import EdgeCurve
-from ..edges.curve_history import CurveHistory, on_curve
 from ..edges.discrete import DynamicHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
 from ..edges.static import StaticHistory
-from ..edges.uncertainty import Uncertainty
 from ..geometry.poses import is_sound
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
@@ -36,6 +30,7 @@ from ..stamp import BEGINNING, FOREVER
 from ..times import Stamps
 
 Edge = tuple[str, str]
+_Kind = TypeVar('_Kind', bound=Companion)
 
 # How many kinds of message have their edges cached, and how many edges in all. The limits hold
 # even if a hostile publisher sends new ones all the time.
@@ -51,18 +46,12 @@ class Tree:
     ever changed its parent is cached until the structure changes; ``version`` counts those
     changes. A sample older than all others of its edge is such a change, too.
 
-    :ivar corrections: the number of transitions to another correction or source.
+    :ivar companions: the data beside the samples; most trees have none.
     :ivar histories: each child frame's samples.
-    :ivar sources: the samples of edges that have several sources, by child frame.
-    :ivar trials: the cached errors of earlier predictions, by child frame.
     :ivar frames: every frame name, in order of first appearance.
     :ivar ways: finds the path between two frames.
     :ivar spanning: computes the poses of all frames in one pass.
     """
-
-    # An empty mapping that all trees share until their first covariance.
-    uncertainty: Mapping[Edge, Uncertainty] = MappingProxyType({})
-    """The covariances of edges, by (parent, child); only of edges with covariances."""
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
@@ -71,9 +60,7 @@ class Tree:
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
-        self.corrections = 0
-        self.sources: dict[str, SourceSamples] = {}
-        self.trials: dict[str, Trials] = {}
+        self.companions: dict[type[Companion], Companion] = {}
         self.ways = PathFinder(self.histories, self.frames)
         self.spanning = Spanning(self.histories, self.ways)
         self._remarks = Remarks()
@@ -175,44 +162,6 @@ class Tree:
         if began is not None and stamps.min() < began:
             self._structure_changed()
 
-    def set_covariance(self, parent: str, child: str, stamp: int, covariance: Array,
-                       authority: str) -> list[Incident]:
-        """
-        Take the covariance (6, 6) of an edge at a stamp; the edge need not have poses yet.
-
-        :return: refusals, because the names come from messages; nearly always empty.
-        """
-        known = self.uncertainty.get((parent, child))
-        if known is None:
-            bad = bad_name(parent, child, stamp, authority, self.max_name_bytes)
-            if bad:
-                return [bad]
-            if len(self.uncertainty) >= self.max_frames:
-                return [Incident(
-                    Kind.TOO_MANY_FRAMES, parent, child, stamp, authority, 'the buffer already '
-                    f'has covariances of {len(self.uncertainty)} edges, its limit (max_frames)')]
-            known = Uncertainty()
-            self.uncertainty = {**self.uncertainty, (parent, child): known}
-        known.insert(stamp, covariance, self.cache_time)
-        return []
-
-    def aid(self, child: str, stamps: Stamps, rates: Array, max_gap: int | None,
-            saturation: float) -> int:
-        """
-        Take angular velocities of a child frame; it need not have poses yet.
-
-        :return: how many were taken; see ``Gyro.extend``.
-        :raises InvalidArgumentException: the edge is not interpolated between its samples.
-        """
-        known = self.histories.get(child)
-        history = aided(known, child, self.cache_time)
-        taken = history.gyro.extend(stamps, rates, max_gap, saturation)
-        if isinstance(known, CorrectedHistory) and not isinstance(history, CorrectedHistory):
-            self.replace(with_corrections(history, known.corrections))
-        else:
-            self.replace(history)
-        return taken
-
     def replace(self, history: History) -> None:
         """Replace an edge's history by another one with the same samples."""
         if self.histories.get(history.child) is not history:
@@ -241,22 +190,20 @@ class Tree:
         self._hung(parent, child)
         return incidents
 
-    def insert_curve(self, parent: str, child: str, curve: EdgeCurve,
-                     authority: str) -> list[Incident]:
+    def insert_history(self, history: History, parent: str, begin: int,
+                       authority: str) -> list[Incident]:
         """
-        Replace an edge by a curve, whatever its kind, unless that breaks a rule.
+        Replace an edge, whatever its kind, unless that breaks a rule.
 
+        :param history: the new edge, with this parent from the stamp ``begin`` on.
         :return: refusals and remarks; nearly always empty.
         """
-        history = self.histories.get(child)
-        if on_curve(history) and history.parent == parent and history.replace(curve, authority):
-            return []
-        incidents = self._let_in(history, parent, child, curve.oldest, authority,
-                                 CurveHistory.kind, (curve.oldest, FOREVER))
+        incidents = self._let_in(self.histories.get(history.child), parent, history.child, begin,
+                                 authority, history.kind, (begin, FOREVER))
         if incidents and incidents[-1].refused:
             return incidents
-        self.histories[child] = CurveHistory(child, parent, curve, authority)
-        self._hung(parent, child)
+        self.histories[history.child] = history
+        self._hung(parent, history.child)
         return incidents
 
     def _let_in(self, history: History | None, parent: str, child: str, stamp: int,
@@ -299,7 +246,8 @@ class Tree:
         self.version += 1
         self.ways.forget()
         self.spanning.forget()
-        self.trials.clear()
+        for companion in self.companions.values():
+            companion.structure_changed()
         self._known.clear()
         self._known_count = 0
 
@@ -332,11 +280,24 @@ class Tree:
         twin.histories.update(
             (child, history.copy()) for child, history in self.histories.items())
         twin.frames.update(self.frames)
-        twin.corrections = self.corrections
-        twin.sources = {child: one.copy() for child, one in self.sources.items()}
-        if self.uncertainty:
-            twin.uncertainty = {edge: one.copy() for edge, one in self.uncertainty.items()}
+        for kind, companion in self.companions.items():
+            copied = companion.copy()
+            if copied is not None:
+                twin.companions[kind] = copied
         return twin
+
+    # --- companions
+
+    def companion(self, kind: type[_Kind]) -> _Kind | None:
+        """Return the companion of a kind; None if the tree has none."""
+        return cast('_Kind | None', self.companions.get(kind))
+
+    def companion_or_new(self, kind: type[_Kind]) -> _Kind:
+        """Return the companion of a kind, which is created if the tree has none."""
+        found = self.companion(kind)
+        if found is None:
+            found = self.companions[kind] = kind()
+        return found
 
     # --- removing
 
@@ -344,11 +305,8 @@ class Tree:
         """Remove the samples of moving edges; frame names and static edges stay, as in tf2."""
         for history in self.histories.values():
             history.clear()
-        for sources in self.sources.values():
-            sources.clear()
-        if self.uncertainty:
-            self.uncertainty = {edge: one for edge, one in self.uncertainty.items()
-                                if not moves(self.histories.get(edge[1]))}
+        for companion in self.companions.values():
+            companion.clear(self.histories)
         self._structure_changed()
 
     def remove(self, frame: str) -> bool:
@@ -360,10 +318,8 @@ class Tree:
         if frame not in self.frames:
             return False
         self.histories.pop(frame, None)
-        self.sources.pop(frame, None)
-        if self.uncertainty:
-            self.uncertainty = {edge: one for edge, one in self.uncertainty.items()
-                                if edge[1] != frame}
+        for companion in self.companions.values():
+            companion.remove(frame)
         if not any(history.has_named(frame) for history in self.histories.values()):
             del self.frames[frame]
         self._structure_changed()

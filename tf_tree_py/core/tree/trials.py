@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .companions import Companion
 from .forecast import forecast, motion, Start, start_at, TWIST_OVER
 from ..edges.protocol import MovingHistory
 from ..edges.uncertainty import Term, whole_term
@@ -49,6 +50,21 @@ class _Rung(NamedTuple):
 
 
 _EMPTY = _Rung((0, -1), {}, None)
+
+
+class TrialCache(Companion):
+    """
+    The cached errors of earlier predictions.
+
+    :ivar by_child: only of edges that were predicted.
+    """
+
+    def __init__(self) -> None:
+        self.by_child: dict[str, Trials] = {}
+
+    def structure_changed(self) -> None:
+        """Remove all: a prediction is made from samples with the newest parent."""
+        self.by_child.clear()
 
 
 class Trials:

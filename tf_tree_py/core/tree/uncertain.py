@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .edge_covariances import known_covariances
 from .path import Step
 from .propagation import is_certain, placed, steps_between, total
 from .tree import Tree
 from .uncertain_lookup import EdgeErrors, errors_at
-from ..edges.corrected import CorrectedHistory
-from ..edges.uncertainty import Around, interpolated
+from ..edges.uncertainty import Around, has_pending, interpolated
 from ..geometry.covariances import pack
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
@@ -70,7 +70,7 @@ def shares(errors: EdgeErrors, pose: PoseTuple) -> list[Share]:
 def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:
     """Return each edge's own covariances around stamps; None for edges without."""
     return [known.around(stamps, history)
-            if (known := tree.uncertainty.get((parent, history.child))) else None
+            if (known := known_covariances(tree, parent, history.child)) else None
             for parent, history, _ in steps]
 
 
@@ -93,7 +93,7 @@ def pending_of(steps: Sequence[Step], stamps: Stamps,
     :param poses: of each edge, (N, 7), or (1, 7) of static edges.
     """
     return [step.history.pending(stamps, pose)
-            if isinstance(step.history, CorrectedHistory) and len(stamps) else None
+            if has_pending(step.history) and len(stamps) else None
             for step, pose in zip(steps, poses, strict=True)]
 
 

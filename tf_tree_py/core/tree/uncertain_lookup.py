@@ -14,13 +14,13 @@ import struct
 
 import numpy as np
 
+from .edge_covariances import known_covariances
 from .path import Step
 from .propagation import is_certain, SMALL_ANGLES, steps_between
 from .tree import Tree
-from ..edges.corrected import CorrectedHistory
 from ..edges.protocol import History
 from ..edges.storage import Bytes
-from ..edges.uncertainty import Term, whole_term
+from ..edges.uncertainty import has_pending, Term, whole_term
 from ..errors import TransformException
 from ..geometry import se3, so3
 from ..geometry.covariances import (
@@ -195,20 +195,19 @@ def terms_of(tree: Tree, step: Step, stamp: int, pose: PoseTuple,
              independent: bool) -> Sequence[Term]:
     """Return the errors of an edge with its pose at a stamp; empty if it is certain."""
     history = step.history
-    known = tree.uncertainty.get((step.parent, history.child))
+    known = known_covariances(tree, step.parent, history.child)
     terms: Sequence[Term] = ()
     if known is not None:
         terms = known.terms_at(stamp, history, independent)
-    if isinstance(history, CorrectedHistory):
-        error = pending_error(history, stamp, pose)
-        if error is not None:
-            terms = [*terms, whole_term(np.outer(error, error))]
+    error = pending_error(history, stamp, pose)
+    if error is not None:
+        terms = [*terms, whole_term(np.outer(error, error))]
     return terms
 
 
 def pending_error(history: History, stamp: int, pose: PoseTuple) -> Array | None:
     """Return the pending correction, d (6,); None if there is none."""
-    if not isinstance(history, CorrectedHistory):
+    if not has_pending(history):
         return None
     error = history.pending(np.array([stamp]), np.array([pose]))
     return None if error is None or not error.any() else error[0]

@@ -23,7 +23,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.buffer.buffer_core import (
+from tf_tree_py.core.buffer.plain_buffer import (
     DEFAULT_AUTHORITY,
     DEFAULT_MAX_FRAMES,
     DEFAULT_MAX_NAME_BYTES,

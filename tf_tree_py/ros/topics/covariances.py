@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from tf_tree_py.core.buffer.uncertain_buffer import take_estimate
 from tf_tree_py.core.ingest.edge_estimate import (
     Covariances,
     Edge,
@@ -107,8 +108,8 @@ class _Source:
             self._store_moved(estimate, carrier)
 
     def _store(self, estimate: EdgeEstimate) -> None:
-        self._buffer.feeds.note(self._buffer.intake.take_estimate(
-            estimate, self._rules.with_poses, self.authority))
+        self._buffer.feeds.note(take_estimate(
+            self._buffer.intake, estimate, self._rules.with_poses, self.authority))
 
     def _store_moved(self, estimate: EdgeEstimate, carrier: str) -> None:
         """Store an estimate for an edge above its frame, once the transform to it is available."""

@@ -7,9 +7,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from tf_tree_py.core import TransformException
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array, Quaternion
-from tf_tree_py.core.tree.queries import Queries
 
 from .moment import Moment
 
@@ -33,13 +33,13 @@ class Ellipsoid(NamedTuple):
     semi_axes: Array
 
 
-def ellipsoid(tree: Queries, moment: Moment, frame: str) -> Ellipsoid | None:
+def ellipsoid(tree: AllQueries, moment: Moment, frame: str) -> Ellipsoid | None:
     """Return the ellipsoid of a frame; None if its uncertainty is unknown."""
     place = moment.place(frame)
     if place is None or not tree.has_covariances:
         return None
     try:
-        _, covariance = Queries.lookup_uncertain(
+        _, covariance = AllQueries.lookup_uncertain(
             tree, moment.fixed_frame, frame, int(moment.stamps[place]))
     except TransformException:  # the samples have expired in the meantime
         return None

@@ -7,17 +7,17 @@ from collections.abc import Sequence
 import math
 
 from tf_tree_py.core import EdgeInfo, Pose
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.reports import explanation_text
 from tf_tree_py.core.reports.explanation import explain, ExplainedEdge, Explanation
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST
-from tf_tree_py.core.tree.queries import Queries
 
 from .moment import Moment
 
 Fact = tuple[str, str]
 
 
-def facts(tree: Queries, edges: Sequence[EdgeInfo], moment: Moment, frame: str) -> list[Fact]:
+def facts(tree: AllQueries, edges: Sequence[EdgeInfo], moment: Moment, frame: str) -> list[Fact]:
     """
     Return facts about a frame, as pairs of a name and a value.
 

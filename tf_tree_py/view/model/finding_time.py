@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 from tf_tree_py.core import TransformException
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.health.checks.finding import Finding
-from tf_tree_py.core.tree.queries import Queries
 
 from .incident_log import IncidentLog
 
@@ -16,7 +16,7 @@ from .incident_log import IncidentLog
 _WIDE: Final = 3.0
 
 
-def time_of(finding: Finding, tree: Queries, log: IncidentLog | None) -> int | None:
+def time_of(finding: Finding, tree: AllQueries, log: IncidentLog | None) -> int | None:
     """
     Return the stamp of a finding, nanoseconds; None: it has no time.
 
@@ -34,7 +34,7 @@ def time_of(finding: Finding, tree: Queries, log: IncidentLog | None) -> int | N
     return None
 
 
-def _worst(tree: Queries, frame: str) -> int | None:
+def _worst(tree: AllQueries, frame: str) -> int | None:
     if frame not in tree.frames():
         return None
     stamps = np.asarray(tree.stamps_of(frame))

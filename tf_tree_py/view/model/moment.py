@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core import EdgeInfo, Pose, TransformException
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.tree.queries import Queries
 
 from .liveness import Edge, left_behind_by_stamps, LeftBehind, links_of, reached, without
 
@@ -60,7 +60,7 @@ def nothing(fixed_frame: str) -> Moment:
     return Moment(LATEST, fixed_frame, (), np.empty((0, 7)), none, no, none, none, no)
 
 
-def live_moment(tree: Queries, fixed_frame: str, now: int,
+def live_moment(tree: AllQueries, fixed_frame: str, now: int,
                 left_behind: LeftBehind | None = None) -> Moment:
     """
     Return the newest moment for which all edges that still receive data have some.
@@ -68,7 +68,7 @@ def live_moment(tree: Queries, fixed_frame: str, now: int,
     :param now: the time from which ages are counted, nanoseconds.
     :param left_behind: the judgement of a doctor that sees all messages; None: by the stamps.
     """
-    edges = Queries.edges(tree)
+    edges = AllQueries.edges(tree)
     left_behind = left_behind or left_behind_by_stamps(edges)
     around = reached(fixed_frame, links_of(edges))
     moving = [edge for edge in edges if edge.child in around and not edge.static]
@@ -79,13 +79,13 @@ def live_moment(tree: Queries, fixed_frame: str, now: int,
     return _moment(tree, edges, fixed_frame, stamp, max(now, stamp), gone)
 
 
-def moment_at(tree: Queries, fixed_frame: str, stamp: int) -> Moment:
+def moment_at(tree: AllQueries, fixed_frame: str, stamp: int) -> Moment:
     """Return all frames at a stamp, from which their ages are also counted."""
-    edges = Queries.edges(tree)
+    edges = AllQueries.edges(tree)
     return _moment(tree, edges, fixed_frame, stamp, stamp, left_behind_by_stamps(edges)(stamp))
 
 
-def _moment(tree: Queries, edges: Sequence[EdgeInfo], fixed_frame: str, stamp: int, now: int,
+def _moment(tree: AllQueries, edges: Sequence[EdgeInfo], fixed_frame: str, stamp: int, now: int,
             gone: Collection[Edge]) -> Moment:
     try:
         poses = tree.lookup_tree(fixed_frame, stamp)
@@ -106,7 +106,7 @@ def _moment(tree: Queries, edges: Sequence[EdgeInfo], fixed_frame: str, stamp: i
         np.array([frame not in fresh for frame in frames], np.bool_))
 
 
-def _left_behind(tree: Queries, edges: Sequence[EdgeInfo], fixed_frame: str, stamp: int,
+def _left_behind(tree: AllQueries, edges: Sequence[EdgeInfo], fixed_frame: str, stamp: int,
                  poses: Mapping[str, Pose]) -> dict[str, tuple[int, Pose]]:
     """Return the last stamp and pose of each frame without data for a stamp."""
     last = {}
@@ -122,7 +122,7 @@ def _left_behind(tree: Queries, edges: Sequence[EdgeInfo], fixed_frame: str, sta
     return last
 
 
-def _parents(tree: Queries, edges: Sequence[EdgeInfo], frames: Sequence[str],
+def _parents(tree: AllQueries, edges: Sequence[EdgeInfo], frames: Sequence[str],
              stamp: int) -> npt.NDArray[np.int64]:
     """Return the index of each frame's parent at the stamp, or else of its last parent."""
     parents = {edge.child: edge.parent for edge in edges} | tree.parents_at(stamp)

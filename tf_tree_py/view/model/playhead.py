@@ -4,9 +4,9 @@
 """The moment that a page shows: the newest one, a selected one, or one that advances."""
 
 import numpy as np
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.queries import Queries
 
 from .liveness import LeftBehind, window
 from .moment import live_moment, Moment, moment_at
@@ -30,7 +30,7 @@ class Playhead:
     :ivar stamp: of the moment, nanoseconds; while live, of the last moment that was shown.
     """
 
-    def __init__(self, tree: Queries, live: bool) -> None:
+    def __init__(self, tree: AllQueries, live: bool) -> None:
         """
         Begin with the newest moment of a live tree, or with the opening moment of a recording.
 
@@ -39,23 +39,23 @@ class Playhead:
         self.speed = 1.0
         self._begin(tree, live)
 
-    def _begin(self, tree: Queries, live: bool) -> None:
+    def _begin(self, tree: AllQueries, live: bool) -> None:
         self._source = self.tree = tree
         self.has_live = self.live = live
         self.playing = False
         self._stamps: dict[str, Stamps] = {}
         oldest, latest = self.window()
-        opening = None if live else opening_stamp(Queries.edges(tree))
+        opening = None if live else opening_stamp(AllQueries.edges(tree))
         self.stamp = latest if live else max(oldest if opening is None else opening, _FIRST)
 
-    def use(self, tree: Queries, live: bool) -> None:
+    def use(self, tree: AllQueries, live: bool) -> None:
         """Show another tree; if it is the same, do nothing."""
         if tree is not self._source:
             self._begin(tree, live)
 
     def window(self) -> tuple[int, int]:
         """Return the oldest and the newest stamp that the page can show, nanoseconds."""
-        return window(Queries.edges(self.tree), self.tree.cache_time)
+        return window(AllQueries.edges(self.tree), self.tree.cache_time)
 
     def moment(self, fixed_frame: str, now: int,
                left_behind: LeftBehind | None = None) -> Moment:

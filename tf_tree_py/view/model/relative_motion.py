@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core import Pose, TransformException
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.queries import Queries
 
 from .facts import Fact
 
@@ -34,7 +34,7 @@ class RelativeMotion(NamedTuple):
     angles: Array
 
 
-def relative_motion(tree: Queries, target: str, frame: str, begin: int,
+def relative_motion(tree: AllQueries, target: str, frame: str, begin: int,
                     end: int) -> RelativeMotion | None:
     """
     Return the motion of a frame in another one between two stamps.
@@ -53,7 +53,7 @@ def relative_motion(tree: Queries, target: str, frame: str, begin: int,
     return RelativeMotion(stamps, positions, angles)
 
 
-def _stamps(tree: Queries, frame: str, begin: int, end: int) -> Stamps:
+def _stamps(tree: AllQueries, frame: str, begin: int, end: int) -> Stamps:
     even = np.linspace(begin, end, _EVEN).round().astype(np.int64)
     own = np.asarray(tree.stamps_of(frame) if frame in tree.frames() else [], np.int64)
     own = own[(own >= begin) & (own <= end)]

@@ -5,14 +5,14 @@
 
 import numpy as np
 from tf_tree_py.core import TransformException
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.tree.queries import Queries
 
 # The number of points, which is enough for a smooth line on a screen.
 _MOST = 400
 
 
-def trail(tree: Queries, fixed_frame: str, frame: str, begin: int, end: int) -> Array:
+def trail(tree: AllQueries, fixed_frame: str, frame: str, begin: int, end: int) -> Array:
     """
     Return the path of a frame in the fixed frame between two stamps.
 

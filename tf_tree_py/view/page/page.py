@@ -9,8 +9,8 @@ import threading
 from typing import Any, Final
 
 import numpy as np
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.health.checks.finding import Finding
-from tf_tree_py.core.tree.queries import Queries
 
 from .address import Address
 from .browser import Browser
@@ -132,7 +132,7 @@ class Page:
         # A new root may appear above the present one. Look for it as often as panels change.
         if (self._needs_drawing or self._since_panels_s >= _PANELS_EVERY_S
                 or not self._drawn.frames):
-            return biggest_root(Queries.edges(self._playhead.tree)) or ''
+            return biggest_root(AllQueries.edges(self._playhead.tree)) or ''
         return self._drawn.fixed_frame
 
     def _refresh_panels(self, moment: Moment) -> None:

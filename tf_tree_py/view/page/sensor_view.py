@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.tree.queries import Queries
 
 from ..model.moment import Moment
 from ..panels.sensors_panel import SensorsPanel
@@ -34,7 +34,7 @@ class SensorView:
         self.missing: list[str] = []
         self._image: Pixels | None = None
 
-    def seen(self, tree: Queries, moment: Moment) -> dict[str, Seen]:
+    def seen(self, tree: AllQueries, moment: Moment) -> dict[str, Seen]:
         """Return what each topic shows at a moment, by topic; show the picture of a camera."""
         self.missing, self._image = [], None
         wanted = self._panel.wanted() if self._source is not None else []
@@ -43,7 +43,7 @@ class SensorView:
         self._panel.show_image(self._image)
         return seen
 
-    def _of_topic(self, tree: Queries, moment: Moment, topic: str) -> Seen | None:
+    def _of_topic(self, tree: AllQueries, moment: Moment, topic: str) -> Seen | None:
         assert self._source is not None
         reading = self._source.reading(topic, moment.stamp)
         if reading is None or reading.problem:
@@ -61,7 +61,7 @@ class SensorView:
             return None
         return Seen(points, reading.is_line)
 
-    def _trail(self, tree: Queries, moment: Moment, readings: Sequence[Reading]) -> Seen | None:
+    def _trail(self, tree: AllQueries, moment: Moment, readings: Sequence[Reading]) -> Seen | None:
         """Return the positions of several messages, each at its own stamp, as one line."""
         newest = self._panel.at_newest
         placed_points = [placed(tree, moment.fixed_frame, reading, newest)

@@ -5,15 +5,15 @@
 
 import numpy as np
 from tf_tree_py.core import TransformException
+from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.tree.queries import Queries
 
 from .readings import Reading
 
 
-def placed(tree: Queries, fixed_frame: str, reading: Reading, at_newest: bool = False
+def placed(tree: AllQueries, fixed_frame: str, reading: Reading, at_newest: bool = False
            ) -> Array | None:
     """
     Return the points of a reading in the fixed frame, (N, 3) metres.
@@ -33,7 +33,7 @@ def placed(tree: Queries, fixed_frame: str, reading: Reading, at_newest: bool = 
         return None
 
 
-def _deskewed(tree: Queries, fixed_frame: str, frame: str, reading: Reading) -> Array:
+def _deskewed(tree: AllQueries, fixed_frame: str, frame: str, reading: Reading) -> Array:
     """Return the points that have a transform at their own stamps."""
     assert reading.stamps is not None
     # Many points of a cloud share a stamp, and each stamp is looked up once.

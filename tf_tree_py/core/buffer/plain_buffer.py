@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The buffer, without ROS: a tree with a lock, insertion, lookups and waiting.
+
+Every public method is thread-safe. While the lock is held, no long computation runs, and the
+only code of callers that runs is the query passed to ``wait_for``.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import NoReturn, TypeVar
+
+from .deadline import Deadline, WallDeadline
+from .intake import Intake
+from .refusal_warnings import RefusalWarnings
+from .waiting import Waiting
+from ..geometry.pose import Pose
+from ..geometry.poses import checked_pose, PoseLike, PosesLike
+from ..ingest.future_guard import FutureGuard
+from ..ingest.incidents import Incident, Statistics
+from ..ingest.jump_back import JumpBack
+from ..ingest.observers import asked, Observers
+from ..ingest.sample import admitted, Batch, Sample
+from ..ingest.sample_track import checked_track
+from ..stamp import from_seconds, LATEST
+from ..times import checked_cache_time, Stamp, StampsLike
+from ..tree.queries import Queries
+from ..tree.tree import Tree
+
+Answer = TypeVar('Answer')
+
+DEFAULT_CACHE_TIME = from_seconds(10.0)
+DEFAULT_MAX_FRAMES = 20_000
+DEFAULT_MAX_NAME_BYTES = 1024
+DEFAULT_AUTHORITY = 'default_authority'
+
+
+class PlainBuffer(Queries):
+    """
+    Transforms between frames over a window of time. ``Queries`` has the lookups.
+
+    A lookup costs O(depth log n). The insertion of an edge's newest sample costs O(1)
+    amortised.
+
+    :param cache_time: how much history each edge keeps, nanoseconds; 10 s by default;
+        ``UNLIMITED`` keeps everything.
+    :param max_frames: the maximum number of frame names, which limits the damage that a
+        hostile publisher can do.
+    :param max_name_bytes: the maximum bytes of a frame name in UTF-8, for the same reason.
+    :param now: the clock that the stamps are taken from, nanoseconds, such as
+        ``time.time_ns``; stamps far ahead of it are reported. None: all stamps are accepted.
+    :param max_future: how far ahead of the clock a stamp may be, nanoseconds; later stamps
+        are refused. None: they are accepted, as in tf2.
+    :param clear_on_jump_back: clear all moving edges when stamps jump back by more than
+        this, nanoseconds, as in a looping bag: see ``JumpBack``. None: refuse samples that
+        are older than the window, as tf2 does.
+    """
+
+    def __init__(self, cache_time: int | None = None, *,
+                 max_frames: int = DEFAULT_MAX_FRAMES,
+                 max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
+                 now: Callable[[], int] | None = None,
+                 max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
+        tree = Tree(
+            DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
+            max_frames, max_name_bytes)
+        super().__init__(tree)
+        self.waiting = Waiting(self._lock)
+        """The waiters for data; its length is their number."""
+        self.observers = Observers()
+        self.intake = Intake(
+            tree, self.waiting, self.observers, FutureGuard(now, max_future),
+            None if clear_on_jump_back is None else JumpBack(clear_on_jump_back))
+        """Inserts samples that have already been checked."""
+        self._refusals = RefusalWarnings()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(f'a {type(self).__name__} cannot be pickled or copied, because threads '
+                        'may wait in it: pickle its snapshot()')
+
+    # --- inserting
+
+    def insert(self, parent: str, child: str, stamp: Stamp, pose: PoseLike, *,
+               authority: str = DEFAULT_AUTHORITY, static: bool = False,
+               strict: bool | None = None) -> list[Incident]:
+        """
+        Insert one transform.
+
+        :param pose: ``parent_T_child``: a ``Pose``; seven floats, metres, quaternion x y z w;
+            a (4, 4) matrix; or a ``Rotation`` or ``RigidTransform`` of scipy.
+        :param stamp: nanoseconds; ignored for static transforms.
+        :param static: whether the transform is valid at all times.
+        :param strict: True raises an exception if a transform is refused; None issues a Python
+            warning, once for each kind; False does neither, for callers that check the returned
+            incidents.
+        :return: the incidents: empty if the transform was inserted without a remark.
+        :raises InvalidArgumentException: an invalid stamp or pose, or a name that is not a
+            string.
+        :raises RefusedException: with ``strict``, after all valid transforms were inserted.
+        """
+        sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
+        return self._refusals.report(self.intake.take([sample], authority, static), strict)
+
+    def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
+                    static: bool = False, *, strict: bool | None = None) -> list[Incident]:
+        """
+        Insert transforms while holding the lock once; see ``insert``.
+
+        If one of the names or stamps is invalid, none is inserted.
+        """
+        samples = [admitted(sample) for sample in samples]
+        return self._refusals.report(self.intake.take(samples, authority, static), strict)
+
+    def insert_track(self, parent: str, child: str, stamps: StampsLike, poses: PosesLike, *,
+                     authority: str = DEFAULT_AUTHORITY,
+                     strict: bool | None = None) -> list[Incident]:
+        """
+        Insert many samples of one moving edge, with the result of single calls of ``insert``.
+
+        It costs about as much as copying memory, unless some are older than the buffer keeps.
+
+        :param stamps: (N,) nanoseconds, in order of arrival.
+        :param poses: ``parent_T_child``: (N, 7) metres and quaternion x y z w, (N, 4, 4)
+            matrices, or N poses of any kind that ``insert`` takes.
+        :param strict: as in ``insert``; unless it is False, a warning also reports samples
+            that the buffer does not keep.
+        :return: the incidents: empty if all were inserted without a remark.
+        :raises InvalidArgumentException: invalid stamps or poses, or different numbers of them.
+        :raises RefusedException: with ``strict``, after all valid samples were inserted.
+        """
+        track = checked_track(parent, child, self._stamps_of(stamps), poses)
+        incidents = self.intake.take_track(track, authority)
+        if strict is not False and track.span > self.cache_time:
+            self._refusals.report_lost(track.gone(self.cache_time))
+        return self._refusals.report(incidents, strict)
+
+    def insert_batch(self, batch: Batch, authority: str = DEFAULT_AUTHORITY,
+                     static: bool = False, *, announced: bool = False) -> list[Incident]:
+        """
+        Insert a whole message while holding the lock once; see ``insert``.
+
+        :param announced: whether observers were already notified of the message, with its topic.
+        """
+        return self.intake.take_batch(batch, authority, static, announced)
+
+    def statistics(self) -> Statistics:
+        """Return a copy of the counts."""
+        return self.intake.statistics()
+
+    # --- waiting
+
+    def wait_for(self, query: Callable[[], Answer], deadline: Deadline) -> Answer:
+        """
+        Return a query's answer as soon as it has one.
+
+        It sleeps until the data that the query lacks arrives; it does not poll.
+
+        :param query: such as ``lambda: buffer.lookup('map', 'camera', stamp)``. It is called
+            with the lock held, so that no data arrives between its failure and the wait.
+        :param deadline: how long to wait.
+        :raises TransformException: the query's own error, with ``waited_s``, at the deadline;
+            or immediately if waiting cannot help, as for a stamp that is older than the
+            buffer keeps.
+        """
+        return self.waiting.wait_for(query, deadline)
+
+    def lookup_within(self, timeout_s: float, target_frame: str, source_frame: str,
+                      stamp: Stamp = LATEST) -> Pose:
+        """Return ``lookup``, after waiting at most this many seconds of wall time for data."""
+        checked = self._stamp_of(stamp)
+        return self.observers.watch(
+            [asked(target_frame, source_frame, checked)], lambda: self.wait_for(
+                lambda: self.lookup(target_frame, source_frame, checked),
+                WallDeadline(timeout_s)))
+
+    # --- forgetting
+
+    def clear(self) -> None:
+        """Clear all moving edges; frame names and static edges stay, as in tf2."""
+        self.intake.clear()
+
+    def start_anew(self, why: str) -> None:
+        """
+        Clear all moving edges, because time has restarted, and make all waiters fail.
+
+        :param why: the beginning of the sentence of their error.
+        """
+        self.intake.start_anew(why)
+
+    def remove_frame(self, frame: str) -> bool:
+        """
+        Remove a frame's edge, and also its name unless the frame has children.
+
+        :return: whether the frame was known.
+        """
+        with self._lock:
+            known = self._tree.remove(frame)
+        if known:
+            self.waiting.ask_again()
+        return known
