@@ -3,11 +3,16 @@
 
 """The public names that docs/stability.md lists are those of ``__all__`` and of the reference."""
 
+import ast
 import importlib
+import inspect
 from pathlib import Path
 import re
 
+import house
 import pytest
+from tf_tree_py.core import BufferCore
+from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
 
 REPOSITORY = Path(__file__).parents[2]
 PAGE = (REPOSITORY / 'docs' / 'stability.md').read_text()
@@ -47,3 +52,26 @@ def test_every_package_that_lists_names_is_public_or_says_that_it_is_internal():
     listed = {f'tf_tree_py.{path.parent.name}' for path in packages
               if re.search(r'^__all__', path.read_text(), flags=re.MULTILINE)}
     assert listed <= set(PUBLIC)
+
+
+def parameters_of(documented):
+    """Return the description of each parameter in a docstring."""
+    return dict(re.findall(r'^:param (\w+):(.*?)(?=^:|^$|\Z)', inspect.getdoc(documented),
+                           flags=re.MULTILINE | re.DOTALL))
+
+
+@pytest.mark.parametrize(('plain', 'full'), [
+    (PlainBuffer, BufferCore), (PlainBuffer.insert, BufferCore.insert)],
+    ids=['the class', 'insert'])
+def test_buffer_core_describes_every_parameter_as_the_plain_buffer_does(plain, full):
+    described = parameters_of(plain)
+    assert described
+    assert described.items() <= parameters_of(full).items()
+
+
+def test_no_class_has_methods_for_type_checkers_only():
+    """They would hide the docstrings of the methods that they repeat from the reference."""
+    hidden = [f'{path}: {kind.name}' for path in house.files()
+              for kind in ast.walk(ast.parse(path.read_text())) if isinstance(kind, ast.ClassDef)
+              for part in kind.body if isinstance(part, ast.If)]
+    assert not hidden

@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The buffer as its users know it: tf2's, and all that tf2 has not.
+The buffer with every feature: that of tf2, and those beyond tf2.
 
-Each room has its part of it: queries, which a snapshot has, too, and insertion.
+Each feature contributes a class of queries, which a snapshot has too, and a class of insertion.
 """
 
 from collections.abc import Callable
 import importlib
 import os
-from typing import TYPE_CHECKING
+from typing import cast
 
 from .corrected_buffer import CorrectedBuffer
 from .curve_buffer import CurveBuffer
@@ -28,14 +28,28 @@ from ..tree.tree import Tree
 class AllQueries(PredictionQueries, SourceQueries):
     """All queries of a buffer and of a snapshot."""
 
-    if TYPE_CHECKING:  # the inherited methods, with a more exact type
+    def snapshot(self) -> 'Snapshot':
+        """
+        Return a copy of the present state, for several lookups that must be consistent.
 
-        def snapshot(self) -> 'Snapshot': ...
-
-        def smoothed(self) -> 'Snapshot': ...
+        It copies the samples, which takes about 20 us for each moving edge with 1,000 samples.
+        """
+        return cast(Snapshot, super().snapshot())
 
     def _snapshot_of(self, tree: Tree) -> 'Snapshot':
         return Snapshot(tree)
+
+    def smoothed(self) -> 'Snapshot':
+        """
+        Return a snapshot with all corrections applied to the past, too.
+
+        The live tree is inaccurate during a blend, which avoids jumps, and its past is never
+        corrected. In this snapshot every sample has the correction for its own stamp, which is
+        interpolated between two corrections. An edge that changed its source has the samples
+        of its present source from their beginning. It is meant for maps and post-processing.
+        """
+        with self._lock:
+            return Snapshot(self._smoothed())
 
     def record(self, path: str | os.PathLike[str]) -> None:
         """
@@ -57,9 +71,23 @@ class AllQueries(PredictionQueries, SourceQueries):
 
 class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, UncertainBuffer):
     """
-    A buffer with covariances, corrections, curves, predictions and several sources.
+    Transforms between frames over a window of time, with all lookups and features.
 
-    Its parameters are those of ``PlainBuffer``.
+    A lookup costs O(depth log n). The insertion of an edge's newest sample costs O(1)
+    amortised.
+
+    :param cache_time: how much history each edge keeps, nanoseconds; 10 s by default;
+        ``UNLIMITED`` keeps everything.
+    :param max_frames: the maximum number of frame names, which limits the damage that a
+        hostile publisher can do.
+    :param max_name_bytes: the maximum bytes of a frame name in UTF-8, for the same reason.
+    :param now: the clock that the stamps are taken from, nanoseconds, such as
+        ``time.time_ns``; stamps far ahead of it are reported. None: all stamps are accepted.
+    :param max_future: how far ahead of the clock a stamp may be, nanoseconds; later stamps
+        are refused. None: they are accepted, as in tf2.
+    :param clear_on_jump_back: clear all moving edges when stamps jump back by more than
+        this, nanoseconds, as in a looping bag: see ``JumpBack``. None: refuse samples that
+        are older than the window, as tf2 does.
     """
 
     def __init__(self, cache_time: int | None = None, *,

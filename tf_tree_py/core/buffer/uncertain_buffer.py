@@ -25,12 +25,15 @@ class UncertainBuffer(PlainBuffer):
                strict: bool | None = None,
                covariance: npt.ArrayLike | None = None) -> list[Incident]:
         """
-        Insert one transform, and its covariance; see ``PlainBuffer.insert``.
+        Insert one transform, and its covariance.
 
-        :param pose: ``parent_T_child``: anything that ``PlainBuffer.insert`` accepts.
+        :param pose: ``parent_T_child``: a ``Pose``; seven floats, metres, quaternion x y z w;
+            a (4, 4) matrix; or a ``Rotation`` or ``RigidTransform`` of scipy.
         :param stamp: nanoseconds; ignored for static transforms.
         :param static: whether the transform is valid at all times.
-        :param strict: whether a refusal raises an exception; None: it issues a warning.
+        :param strict: True raises an exception if a transform is refused; None issues a Python
+            warning, once for each kind; False does neither, for callers that check the returned
+            incidents.
         :param covariance: (6, 6) of x, y, z and rotation about x, y, z, metres^2 and
             radians^2, as in ``PoseWithCovariance``: t' = t + dt in the parent's axes,
             R' = Exp(dr) R about the parent's fixed axes through the child's origin. None:
@@ -38,7 +41,7 @@ class UncertainBuffer(PlainBuffer):
         :return: the incidents: empty if the transform was inserted without a remark.
         :raises InvalidArgumentException: an invalid stamp, pose or covariance, or a name that
             is not a string.
-        :raises RefusedException: with ``strict``, if it was refused.
+        :raises RefusedException: with ``strict``, after all valid transforms were inserted.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
         if covariance is None:

@@ -17,7 +17,10 @@ from ..edges.storage import Arrays, Stored
 
 class Companion:
     """
-    The companion of a tree; by default nothing happens to it, and it is neither copied nor saved.
+    Data beside the samples of a tree.
+
+    A tree calls these methods when its samples change. By default they do nothing, and the
+    companion is neither copied nor saved.
 
     It is not thread-safe; the buffer's lock protects it.
 
@@ -27,7 +30,7 @@ class Companion:
     key: ClassVar[str] = ''
 
     def copy(self) -> 'Companion | None':
-        """Return an independent copy for a copy of the tree; None: the copy begins without."""
+        """Return an independent copy for a copy of the tree; None: that tree gets none."""
         return None
 
     def clear(self, histories: Mapping[str, History]) -> None:

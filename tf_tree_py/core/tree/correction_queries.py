@@ -4,7 +4,7 @@
 """Queries about the corrections of edges."""
 
 from .corrections import correction_of, smoothed, Transitions
-from .queries import PlainSnapshot, Queries
+from .queries import Queries
 from .tree import Tree
 from ..geometry.pose import Pose
 
@@ -28,17 +28,6 @@ class CorrectionQueries(Queries):
         with self._lock:
             return correction_of(self._tree, child)
 
-    def smoothed(self) -> PlainSnapshot:
-        """
-        Return a snapshot with all corrections applied to the past, too.
-
-        The live tree is inaccurate during a blend, which avoids jumps, and its past is never
-        corrected. In this snapshot every sample has the correction for its own stamp, which is
-        interpolated between two corrections. An edge that changed its source has the samples
-        of its present source from their beginning. It is meant for maps and post-processing.
-        """
-        with self._lock:
-            return self._snapshot_of(self._smoothed())
-
     def _smoothed(self) -> Tree:
+        """Return a copy of the tree with all corrections applied to the past, too."""
         return smoothed(self._tree)

@@ -20,7 +20,7 @@ class EdgeCovariances(Companion):
     """
     The covariances of a tree's edges.
 
-    :ivar by_edge: only of edges with covariances, by (parent, child).
+    :ivar by_edge: the covariances of each edge that has any, by (parent, child).
     """
 
     key = 'uncertainty'

@@ -162,7 +162,8 @@ def smoothed(tree: Tree, twin: Tree) -> None:
     """
     Give edges that changed their source the samples of their present source.
 
-    :param tree: the tree as it is; ``twin``: a copy of it, which gets the samples.
+    :param tree: the tree with the samples of all sources.
+    :param twin: a copy of the tree, which is changed.
     """
     known = tree.companion(Sources)
     for child, sources in known.by_child.items() if known is not None else ():

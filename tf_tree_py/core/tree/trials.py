@@ -56,7 +56,7 @@ class TrialCache(Companion):
     """
     The cached errors of earlier predictions.
 
-    :ivar by_child: only of edges that were predicted.
+    :ivar by_child: the errors of each edge that was predicted, by its child frame.
     """
 
     def __init__(self) -> None:
