@@ -28,8 +28,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
-from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
+from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.view.sensors.readings import Reading
 from tf_tree_py.view.sensors.sensor_source import NoSensors
 from tf_tree_py.view.serving import RATE_HZ, Serving

@@ -6,7 +6,7 @@
 from collections.abc import Sequence
 
 from tf_tree_py.core import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.wire import write
 
 from .motion import Edge, Pose, pose_at
 

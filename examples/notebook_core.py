@@ -13,7 +13,8 @@
 
 # %%
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
+from tf_tree_py import BufferCore
+from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import from_seconds
 
 buffer = BufferCore(cache_time=from_seconds(10.0))

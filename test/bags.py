@@ -19,7 +19,8 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer as Writer2
 from rosbags.typesys import get_typestore, Stores
 from serialized import serialize, serialize_ros1
-from tf_tree_py.core import BufferCore, Sample, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Sample, UNLIMITED
 
 SECOND = 10**9
 LATCHED = 'latched'

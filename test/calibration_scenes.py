@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from tf_tree_py import BufferCore
 from tf_tree_py.calibration import Observations
-from tf_tree_py.core import BufferCore, Pose, se3, UNLIMITED
+from tf_tree_py.core import Pose, se3, UNLIMITED
 
 START = 1_700_000_000 * 10**9
 EDGE = ('base', 'camera')

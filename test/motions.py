@@ -4,7 +4,7 @@
 """Buffers of frames with known motion, for 2 s."""
 
 import numpy as np
-from tf_tree_py.core import BufferCore
+from tf_tree_py import BufferCore
 from tf_tree_py.core.geometry import se3
 
 SECOND = 1_000_000_000

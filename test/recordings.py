@@ -12,8 +12,8 @@ import json
 import math
 from pathlib import Path
 
-from tf_tree_py import core
-from tf_tree_py.core import BufferCore, TransformException
+from tf_tree_py import BufferCore, core
+from tf_tree_py.core import TransformException
 
 RECORDINGS = sorted((Path(__file__).parent / 'data' / 'conformance').glob('*.jsonl'))
 

@@ -6,10 +6,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from tf_tree_py.core import BufferCore
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py import BufferCore
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.doctor import Doctor
 
 SECOND = 10**9
 BEGIN = 1_700_000_000

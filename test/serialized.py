@@ -4,7 +4,7 @@
 """
 A TFMessage as CDR bytes, in either byte order, as other publishers send it; and as ROS 1's.
 
-It shares no code with ``core.ingest.message_layout``, so that it cannot repeat a fault there.
+It shares no code with ``core.messages.message_layout``, so that it cannot repeat a fault there.
 """
 
 import struct

@@ -13,34 +13,30 @@ import importlib
 from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
+from tf_tree_py.beyond.curves.constant_twist import ConstantTwist
+from tf_tree_py.beyond.curves.curve import Curve
+from tf_tree_py.beyond.curves.spline import Spline
+from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
+from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
+from tf_tree_py.beyond.motion.deskew import deskew
+from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
+from tf_tree_py.buffer_core import BufferCore, load, Snapshot
 from tf_tree_py.core import (
-    BufferCore,
     ClockJumpException,
     ConnectivityException,
-    ConstantTwist,
-    Curve,
     EdgeInfo,
     ExtrapolationException,
-    FramedPoints,
-    FramedPose,
-    FrameMismatchError,
     from_seconds,
     FutureExtrapolationException,
     Incident,
     InvalidArgumentException,
     LATEST,
-    load,
-    lookup_twist,
-    lookup_twist_many,
     LookupException,
     NoDataException,
     PastExtrapolationException,
     Pose,
     Poses,
     RefusedException,
-    Snapshot,
-    Spline,
-    SplineFitter,
     Statistics,
     TimeoutException,
     TransformException,
@@ -48,10 +44,9 @@ from tf_tree_py.core import (
     TreeFileError,
     UNLIMITED,
 )
-from tf_tree_py.core.deprecation import renamed
-from tf_tree_py.core.deskew import deskew
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.health.flight_recorder import FlightRecorder
+from tf_tree_py.deprecation import moved, renamed
+from tf_tree_py.health.flight_recorder import FlightRecorder
 
 if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these names
     from tf_tree_py.ros.buffer.buffer import Buffer
@@ -80,6 +75,11 @@ if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these name
 
 # The present name for each old one; docs/stability.md says how long an old name is kept.
 _OLD_NAMES: dict[str, str] = {}
+
+# What was public in tf_tree_py.core before core became tf2 and nothing else.
+_MOVED_FROM_CORE = {
+    'BufferCore', 'ConstantTwist', 'Curve', 'FramedPoints', 'FramedPose', 'FrameMismatchError',
+    'load', 'lookup_twist', 'lookup_twist_many', 'Snapshot', 'Spline', 'SplineFitter'}
 
 # The module of the ROS layer for each name.
 _ROS_NAMES = {
@@ -215,6 +215,7 @@ def _load(name: str) -> Any:
 
 
 __getattr__ = renamed(__name__, _OLD_NAMES, until='0.3', otherwise=_load)
+moved('tf_tree_py.core', _MOVED_FROM_CORE, __name__, until='0.3')
 
 
 def __dir__() -> list[str]:

@@ -9,8 +9,9 @@ import time
 from typing import Any
 
 import numpy as np
+from tf_tree_py import BufferCore
 from tf_tree_py.calibration import calibrate, Observations
-from tf_tree_py.core import BufferCore, Pose, se3, UNLIMITED
+from tf_tree_py.core import Pose, se3, UNLIMITED
 
 from ..effort import Effort
 from ..peers.finding import Contestants

@@ -11,12 +11,13 @@ import statistics
 import time
 
 import numpy as np
-from tf_tree_py.core import BufferCore, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
-from tf_tree_py.core.thinning.thinner import Thinner
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import configuration, open_session, RobotPublisher
+from tf_tree_py.thinning.thinner import Thinner
 import zenoh
 
 from .listening import start

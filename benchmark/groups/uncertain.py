@@ -8,7 +8,8 @@ from functools import partial
 import itertools
 
 import numpy as np
-from tf_tree_py.core import BufferCore, Pose, se3
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, se3
 from tf_tree_py.core.geometry.so3 import Array
 
 from ..effort import Effort

@@ -17,8 +17,9 @@ from kinhec.benchmark import _keyframe_data
 from kinhec.generator import generate_sequence
 from kinhec.io import Sequence
 import numpy as np
+from tf_tree_py import BufferCore
 from tf_tree_py.calibration import calibrate, Observations
-from tf_tree_py.core import BufferCore, Pose, se3 as tf_se3, UNLIMITED
+from tf_tree_py.core import Pose, se3 as tf_se3, UNLIMITED
 
 TRACKS = ('noise', 'motion', 'temporal', 'outliers')
 _SEED = 25

@@ -10,7 +10,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from tf_tree_py import Buffer
-from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
 

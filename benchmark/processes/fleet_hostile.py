@@ -16,8 +16,8 @@ import threading
 import time
 
 from tf_tree_py.core.geometry.se3 import IDENTITY
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import configuration, open_session
 from tf_tree_py.fleet.keys import rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
 import zenoh

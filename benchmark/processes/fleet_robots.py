@@ -12,7 +12,7 @@ import math
 import sys
 import threading
 
-from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.fleet import configuration, open_session
 from tf_tree_py.fleet.simulated import drive, SimulatedRobot
 import zenoh

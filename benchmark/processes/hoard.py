@@ -9,8 +9,8 @@ Runs in a separate process, so that the process's memory is the buffer's.
 
 import os
 
-from tf_tree_py.core.buffer.buffer_core import BufferCore
-from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core.messages.wire import WireReader
 
 from .. import motion, wire
 from ..worker import serve

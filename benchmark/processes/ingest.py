@@ -15,9 +15,9 @@ from typing import Any
 
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
+from tf_tree_py import load
 from tf_tree_py.bag import open_bag
 import tf_tree_py.bag.files.file_kinds  # noqa: F401 - otherwise the first bag includes the import
-from tf_tree_py.core import load
 
 from .hoard import resident_bytes
 from ..timing import cpu_clock

@@ -16,8 +16,8 @@ import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.ingest.sample import Batch
-from tf_tree_py.core.ingest.wire import WireWriter
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.core.messages.wire import WireWriter
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .. import motion, wire

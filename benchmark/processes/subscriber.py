@@ -16,7 +16,7 @@ import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 import tf_tree_py
-from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
 from .spinning import spin_beside

@@ -9,8 +9,8 @@ They are read from the catalogue that ``tf_doctor --list`` prints.
 
 from pathlib import Path
 
-from tf_tree_py.core.health.checks.catalogue import CODES
-from tf_tree_py.core.health.checks.finding import Code
+from tf_tree_py.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.finding import Code
 
 PAGE = Path(__file__).parents[1] / 'doctor.md'
 BEGIN, END = '<!-- codes: begin -->\n', '<!-- codes: end -->\n'

@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).parents[2] / 'tf_tree_py'
 
 
 class Layer(NamedTuple):
-    """A folder of the package."""
+    """A folder of the package, or a file of its top level."""
 
     imports: str
     """The layers that its files may import, besides their own."""
@@ -28,18 +28,27 @@ class Layer(NamedTuple):
 LAYERS = {
     'interfaces': Layer(''),
     'command': Layer(''),
-    'core': Layer('', 'geometry edges ingest tree buffer thinning reports health'),
-    'urdf': Layer('core'),
-    'bag': Layer('core urdf', 'files assembly'),
-    'calibration': Layer('core bag'),
-    'fleet': Layer('core'),
-    'ros': Layer('core', 'messages threads waiting buffer topics remote filtering'),
-    'nodes': Layer('command core bag urdf fleet ros'),
-    'tools': Layer('command core calibration bag urdf fleet ros', 'export archive calibrate'),
-    'view': Layer('command core bag urdf fleet ros tools',
+    'deprecation': Layer(''),
+    'core': Layer('', 'geometry edges messages tree buffer'),
+    'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources'),
+    'buffer_core': Layer('core beyond'),
+    'thinning': Layer('core'),
+    'reports': Layer('core beyond'),
+    'health': Layer('core', 'measures checks'),
+    'urdf': Layer('core buffer_core'),
+    'bag': Layer('core beyond buffer_core urdf', 'files assembly'),
+    'calibration': Layer('core beyond buffer_core bag'),
+    'fleet': Layer('core beyond buffer_core'),
+    'ros': Layer('core beyond buffer_core reports health thinning',
+                 'messages threads waiting buffer topics remote filtering'),
+    'nodes': Layer('command core beyond buffer_core reports health thinning bag urdf fleet ros'),
+    'tools': Layer('command core beyond buffer_core reports health thinning calibration bag urdf '
+                   'fleet ros', 'export archive calibrate'),
+    'view': Layer('command core beyond buffer_core reports health bag urdf fleet ros tools',
                   'model robot sensors framing scene panels page'),
-    'labs': Layer('command core calibration bag urdf ros', 'live'),
-    'dropin': Layer('core bag ros'),
+    'labs': Layer('command core beyond buffer_core reports health calibration bag urdf ros',
+                  'live'),
+    'dropin': Layer('core beyond buffer_core reports health bag ros'),
 }
 
 
@@ -55,8 +64,8 @@ class Import(NamedTuple):
 @cache
 def files() -> list[Path]:
     """Return the files of all layers; ``dropin/packages`` is written like a user's code."""
-    return sorted(path for layer in LAYERS for path in (PACKAGE / layer).rglob('*.py')
-                  if not {'__pycache__', 'packages'} & set(path.parts))
+    return sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__init__.py'
+                  and not {'__pycache__', 'packages'} & set(path.parts))
 
 
 def parts(path: Path) -> tuple[str, ...]:

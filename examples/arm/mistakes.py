@@ -6,7 +6,8 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 
 from .image import Image
 from .pick_and_place import locate

@@ -11,7 +11,8 @@ commanded in the frame `world`, some time later. The transform tree connects the
 from math import atan2, pi
 
 import numpy as np
-from tf_tree_py.core import BufferCore, from_seconds, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import from_seconds, Pose
 
 from .cell import Cell, CLOSED, OPEN
 from .image import Image

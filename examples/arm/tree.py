@@ -3,7 +3,8 @@
 
 """The arm's transform tree, built by hand."""
 
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 
 from .cell import BASE, Cell, HAND, HAND_T_CAMERA
 

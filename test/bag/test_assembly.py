@@ -17,13 +17,14 @@ from effort import examples
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.bag import Decoder, MessageSource, RecordedMessage
 from tf_tree_py.bag.assembly import assembler as assembling
 from tf_tree_py.bag.assembly.assembler import Assembler
-from tf_tree_py.core import BufferCore, UNLIMITED
+from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.buffer.intake import Intake
-from tf_tree_py.core.ingest.frame_names import rename
-from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.messages.frame_names import rename
+from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.tree.frozen import freeze
 
 TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)

@@ -9,13 +9,14 @@ import json
 from bags import START
 from hypothesis import given, strategies as st
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.bag import Bag, Decoder, open_bag
-from tf_tree_py.core import BufferCore, Pose, TransformException
+from tf_tree_py.core import Pose, TransformException
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.health.flight_recorder import FlightRecorder, Happened, LOOKUP_FAILED
-from tf_tree_py.core.health.recent_messages import RecentMessages
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.flight_recorder import FlightRecorder, Happened, LOOKUP_FAILED
+from tf_tree_py.health.recent_messages import RecentMessages
 
 SECOND = 10**9
 ASKED = Happened('asked', 'by a test')

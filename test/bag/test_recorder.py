@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
+from tf_tree_py import BufferCore, load, Spline
 from tf_tree_py.bag import BagError, open_bag, read_messages
-from tf_tree_py.core import BufferCore, load, Pose, se3, Spline, UNLIMITED
+from tf_tree_py.core import Pose, se3, UNLIMITED
 from tf_tree_py.core.tree.frozen import freeze
 
 

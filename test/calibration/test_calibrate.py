@@ -8,8 +8,9 @@ import json
 from calibration_scenes import at, EDGE, errors, PLACE, scene
 import numpy as np
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.calibration import calibrate, CalibrationError, Limits, Observations, Verdict
-from tf_tree_py.core import BufferCore, Pose, se3, UNLIMITED
+from tf_tree_py.core import Pose, se3, UNLIMITED
 from tf_tree_py.tools.calibrate.report import advice, hidden
 
 NEAR = Limits(max_offset_s=0.2)

@@ -6,7 +6,8 @@
 import numpy as np
 import pytest
 from strategies import angle_between, assert_same_pose
-from tf_tree_py.core import BufferCore, InvalidArgumentException, Pose, se3
+from tf_tree_py import BufferCore
+from tf_tree_py.core import InvalidArgumentException, Pose, se3
 from tf_tree_py.core.geometry import so3
 
 SECOND = 1_000_000_000

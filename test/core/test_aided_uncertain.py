@@ -6,7 +6,8 @@
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, InvalidArgumentException, load, Pose, se3, UNLIMITED
+from tf_tree_py import BufferCore, load
+from tf_tree_py.core import InvalidArgumentException, Pose, se3, UNLIMITED
 from tf_tree_py.core.geometry import so3
 
 SECOND = 1_000_000_000

@@ -10,10 +10,10 @@ from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose
+from tf_tree_py.beyond.corrections.anchor import Anchor, GATE, Sighting
+from tf_tree_py.beyond.corrections.blend import Limits
 from tf_tree_py.core import from_seconds, InvalidArgumentException, Pose, se3
-from tf_tree_py.core.anchor import Anchor, GATE, Sighting
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.core.geometry.blend import Limits
 
 SECOND = 1_000_000_000
 LIMITS = Limits(from_seconds(0.3), 0.2, 0.1, 0.0)

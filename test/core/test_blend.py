@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py.core.geometry.blend import AT_REST, Limits, planned, scale_of, way, ZERO
+from tf_tree_py.beyond.corrections.blend import AT_REST, Limits, planned, scale_of, way, ZERO
 
 OVER = 500_000_000
 numbers = st.floats(-3.0, 3.0).map(lambda number: round(number, 3))

@@ -9,8 +9,8 @@ from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose, length, poses, random_pose
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     EdgeInfo,
     ExtrapolationException,

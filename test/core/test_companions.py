@@ -4,7 +4,8 @@
 """Data beside the samples is copied, saved and cleared with them, whatever its kind."""
 
 import pytest
-from tf_tree_py.core import BufferCore, load, Pose, TreeFileError
+from tf_tree_py import BufferCore, load
+from tf_tree_py.core import Pose, TreeFileError
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.tree.companions import Companion, KINDS
 

@@ -13,18 +13,10 @@ from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose
-from tf_tree_py.core import (
-    BufferCore,
-    InvalidArgumentException,
-    load,
-    Pose,
-    se3,
-    Spline,
-    TransformException,
-    UNLIMITED,
-)
-from tf_tree_py.core.ingest.incidents import TransformWarning
-from tf_tree_py.core.twist import lookup_twist_many
+from tf_tree_py import BufferCore, load, Spline
+from tf_tree_py.beyond.motion.twist import lookup_twist_many
+from tf_tree_py.core import InvalidArgumentException, Pose, se3, TransformException, UNLIMITED
+from tf_tree_py.core.messages.incidents import TransformWarning
 
 SECOND = 1_000_000_000
 MS = 1_000_000

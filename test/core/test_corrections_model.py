@@ -27,8 +27,9 @@ from hypothesis.stateful import (
 )
 import numpy as np
 from strategies import assert_same_pose
-from tf_tree_py.core import BufferCore, Kind, load, Pose, se3
-from tf_tree_py.core.geometry.blend import Limits, scale_of
+from tf_tree_py import BufferCore, load
+from tf_tree_py.beyond.corrections.blend import Limits, scale_of
+from tf_tree_py.core import Kind, Pose, se3
 
 SECOND = 1_000_000_000
 MS = 1_000_000

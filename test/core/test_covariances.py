@@ -6,8 +6,9 @@
 import numpy as np
 import pytest
 from strategies import random_pose
+from tf_tree_py.beyond.uncertainty import covariances, large_angles
 from tf_tree_py.core import InvalidArgumentException, se3
-from tf_tree_py.core.geometry import covariances, large_angles, so3
+from tf_tree_py.core.geometry import so3
 from uncertain_trees import (
     assert_explained,
     drawn_poses,

@@ -16,19 +16,15 @@ import numpy as np
 from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose
+from tf_tree_py import BufferCore, ConstantTwist, load, lookup_twist, Spline
+from tf_tree_py.beyond.uncertainty.insertion import take_covariance
 from tf_tree_py.core import (
-    BufferCore,
-    ConstantTwist,
     FutureExtrapolationException,
     InvalidArgumentException,
     Kind,
-    load,
-    lookup_twist,
     Pose,
-    Spline,
     TreeFileError,
 )
-from tf_tree_py.core.buffer.uncertain_buffer import take_covariance
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import FOREVER
 

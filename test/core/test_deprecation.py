@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 import tf_tree_py
-from tf_tree_py.core.deprecation import deprecated, renamed, renamed_parameter
+from tf_tree_py.deprecation import deprecated, renamed, renamed_parameter
 
 
 class Room:

@@ -7,15 +7,16 @@ import math
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.health.checks.catalogue import CODES
-from tf_tree_py.core.health.checks.finding import Severity
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.measures.thresholds import Thresholds
-from tf_tree_py.core.ingest.incidents import candidates, one_of
-from tf_tree_py.core.ingest.received_message import Endpoint, ReceivedMessage
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.incidents import candidates, one_of
+from tf_tree_py.core.messages.received_message import Endpoint, ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.finding import Severity
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.thresholds import Thresholds
 
 BEGIN = 10**18
 SECOND = 10**9

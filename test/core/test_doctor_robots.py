@@ -7,9 +7,9 @@ from effort import examples
 from hypothesis import example, given, strategies as st
 import pytest
 from robot_model import FAULTS, Robot
-from tf_tree_py.core.health.checks.finding import Severity
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.measures.thresholds import Thresholds
+from tf_tree_py.health.checks.finding import Severity
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.thresholds import Thresholds
 
 CODES = {'outliers': 'outlier'}
 

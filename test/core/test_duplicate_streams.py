@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 from inputs import for_each
 import pytest
 from test_hostile_names import bytes_of
-from tf_tree_py.core.ingest.duplicate_streams import DuplicateStreams
+from tf_tree_py.health.duplicate_streams import DuplicateStreams
 
 ODOM, ARM, TOOL = ('odom', 'base'), ('base', 'arm'), ('arm', 'tool')
 

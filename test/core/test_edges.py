@@ -12,20 +12,14 @@ from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose
-from tf_tree_py import core
-from tf_tree_py.core import (
-    BufferCore,
-    ConstantTwist,
-    ExtrapolationException,
-    Pose,
-    Spline,
-    TreeFileError,
-)
-from tf_tree_py.core.edges.aided import AidedHistory
-from tf_tree_py.core.edges.corrected import with_corrections
-from tf_tree_py.core.edges.correction import Correction
-from tf_tree_py.core.edges.curve import GivenCurve
-from tf_tree_py.core.edges.curve_history import CurveHistory
+from tf_tree_py import BufferCore, ConstantTwist, core, Spline
+from tf_tree_py.beyond.corrections.blend import Limits
+from tf_tree_py.beyond.corrections.corrected import with_corrections
+from tf_tree_py.beyond.corrections.correction import Correction
+from tf_tree_py.beyond.curves.aided import AidedHistory
+from tf_tree_py.beyond.curves.curve import GivenCurve
+from tf_tree_py.beyond.curves.curve_history import CurveHistory
+from tf_tree_py.core import ExtrapolationException, Pose, TreeFileError
 from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.kinds import frozen, KINDS, thawed
 from tf_tree_py.core.edges.protocol import moves
@@ -33,7 +27,6 @@ from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.edges.storage import Arrays, Stored
 from tf_tree_py.core.edges.track import HeldTrack
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.blend import Limits
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 
 WINDOW = 40

@@ -5,9 +5,8 @@ import copy
 import pickle
 
 import pytest
-from tf_tree_py import core
+from tf_tree_py import BufferCore, core
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     FutureExtrapolationException,

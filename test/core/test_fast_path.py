@@ -12,10 +12,10 @@ the usual case took the slow path.
 
 from counting import calls
 import pytest
-from tf_tree_py.core import BufferCore
-from tf_tree_py.core.ingest import message_layout, sample
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import WireReader, write
+from tf_tree_py import BufferCore
+from tf_tree_py.core.messages import message_layout, sample
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import WireReader, write
 from tf_tree_py.core.tree.tree import Tree
 
 SECOND = 10**9

@@ -13,7 +13,7 @@ from programs import PATIENCE_S
 PROGRAM = """
 import faulthandler, os, signal, sys, threading
 from tf_tree_py.core import BufferCore, Pose, TransformException
-from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py.health.doctor import Doctor
 
 FORKS = int(sys.argv[1])
 buffer = BufferCore(cache_time=10**9)

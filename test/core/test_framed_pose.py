@@ -9,7 +9,8 @@ from hypothesis import given
 import numpy as np
 import pytest
 from strategies import poses
-from tf_tree_py.core import BufferCore, FramedPoints, FramedPose, FrameMismatchError, Pose
+from tf_tree_py import BufferCore, FramedPoints, FramedPose, FrameMismatchError
+from tf_tree_py.core import Pose
 
 SECOND = 1_000_000_000
 

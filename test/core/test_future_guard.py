@@ -9,8 +9,8 @@ import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.ingest.future_guard import FAR
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.future_guard import FAR
+from tf_tree_py.core.messages.sample import Batch
 
 SECOND = 10**9
 HOUR = 3600 * SECOND

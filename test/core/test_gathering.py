@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from tf_tree_py.core import Kind
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.doctor import Doctor
 
 MS = 1_000_000
 LAYOUTS = [

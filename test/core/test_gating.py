@@ -5,9 +5,9 @@
 
 import numpy as np
 import pytest
+from tf_tree_py.beyond.uncertainty.gating import agreement, as_gtsam, from_gtsam
 from tf_tree_py.core import InvalidArgumentException, Pose
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.core.geometry.gating import agreement, as_gtsam, from_gtsam
 
 POSE = Pose.from_xyz_rpy(x=3.0, y=-1.0, z=0.5, roll=0.4, pitch=-0.9, yaw=2.0)
 ROOT = 1e-3 * np.random.default_rng(8).normal(size=(6, 6))

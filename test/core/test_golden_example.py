@@ -12,7 +12,8 @@ import re
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'golden_example.md'

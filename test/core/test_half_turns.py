@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from standin import run_with_tf2
-from tf_tree_py.core import BufferCore
+from tf_tree_py import BufferCore
 
 SECOND = 1_000_000_000
 HALF = math.sqrt(0.5)

@@ -11,11 +11,11 @@ import pytest
 from tf_tree_py import BufferCore, LATEST, Pose, TransformException
 from tf_tree_py.core import Incident, Kind, Sample
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.ingest.incidents import one_of
-from tf_tree_py.core.ingest.wire import DEFAULT_REMEMBERED, WireError, WireReader, write
-from tf_tree_py.core.reports.audit import LookupAudit
+from tf_tree_py.core.messages.incidents import one_of
+from tf_tree_py.core.messages.wire import DEFAULT_REMEMBERED, WireError, WireReader, write
 from tf_tree_py.core.text import LONGEST_TEXT, shorten
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.reports.audit import LookupAudit
 
 # More than any sentence about one transform needs, and far less than a name may have.
 MOST_TEXT = 20_000

@@ -10,8 +10,8 @@ from hand_clock import HandClock
 import pytest
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.core.ingest import incident_log
-from tf_tree_py.core.ingest.incident_log import IncidentLog
+from tf_tree_py.core.messages import incident_log
+from tf_tree_py.core.messages.incident_log import IncidentLog
 
 REFUSED = "Refused transform 'map' -> 'odom' from '/somebody' "
 

@@ -3,7 +3,7 @@
 
 from inputs import for_each
 from tf_tree_py.core import Incident, Kind, Statistics
-from tf_tree_py.core.ingest.incidents import REMARKS
+from tf_tree_py.core.messages.incidents import REMARKS
 
 
 @for_each(kind=Kind)

@@ -12,7 +12,7 @@ from tf_tree_py import BufferCore, ClockJumpException, LATEST, Pose
 from tf_tree_py.core import Kind
 from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 
 SECOND = 10**9
 HOUR = 3600 * SECOND

@@ -11,9 +11,9 @@ import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.ingest.observers import Observer
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.doctor import Doctor
 
 SECOND = 10**9
 

@@ -10,8 +10,8 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import random_pose
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     FutureExtrapolationException,
     InvalidArgumentException,

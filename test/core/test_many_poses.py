@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from strategies import poses
-from tf_tree_py.core import BufferCore, Pose, Poses, se3
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, Poses, se3
 
 STAMPS = np.arange(0, 1_000_000_001, 100_000_000)
 base_T_camera = Pose.from_xyz_rpy(0.2, -0.1, 0.8, 0.3, -0.5, 1.1)

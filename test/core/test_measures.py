@@ -6,10 +6,10 @@
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.core.health.measures.edge_record import MovingEdge
-from tf_tree_py.core.health.measures.sample_rows import Rows, Steps
-from tf_tree_py.core.health.measures.spread import Spread
-from tf_tree_py.core.health.measures.thresholds import Thresholds
+from tf_tree_py.health.measures.edge_record import MovingEdge
+from tf_tree_py.health.measures.sample_rows import Rows, Steps
+from tf_tree_py.health.measures.spread import Spread
+from tf_tree_py.health.measures.thresholds import Thresholds
 
 NUMBERS = st.lists(st.integers(-10**6, 10**6), max_size=2000)
 SECOND = 10**9

@@ -4,12 +4,13 @@
 """The current rates of edges, and the edges with problems."""
 
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.monitor import Monitor
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.monitor import Monitor
 
 SECOND = 10**9
 

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from strategies import random_poses
-from tf_tree_py.core import BufferCore, ExtrapolationException, LATEST, Sample
+from tf_tree_py import BufferCore
+from tf_tree_py.core import ExtrapolationException, LATEST, Sample
 from tf_tree_py.core.geometry import se3
 
 CACHE_TIME = 1000

@@ -5,7 +5,8 @@
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, InvalidArgumentException, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import InvalidArgumentException, Pose
 
 
 @pytest.fixture

@@ -6,8 +6,9 @@
 import numpy as np
 import pytest
 from strategies import assert_same_pose
+from tf_tree_py import BufferCore
+from tf_tree_py.beyond.prediction.trials import TrialCache
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     FutureExtrapolationException,
@@ -17,7 +18,6 @@ from tf_tree_py.core import (
     se3,
 )
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.core.tree.trials import TrialCache
 
 SECOND = 1_000_000_000
 MS = 1_000_000

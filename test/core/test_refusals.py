@@ -9,8 +9,8 @@ import warnings
 
 import numpy as np
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     Kind,
     Pose,
     RefusedException,
@@ -112,7 +112,7 @@ def test_samples_that_the_buffer_does_not_keep_are_warned_of(warned):
 
 def test_what_a_listener_hears_is_not_warned_of(warned):
     from tf_tree_py.core.edges.packed import pack_pose
-    from tf_tree_py.core.ingest.sample import Batch
+    from tf_tree_py.core.messages.sample import Batch
     batch = Batch((('map', 'base'),), [1], [pack_pose(*NAN)])
     assert BufferCore().insert_batch(batch)[0].kind is Kind.NOT_FINITE
     assert not warned

@@ -16,8 +16,8 @@ from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, random_poses
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     Kind,

@@ -3,8 +3,9 @@
 
 from hypothesis import given, strategies as st
 import pytest
-from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.reports import frames_text
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
+from tf_tree_py.reports import frames_text
 
 SECOND = 1_000_000_000
 

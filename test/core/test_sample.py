@@ -8,10 +8,11 @@ from inputs import for_each
 import numpy as np
 import pytest
 from strategies import about, assert_same_rotation, axes, components
-from tf_tree_py.core import BufferCore, Incident, InvalidArgumentException, Kind, Pose, Sample
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Incident, InvalidArgumentException, Kind, Pose, Sample
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.geometry.poses import is_sound
-from tf_tree_py.core.ingest.sample import admitted, Batch, checked, unit_poses
+from tf_tree_py.core.messages.sample import admitted, Batch, checked, unit_poses
 
 SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
 

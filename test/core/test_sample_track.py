@@ -8,14 +8,8 @@ from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, poses as unit_poses, random_poses
-from tf_tree_py.core import (
-    BufferCore,
-    InvalidArgumentException,
-    Kind,
-    Pose,
-    TransformException,
-    UNLIMITED,
-)
+from tf_tree_py import BufferCore
+from tf_tree_py.core import InvalidArgumentException, Kind, Pose, TransformException, UNLIMITED
 from tf_tree_py.core.geometry import se3
 
 NAN = float('nan')

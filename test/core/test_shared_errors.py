@@ -7,7 +7,8 @@ from inputs import for_each
 import numpy as np
 import pytest
 from strategies import random_pose
-from tf_tree_py.core import BufferCore, ExtrapolationException, Pose, se3
+from tf_tree_py import BufferCore
+from tf_tree_py.core import ExtrapolationException, Pose, se3
 from tf_tree_py.core.errors import InvalidArgumentException
 from uncertain_trees import (
     assert_explained,

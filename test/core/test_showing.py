@@ -9,7 +9,8 @@ import threading
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, LATEST, LookupException, Pose, Snapshot, Statistics
+from tf_tree_py import BufferCore, Snapshot
+from tf_tree_py.core import LATEST, LookupException, Pose, Statistics
 
 SECOND = 10**9
 

@@ -13,17 +13,10 @@ from inputs import for_each
 import numpy as np
 import pytest
 from strategies import assert_same_pose
-from tf_tree_py.core import (
-    BufferCore,
-    InvalidArgumentException,
-    Kind,
-    load,
-    Pose,
-    se3,
-    UNLIMITED,
-)
-from tf_tree_py.core.ingest.observers import Observer
-from tf_tree_py.core.reports.switch_status import as_values, SwitchReports
+from tf_tree_py import BufferCore, load
+from tf_tree_py.core import InvalidArgumentException, Kind, Pose, se3, UNLIMITED
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.reports.switch_status import as_values, SwitchReports
 
 SECOND = 1_000_000_000
 MS = 1_000_000

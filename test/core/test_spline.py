@@ -10,9 +10,10 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, waving_poses
-from tf_tree_py.core import InvalidArgumentException, Pose, Spline
+from tf_tree_py import Spline
+from tf_tree_py.beyond.curves.spline_segment import SE3, SPLIT
+from tf_tree_py.core import InvalidArgumentException, Pose
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.spline_segment import SE3, SPLIT
 
 SECOND = 1_000_000_000
 START = 1_700_000_000 * SECOND

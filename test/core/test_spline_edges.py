@@ -11,22 +11,18 @@ import numpy as np
 from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose, waving_poses
+from tf_tree_py import BufferCore, lookup_twist, lookup_twist_many, Spline, SplineFitter
+from tf_tree_py.beyond.curves.spline_track import SplineTrack
 from tf_tree_py.core import (
-    BufferCore,
     FutureExtrapolationException,
     InvalidArgumentException,
     Kind,
-    lookup_twist,
-    lookup_twist_many,
     NoDataException,
     PastExtrapolationException,
     Pose,
     RefusedException,
-    Spline,
-    SplineFitter,
     TransformWarning,
 )
-from tf_tree_py.core.edges.spline_track import SplineTrack
 from tf_tree_py.core.geometry import screws, se3
 
 SECOND = 1_000_000_000

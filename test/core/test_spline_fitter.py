@@ -6,7 +6,8 @@
 import numpy as np
 import pytest
 from strategies import waving_poses
-from tf_tree_py.core import InvalidArgumentException, Pose, Spline, SplineFitter
+from tf_tree_py import Spline, SplineFitter
+from tf_tree_py.core import InvalidArgumentException, Pose
 from tf_tree_py.core.geometry import se3, so3
 
 START = 1_700_000_000_000_000_000

@@ -11,7 +11,7 @@ import re
 
 import house
 import pytest
-from tf_tree_py.core import BufferCore
+from tf_tree_py import BufferCore
 from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
 
 REPOSITORY = Path(__file__).parents[2]

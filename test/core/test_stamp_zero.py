@@ -12,17 +12,15 @@ from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from strategies import random_poses
+from tf_tree_py import BufferCore, lookup_twist, lookup_twist_many
+from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.core import (
-    BufferCore,
     ExtrapolationException,
     LATEST,
-    lookup_twist,
-    lookup_twist_many,
     PastExtrapolationException,
     Pose,
     TransformException,
 )
-from tf_tree_py.core.deskew import deskew
 
 SECOND = 1_000_000_000
 DAY = 86_400 * SECOND

@@ -13,13 +13,14 @@ from hypothesis import given, strategies as st
 from programs import PATIENCE_S
 import pytest
 from strategies import about, axes, vectors
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import IDENTITY
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.thinning.dead_band import DeadBand
-from tf_tree_py.core.thinning.senders import MovingSender
-from tf_tree_py.core.thinning.thinner import Thinner
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.thinning.dead_band import DeadBand
+from tf_tree_py.thinning.senders import MovingSender
+from tf_tree_py.thinning.thinner import Thinner
 
 SECOND = 1_000_000_000
 MIN_MOVE, MIN_TURN, SILENCE = 0.01, 0.02, 10

@@ -9,16 +9,10 @@ from crew import Crew, PATIENCE_S
 from hypothesis import settings
 import numpy as np
 from strategies import assert_same_pose
-from tf_tree_py.core import (
-    BufferCore,
-    LATEST,
-    LookupException,
-    Pose,
-    Sample,
-    TransformException,
-)
+from tf_tree_py import BufferCore
+from tf_tree_py.core import LATEST, LookupException, Pose, Sample, TransformException
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 
 TICK = 1000
 # More than the window of the readers, which is 200.

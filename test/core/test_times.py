@@ -8,16 +8,15 @@ import warnings
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
+from tf_tree_py import BufferCore, lookup_twist_many
+from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.core import (
-    BufferCore,
     InvalidArgumentException,
     Kind,
-    lookup_twist_many,
     PastExtrapolationException,
     Pose,
     UNLIMITED,
 )
-from tf_tree_py.core.deskew import deskew
 from tf_tree_py.core.times import checked_stamp, checked_stamps
 
 SECOND = 1_000_000_000

@@ -6,20 +6,15 @@
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.core import (
-    BufferCore,
-    ExtrapolationException,
-    InvalidArgumentException,
-    Pose,
-    UNLIMITED,
-)
-from tf_tree_py.core.trajectory import (
+from tf_tree_py import BufferCore
+from tf_tree_py.beyond.motion.trajectory import (
     POSE_COLUMNS,
     stamps_at_rate,
     stamps_of_slowest,
     trajectory,
     TWIST_COLUMNS,
 )
+from tf_tree_py.core import ExtrapolationException, InvalidArgumentException, Pose, UNLIMITED
 
 MS = 1_000_000
 SECOND = 1000 * MS

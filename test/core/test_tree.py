@@ -8,8 +8,8 @@ import itertools
 from effort import examples
 from hypothesis import given, strategies as st
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     Kind,

@@ -23,8 +23,9 @@ from motions import (
 import numpy as np
 import pytest
 from strategies import random_pose
+from tf_tree_py import BufferCore
+from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many, Velocity
 from tf_tree_py.core import (
-    BufferCore,
     ExtrapolationException,
     FutureExtrapolationException,
     InvalidArgumentException,
@@ -35,7 +36,6 @@ from tf_tree_py.core import (
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.screws import carry
 from tf_tree_py.core.tree.queries import Queries
-from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, Velocity
 
 # --- known motions
 

@@ -8,12 +8,13 @@ import pickle
 import numpy as np
 import pytest
 from strategies import random_pose
-from tf_tree_py.core import BufferCore, ExtrapolationException, Kind, Pose, se3
-from tf_tree_py.core.buffer.uncertain_buffer import take_covariance
+from tf_tree_py import BufferCore
+from tf_tree_py.beyond.uncertainty.covariances import carried, composed
+from tf_tree_py.beyond.uncertainty.edge_covariances import EdgeCovariances
+from tf_tree_py.beyond.uncertainty.insertion import take_covariance
+from tf_tree_py.core import ExtrapolationException, Kind, Pose, se3
 from tf_tree_py.core.errors import InvalidArgumentException, LookupException
-from tf_tree_py.core.geometry.covariances import carried, composed
 from tf_tree_py.core.geometry.so3 import as_matrix
-from tf_tree_py.core.tree.edge_covariances import EdgeCovariances
 from tf_tree_py.core.tree.tree import Tree
 from uncertain_trees import (
     assert_explained,

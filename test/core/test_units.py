@@ -8,8 +8,8 @@ import warnings
 
 import numpy as np
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     ExtrapolationException,
     from_seconds,
     LookupException,

@@ -8,8 +8,8 @@ import time
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.core import (
-    BufferCore,
     ConnectivityException,
     FutureExtrapolationException,
     InvalidArgumentException,
@@ -25,7 +25,7 @@ from tf_tree_py.core.buffer.waiters import Waiter, Waiters
 from tf_tree_py.core.buffer.waiting import Inquiry
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 
 SECOND = 1_000_000_000
 LONG_S = 15.0  # only a broken wait lasts this long

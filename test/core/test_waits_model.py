@@ -15,13 +15,8 @@ from itertools import pairwise
 from effort import examples
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
-from tf_tree_py.core import (
-    BufferCore,
-    LATEST,
-    PastExtrapolationException,
-    Pose,
-    TransformException,
-)
+from tf_tree_py import BufferCore
+from tf_tree_py.core import LATEST, PastExtrapolationException, Pose, TransformException
 from tf_tree_py.core.buffer.waiting import Inquiry
 
 CACHE_TIME = 20

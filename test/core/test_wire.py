@@ -13,10 +13,11 @@ import random
 from hypothesis import example, given, strategies as st
 import pytest
 from serialized import serialize
-from tf_tree_py.core import BufferCore, TransformException
+from tf_tree_py import BufferCore
+from tf_tree_py.core import TransformException
 from tf_tree_py.core.buffer import intake
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import read, WireError, WireReader, WireWriter, write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import read, WireError, WireReader, WireWriter, write
 
 FUZZ_MESSAGES = int(os.environ.get('FUZZ_MESSAGES', '6000'))
 

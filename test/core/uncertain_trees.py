@@ -5,7 +5,7 @@
 
 import numpy as np
 from strategies import random_pose
-from tf_tree_py.core import BufferCore
+from tf_tree_py import BufferCore
 from tf_tree_py.core.geometry import se3, so3
 
 DRAWS = 20_000

@@ -6,7 +6,7 @@
 import importlib.util
 from pathlib import Path
 
-from tf_tree_py.core.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.catalogue import CODES
 
 SCRIPT = Path(__file__).parents[2] / 'docs' / 'figures' / 'doctor_codes.py'
 

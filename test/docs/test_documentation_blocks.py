@@ -36,7 +36,7 @@ OF_OTHERS = (
     'install/setup.bash')
 # Names that need a package that is not installed everywhere.
 NEEDED = {'rclpy': 'rclpy', 'tf_tree_py.bag': 'rosbags', 'tf_tree_py.fleet': 'zenoh',
-          'tf_tree_py.core.trajectory import POSE_COLUMNS': 'pandas'}
+          'tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS': 'pandas'}
 # The command on a lab's page: test/labs runs it, in its own process.
 _LAB = re.compile(r'tf_lab [a-z-]+(  *#.*)?\n')
 

@@ -9,7 +9,7 @@ from typing import assert_type
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py import BufferCore, lookup_twist, Pose, Poses, Spline
-from tf_tree_py.core.trajectory import MovingTrajectory, Trajectory, trajectory
+from tf_tree_py.beyond.motion.trajectory import MovingTrajectory, Trajectory, trajectory
 
 
 class Rotation:

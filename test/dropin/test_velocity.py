@@ -21,7 +21,8 @@ from motions import (
 import numpy as np
 import pytest
 from standin import run_with_tf2
-from tf_tree_py.core import BufferCore, LookupException, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import LookupException, Pose
 from tf_tree_py.dropin.velocity import lookup_velocity
 
 

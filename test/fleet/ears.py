@@ -6,7 +6,7 @@
 import threading
 
 from programs import PATIENCE_S
-from tf_tree_py.core.ingest import wire
+from tf_tree_py.core.messages import wire
 from tf_tree_py.fleet import configuration, open_session
 import zenoh.ext
 

@@ -16,7 +16,7 @@ import time
 
 from conditions import until
 from tf_tree_py.core import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import configuration, open_session
 import zenoh
 from zenoh import ext

@@ -12,9 +12,9 @@ from fleet_helpers import listening, message, PATIENCE_S, place, SECOND, send_fi
 import pytest
 from tf_tree_py.bag import open_bag
 from tf_tree_py.core import LookupException, UNLIMITED
-from tf_tree_py.core.health.flight_recorder import FlightRecorder, Happened
-from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.fleet import FleetError, FleetListener, roster, worker_threads
+from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
 from zenoh import ext, handlers, Locality, Timestamp
 
 

@@ -20,8 +20,8 @@ from fleet_helpers import (
 from hypothesis import given, HealthCheck, strategies as st
 import pytest
 from tf_tree_py.core import Kind
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import FleetListener, RobotPublisher
 from tf_tree_py.fleet.keys import RMW_TYPE, TYPE_HASH
 

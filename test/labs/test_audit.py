@@ -9,9 +9,10 @@ import json
 from math import radians
 
 import pytest
-from tf_tree_py.core import BufferCore, InvalidArgumentException, LATEST, Pose, TransformException
-from tf_tree_py.core.reports.audit import _MAX_LINES, Caller, Lookup, LookupAudit
+from tf_tree_py import BufferCore
+from tf_tree_py.core import InvalidArgumentException, LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.reports.audit import _MAX_LINES, Caller, Lookup, LookupAudit
 
 NEWEST = from_seconds(2.0)
 NOW = from_seconds(2.005)

@@ -5,7 +5,8 @@
 
 from lab_reports import rows_of
 import pytest
-from tf_tree_py.core import BufferCore, LATEST, TransformException
+from tf_tree_py import BufferCore
+from tf_tree_py.core import LATEST, TransformException
 from tf_tree_py.labs.startup import (
     CHILD,
     measure,

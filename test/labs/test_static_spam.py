@@ -5,7 +5,7 @@
 
 from lab_reports import report_of, rows_of
 import pytest
-from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.labs.static_spam import CHILD, message, PARENT, POSE
 
 

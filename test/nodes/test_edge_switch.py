@@ -21,8 +21,8 @@ from std_srvs.srv import Trigger
 from tf2_echoes import Tf2Echo
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import Pose, se3
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.closing_node import ClosingNode
 from tf_tree_py.nodes.edge_switch import EdgeSwitch, NAME

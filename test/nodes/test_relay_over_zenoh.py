@@ -16,7 +16,7 @@ from tf2_echoes import Tf2Echo
 from tf_tree_py import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from tf_tree_py.core import Pose, Sample
 from tf_tree_py.core.geometry.se3 import IDENTITY
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import RobotPublisher
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.running import spun_in_background

@@ -15,8 +15,8 @@ from ros_helpers import until
 from tf2_echoes import Tf2Echo
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import Pose, se3
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.nodes.bad_input import BadInput
 from tf_tree_py.nodes.relocalisation_anchor import NAME, RelocalisationAnchor
 from tf_tree_py.nodes.running import spun_in_background

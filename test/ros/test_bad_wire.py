@@ -15,8 +15,8 @@ from ros_helpers import at, LATEST, PATIENCE, Talker, transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer
 from tf_tree_py.core import Kind
-from tf_tree_py.core.ingest import incident_log
-from tf_tree_py.core.ingest.incidents import REMARKS
+from tf_tree_py.core.messages import incident_log
+from tf_tree_py.core.messages.incidents import REMARKS
 
 NAN, INF = math.nan, math.inf
 

@@ -16,7 +16,7 @@ from ros_helpers import lasting, PATIENCE, transform, until_waiting
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, ExtrapolationException, InvalidArgumentException
-from tf_tree_py.core.deskew import deskew
+from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.ros.messages import deskew_cloud as module
 from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
 from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud

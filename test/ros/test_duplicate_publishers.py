@@ -11,7 +11,7 @@ import pytest
 from ros_helpers import at, transform, until
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.core import Kind
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.ros.topics.duplicate_publishers import DuplicatePublishers
 
 

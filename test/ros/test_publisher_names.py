@@ -16,8 +16,8 @@ from ros_helpers import transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.ingest.frame_names import as_published
+from tf_tree_py.core.messages.frame_names import as_published
+from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.ros.topics import listener, publisher_names
 from tf_tree_py.ros.topics.publisher_names import PublisherNames
 

@@ -14,7 +14,7 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 from ros_helpers import at, FAR_STAMPS, FIRST, LAST, lasting, Moment, PATIENCE_S, transform
 from tf_tree_py import Buffer, deskew, InvalidArgumentException, Pose, TransformException
-from tf_tree_py.core.ingest.wire import read, write
+from tf_tree_py.core.messages.wire import read, write
 
 SECOND = 10**9
 

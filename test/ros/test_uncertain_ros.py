@@ -15,9 +15,9 @@ import pytest
 from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until, until_waiting
 from sensor_msgs.msg import Imu
 from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
+from tf_tree_py.beyond.uncertainty.covariances import composed
+from tf_tree_py.beyond.uncertainty.insertion import take_covariance
 from tf_tree_py.core import Kind
-from tf_tree_py.core.buffer.uncertain_buffer import take_covariance
-from tf_tree_py.core.geometry.covariances import composed
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped, uncertain_values
 
 SECOND = 10**9

@@ -12,7 +12,7 @@ from rclpy.serialization import serialize_message
 from ros_helpers import transform
 from serialized import serialize
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.ingest.wire import read, WireReader
+from tf_tree_py.core.messages.wire import read, WireReader
 from tf_tree_py.ros.messages.convert import as_sample, transform_stamped
 
 NAMES = [*('p' * length for length in range(9)), 'ab', 'ba', 'Küche', '机器人', '🤖', 'a b\tc\n',

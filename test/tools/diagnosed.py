@@ -19,7 +19,7 @@ from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, TransformDiagnostics, TransformListener
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 
 _LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 # These faults are in the ROS graph or in the bytes of a message, so they are sent over DDS.

@@ -8,8 +8,9 @@ import struct
 
 from bags import BEST_EFFORT, JAZZY, LATCHED, Message, SECOND, UNKNOWN, write_ros2
 import numpy as np
-from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.reports.switch_status import as_values
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
+from tf_tree_py.reports.switch_status import as_values
 
 BEGIN = 1_700_000_000 * SECOND
 SECONDS = 8.0

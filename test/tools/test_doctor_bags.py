@@ -8,12 +8,12 @@ from argparse import Namespace
 from bags import JAZZY, NOETIC, write_ros2
 from patients import FAULTY, HEALTHY
 import pytest
-from tf_tree_py.core.health.checks.catalogue import CODES
-from tf_tree_py.core.health.checks.finding import Severity
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.measures import message_columns
-from tf_tree_py.core.ingest.byte_cursor import WireError
-from tf_tree_py.core.ingest.diagnostic_bytes import read_statuses
+from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.finding import Severity
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures import message_columns
+from tf_tree_py.tools.diagnostic_bytes import read_statuses
 from tf_tree_py.tools.tree_source import open_source
 
 

@@ -10,8 +10,9 @@ import re
 from bags import write_ros2
 from patients import FAULTY, HEALTHY
 import pytest
-from tf_tree_py.core import BufferCore, Pose
-from tf_tree_py.core.reports.frame_graph import frame_graph
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
+from tf_tree_py.reports.frame_graph import frame_graph
 from tf_tree_py.tools.drawing import places
 from tool_helpers import assert_one_sentence, assert_shape, tool
 

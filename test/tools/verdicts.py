@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from diagnosed import levels  # noqa: E402
 from domains import isolate  # noqa: E402
 from patients import FAULTY, written  # noqa: E402
-from tf_tree_py.core.health.doctor import Doctor  # noqa: E402
+from tf_tree_py.health.doctor import Doctor  # noqa: E402
 from tf_tree_py.tools.recorded_tree import RecordedTree  # noqa: E402
 from tf_tree_py.view.model.listing import biggest_root  # noqa: E402
 from tf_tree_py.view.model.liveness import links_of, reached  # noqa: E402

@@ -6,7 +6,7 @@
 from descriptions import at_random
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore
+from tf_tree_py import BufferCore
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.urdf import Robot
 

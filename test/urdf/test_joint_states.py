@@ -6,7 +6,8 @@
 from descriptions import joint, parsed
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, InvalidArgumentException, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import InvalidArgumentException, UNLIMITED
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.joint_states import JointStates
 

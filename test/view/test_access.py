@@ -8,7 +8,8 @@ from http.client import HTTPConnection
 
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.stamp import UNLIMITED
 
 viser = pytest.importorskip('viser', reason="pages need viser: pip install 'tf_tree_py[view]'")

@@ -7,7 +7,8 @@ from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as st_numpy
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.view.model.ellipsoid import ellipsoid
 from tf_tree_py.view.model.moment import moment_at

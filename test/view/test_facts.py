@@ -5,7 +5,8 @@
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.view.model.colours import greys, of_edges
 from tf_tree_py.view.model.facts import facts
 from tf_tree_py.view.model.listing import biggest_root, rows

@@ -7,8 +7,9 @@ from effort import examples
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
-from tf_tree_py.core.health.doctor import Doctor
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
+from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.view.model.liveness import left_behind_by_stamps, Remembered, window
 from tf_tree_py.view.model.moment import live_moment, moment_at
 

@@ -6,8 +6,9 @@
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
-from tf_tree_py.core.health.checks.finding import Finding, Severity
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
+from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.view.model.finding_time import time_of
 from tf_tree_py.view.model.incident_log import IncidentLog
 from tf_tree_py.view.model.listing import rows

@@ -10,10 +10,11 @@ import threading
 import numpy as np
 from open_page import OpenPage
 import pytest
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.health.checks.finding import Finding, Severity
-from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.view.robot.shapes import LinkShape
 
 pytest.importorskip('viser', reason='pages need viser')

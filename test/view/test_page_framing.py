@@ -7,7 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
 from tf_tree_py.view.page.camera_control import CameraControl
 from tf_tree_py.view.page.framing import Framing

@@ -17,7 +17,8 @@ from hypothesis import settings
 import numpy as np
 from open_page import OpenPage
 import pytest
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.urdf import Robot
 from tf_tree_py.view.robot.resting_robot import RestingRobot
 from tf_tree_py.view.subject import Subject

@@ -4,7 +4,8 @@
 """The time of a page: live, paused, playing, and the times to which it can go."""
 
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.view.model.playhead import Playhead
 
 SECOND = 1_000_000_000

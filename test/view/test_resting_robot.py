@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.urdf import Robot
 from tf_tree_py.view.panels.joints_panel import JointsPanel
 from tf_tree_py.view.robot.resting_robot import RestingRobot

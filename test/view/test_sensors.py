@@ -9,9 +9,10 @@ from types import SimpleNamespace as Message
 from bags import JAZZY, Message as BagMessage, write_ros2
 import numpy as np
 import pytest
+from tf_tree_py import BufferCore
 from tf_tree_py.bag import MessageSource
 from tf_tree_py.bag.files import message_types
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
 from tf_tree_py.view.page.sensor_view import SensorView
 from tf_tree_py.view.sensors.placing import placed

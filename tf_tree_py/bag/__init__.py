@@ -7,7 +7,7 @@ Read recorded transforms into a buffer, without ROS.
 The tree and its lookups are in ``core``; rosbags (``pip install rosbags``) reads the files.
 """
 
-from tf_tree_py.core.ingest.edge_estimate import Covariances
+from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances
 
 from .assembly.anomalies import Anomaly, BagWarning
 from .assembly.covariances import CovarianceTopics

@@ -6,8 +6,8 @@
 from collections.abc import Iterator
 import os
 
-from tf_tree_py.core.ingest.frame_names import Rename
-from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.messages.frame_names import Rename
+from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, LATEST
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.joints import FIXED

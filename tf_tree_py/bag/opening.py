@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 import warnings
 
-from tf_tree_py.core.buffer.buffer_core import Snapshot
+from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances
+from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
-from tf_tree_py.core.ingest.edge_estimate import Covariances
-from tf_tree_py.core.ingest.frame_names import FrameFilter, rename
-from tf_tree_py.core.ingest.incidents import Statistics
+from tf_tree_py.core.messages.frame_names import FrameFilter, rename
+from tf_tree_py.core.messages.incidents import Statistics
 from tf_tree_py.core.stamp import format_stamp, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time, checked_stamp
 from tf_tree_py.core.tree.tree import Tree

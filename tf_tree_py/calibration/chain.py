@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, se3, Snapshot, TransformException
+from tf_tree_py.buffer_core import BufferCore, Snapshot
+from tf_tree_py.core import se3, TransformException
 
 from .errors import CalibrationError
 from .observations import Array, Mask, Stamps

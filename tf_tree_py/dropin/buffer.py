@@ -16,8 +16,8 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 from tf_tree_py.core.geometry.so3 import Vector3
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.reports import frames_text
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.reports import frames_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds

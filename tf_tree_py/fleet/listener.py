@@ -9,11 +9,11 @@ import threading
 import time
 from typing import Final
 
-from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
-from tf_tree_py.core.ingest.frame_names import as_published
-from tf_tree_py.core.ingest.incident_log import IncidentLog
-from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.messages.frame_names import as_published
+from tf_tree_py.core.messages.incident_log import IncidentLog
+from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.text import shorten
 from tf_tree_py.core.times import checked_cache_time

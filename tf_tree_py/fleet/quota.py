@@ -6,7 +6,7 @@
 from collections.abc import Collection
 from dataclasses import dataclass, fields
 
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 
 from .errors import FleetError
 

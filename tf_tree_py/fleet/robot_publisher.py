@@ -49,7 +49,7 @@ class RobotPublisher:
         self._declared: list[Any] = [token, self._moving, self._static]
 
     def send(self, data: bytes) -> None:
-        """Send moving transforms: a TFMessage as ``core.ingest.wire`` writes it."""
+        """Send moving transforms: a TFMessage as ``core.messages.wire`` writes it."""
         self._moving.put(data)
 
     def send_static(self, data: bytes) -> None:

@@ -11,7 +11,7 @@ import threading
 import time
 from typing import Any
 
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.stamp import from_seconds
 
 from .quota import Allowance, FrameQuota, RobotQuota

@@ -9,8 +9,8 @@ import threading
 import time
 from typing import NamedTuple, TYPE_CHECKING
 
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 
 from .robot_publisher import RobotPublisher
 

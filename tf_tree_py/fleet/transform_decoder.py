@@ -8,13 +8,13 @@ from collections.abc import Callable
 import time
 from typing import NamedTuple
 
-from tf_tree_py.core.buffer.buffer_core import BufferCore
-from tf_tree_py.core.ingest.frame_names import Rename
-from tf_tree_py.core.ingest.incident_log import IncidentLog
-from tf_tree_py.core.ingest.incidents import Incident, Kind
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.ingest.sample import Batch
-from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core.messages.frame_names import Rename
+from tf_tree_py.core.messages.incident_log import IncidentLog
+from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.core.messages.wire import WireReader
 
 from .inbox import Inbox
 from .roster import Roster

@@ -10,9 +10,9 @@ Therefore the frames are put below the robot that the key names.
 
 from collections.abc import Collection
 
-from tf_tree_py.core.ingest.frame_names import Rename
-from tf_tree_py.core.ingest.incidents import Incident, Kind
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.frame_names import Rename
+from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.sample import Batch
 
 from .errors import FleetError
 

@@ -7,8 +7,8 @@ import atexit
 from collections.abc import Collection
 import threading
 
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 
 from .connection import Connection
 from .keys import check_sender, key_of, Topic

@@ -8,8 +8,9 @@ from math import degrees, dist, radians
 from typing import Any
 
 import numpy as np
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.calibration import calibrate, Calibration, Limits, Observations
-from tf_tree_py.core import BufferCore, from_seconds, Pose, se3, UNLIMITED
+from tf_tree_py.core import from_seconds, Pose, se3, UNLIMITED
 
 from .pictures import STYLES
 from .report import Column, Report, Table

@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core import BufferCore, se3, Spline, UNLIMITED
+from tf_tree_py.beyond.curves.spline import Spline
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import se3, UNLIMITED
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.stamp import from_seconds
 

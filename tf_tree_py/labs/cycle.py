@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
-from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose, TransformException
+from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import from_seconds
 
 from .pictures import GREY, STYLES

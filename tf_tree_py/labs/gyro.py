@@ -8,7 +8,8 @@ from math import degrees, pi, tau
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND

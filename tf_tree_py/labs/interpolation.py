@@ -9,7 +9,8 @@ from math import degrees, dist, radians, sin, sqrt, tau
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry.se3 import distance_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 

@@ -9,7 +9,8 @@ from math import dist, hypot, sin
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.geometry.se3 import exp
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 

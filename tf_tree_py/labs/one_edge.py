@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.urdf import Robot

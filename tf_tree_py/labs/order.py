@@ -9,7 +9,8 @@ from operator import matmul
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table

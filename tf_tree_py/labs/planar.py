@@ -8,7 +8,8 @@ from math import degrees, hypot, radians, sin
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.stamp import from_seconds
 
 from .pictures import GREY, STYLES

@@ -8,7 +8,8 @@ from math import dist, sin, sqrt, tau
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, FutureExtrapolationException, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import FutureExtrapolationException, Pose
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .pictures import GREY, STYLES

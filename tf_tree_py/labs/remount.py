@@ -10,7 +10,8 @@ from math import degrees, dist, radians
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.queries import Queries

@@ -8,9 +8,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core.anchor import Anchor, Sighting
+from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
+from tf_tree_py.beyond.corrections.blend import Limits
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.geometry.blend import Limits
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds

@@ -11,7 +11,8 @@ import time
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose, TransformException
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose, TransformException
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table

@@ -7,9 +7,10 @@ from functools import partial
 import time
 from typing import Any, NamedTuple
 
-from tf_tree_py.core import BufferCore, LATEST, Pose, Sample, TransformException
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose, Sample, TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.ingest.wire import WireReader, write
+from tf_tree_py.core.messages.wire import WireReader, write
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .pictures import STYLES

@@ -8,7 +8,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, Pose, UNLIMITED
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds

@@ -9,7 +9,8 @@ from math import radians, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, LATEST, Pose
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 

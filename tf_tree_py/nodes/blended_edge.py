@@ -5,7 +5,7 @@
 
 from typing import Any
 
-from tf_tree_py.core.geometry.blend import Limits
+from tf_tree_py.beyond.corrections.blend import Limits
 from tf_tree_py.core.stamp import from_seconds
 
 from .bad_input import BadInput

@@ -10,8 +10,8 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformS
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.sample import checked, Sample
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.sample import checked, Sample
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
 

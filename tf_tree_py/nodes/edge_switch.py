@@ -13,7 +13,7 @@ from rclpy.duration import Duration
 from std_srvs.srv import Trigger
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, format_stamp, from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.diagnostics import TransformDiagnostics
@@ -63,7 +63,9 @@ _USABLE = re.compile('[A-Za-z][A-Za-z0-9_]*')
 
 class EdgeSwitch(ClosingNode):
     """
-    Publishes the edge as soon as a sample of it has been received; see ``core.tree.sources``.
+    Publishes the edge as soon as a sample of it has been received.
+
+    ``beyond.sources.edge_sources`` chooses the source.
 
     All callbacks run in the thread that spins the node.
     """

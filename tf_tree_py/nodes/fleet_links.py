@@ -9,13 +9,13 @@ import logging
 from typing import Any
 
 from rclpy.node import Node
-from tf_tree_py.core.ingest.observers import Observer
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.thinning.senders import MovingSender, StaticSender
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.core.messages.received_message import ReceivedMessage
 from tf_tree_py.fleet import FleetError, FleetListener
 from tf_tree_py.fleet.trust import without_others
 from tf_tree_py.fleet.uplink import Uplink
 from tf_tree_py.fleet.worker_threads import log
+from tf_tree_py.thinning.senders import MovingSender, StaticSender
 
 from .bad_input import BadInput
 from .robot_topics import fit_samples

@@ -7,8 +7,8 @@ from collections.abc import Collection
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from tf_tree_py.core.ingest.sample import Sample
-from tf_tree_py.core.ingest.wire import write
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.ros.threads.context_state import is_running
 from tf_tree_py.ros.topics.qos import tf_publisher
 

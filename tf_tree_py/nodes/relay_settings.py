@@ -6,9 +6,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from tf_tree_py.core.ingest.frame_names import rename
-from tf_tree_py.core.thinning.thinner import Thinner
+from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
+from tf_tree_py.thinning.thinner import Thinner
 
 from .parameters import FRAME_PREFIX, Setting
 

@@ -11,14 +11,14 @@ from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.duration import Duration
+from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
+from tf_tree_py.beyond.uncertainty.covariances import checked_covariance
 from tf_tree_py.command.arguments import Parser
-from tf_tree_py.core.anchor import Anchor, Sighting
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.geometry.covariances import checked_covariance
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.ingest.sample import Sample
+from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import time_message

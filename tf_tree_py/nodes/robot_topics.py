@@ -9,16 +9,16 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.ingest.frame_names import Rename
-from tf_tree_py.core.ingest.incident_log import IncidentLog
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.sample import bad_name, Batch, checked, Sample
-from tf_tree_py.core.ingest.wire import WireReader
-from tf_tree_py.core.thinning.senders import MovingSender, StaticSender
+from tf_tree_py.core.messages.frame_names import Rename
+from tf_tree_py.core.messages.incident_log import IncidentLog
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.sample import bad_name, Batch, checked, Sample
+from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.ros.threads.internal_node import internal_node
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.topics.publisher_names import PublisherNames
 from tf_tree_py.ros.topics.qos import dynamic_qos, overriding, static_listener_qos
+from tf_tree_py.thinning.senders import MovingSender, StaticSender
 
 Take = Callable[[list[Sample]], None]
 

@@ -12,8 +12,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from tf_tree_py.core import BufferCore, InvalidArgumentException, LATEST, Pose
-from tf_tree_py.core.geometry.covariances import checked_covariance
+from tf_tree_py.beyond.uncertainty.covariances import checked_covariance
+from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.core import InvalidArgumentException, LATEST, Pose
 from tf_tree_py.core.geometry.so3 import Array
 
 from .bad_input import BadInput

@@ -10,9 +10,9 @@ from typing import Any
 
 from rclpy.parameter import Parameter
 from tf_tree_py.command.arguments import Parser
-from tf_tree_py.core.ingest.frame_names import rename
-from tf_tree_py.core.thinning.senders import MovingSender, Send, StaticSender
+from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
+from tf_tree_py.thinning.senders import MovingSender, Send, StaticSender
 
 from .bad_input import BadInput
 from .closing_node import ClosingNode

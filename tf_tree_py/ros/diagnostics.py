@@ -15,20 +15,20 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
-from tf_tree_py.core.health.checks.publishers import late_joiner, qos_mismatch
-from tf_tree_py.core.health.checks.structure import two_parents
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.measures.edge_record import Edge
-from tf_tree_py.core.health.measures.lately import Lately
-from tf_tree_py.core.health.measures.pieces import are_robots, pieces_of
-from tf_tree_py.core.health.measures.symptoms import Symptoms
-from tf_tree_py.core.ingest.incidents import Kind, REMARKS
+from tf_tree_py.beyond.sources.source_samples import EdgeSource
 from tf_tree_py.core.liveness import DEAD_SILENCE
-from tf_tree_py.core.reports.switch_status import as_values, DIAGNOSTICS_TOPIC
+from tf_tree_py.core.messages.incidents import Kind, REMARKS
 from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
 from tf_tree_py.core.text import listed
 from tf_tree_py.core.tree.outline import EdgeInfo
-from tf_tree_py.core.tree.source_samples import EdgeSource
+from tf_tree_py.health.checks.publishers import late_joiner, qos_mismatch
+from tf_tree_py.health.checks.structure import two_parents
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.edge_record import Edge
+from tf_tree_py.health.measures.lately import Lately
+from tf_tree_py.health.measures.pieces import are_robots, pieces_of
+from tf_tree_py.health.measures.symptoms import Symptoms
+from tf_tree_py.reports.switch_status import as_values, DIAGNOSTICS_TOPIC
 
 from .buffer.buffer import Buffer
 from .buffer.wrong_arguments import check_is_ours, check_places

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from tf_tree_py.command.arguments import add_number, Parser
-from tf_tree_py.core.health.checks.finding import Finding, Severity
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.measures.thresholds import Thresholds
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.health.checks.finding import Finding, Severity
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.thresholds import Thresholds
 
 from .tree_source import nothing_arrived, TreeSource
 

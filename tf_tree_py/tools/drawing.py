@@ -11,7 +11,8 @@ import subprocess
 from typing import Any, NamedTuple
 
 from tf_tree_py.command.endings import Cannot, needs
-from tf_tree_py.core.reports.drawings import (
+from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.reports.drawings import (
     as_dot,
     label_of,
     label_of_root,
@@ -21,8 +22,7 @@ from tf_tree_py.core.reports.drawings import (
     style_of,
     STYLES,
 )
-from tf_tree_py.core.reports.frame_graph import FrameGraph, GraphEdge
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.reports.frame_graph import FrameGraph, GraphEdge
 
 _PATIENCE_S = 60.0
 # Inches: a character of a name and of a remark, a row, a box, and the gap between two columns.

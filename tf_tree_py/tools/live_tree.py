@@ -13,13 +13,13 @@ import rclpy
 from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
+from tf_tree_py.beyond.uncertainty.edge_estimate import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.buffer.deadline import WallDeadline
-from tf_tree_py.core.ingest.edge_estimate import STATIC_COVARIANCE_TOPIC
-from tf_tree_py.core.ingest.observers import Observer
-from tf_tree_py.core.ingest.received_message import Endpoint
-from tf_tree_py.core.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.internal_node import node_of_its_own
 from tf_tree_py.ros.topics.covariances import CovarianceListener

@@ -12,16 +12,17 @@ import numpy as np
 from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, MessageSource, RecordedMessage
 from tf_tree_py.bag.no_transforms import no_transforms
 from tf_tree_py.bag.progress import progress_bar
+from tf_tree_py.beyond.uncertainty.insertion import take_estimate
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.buffer.buffer_core import BufferCore
-from tf_tree_py.core.buffer.uncertain_buffer import take_estimate
-from tf_tree_py.core.ingest.byte_cursor import WireError
-from tf_tree_py.core.ingest.diagnostic_bytes import read_statuses
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.observers import Observer
-from tf_tree_py.core.ingest.received_message import Endpoint, ReceivedMessage
-from tf_tree_py.core.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
+from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.core.messages.received_message import Endpoint, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
+
+from .diagnostic_bytes import read_statuses
 
 _CLOCK = '/clock'
 # The number of messages between two updates of the progress bar.

@@ -17,11 +17,11 @@ from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
 from tf_tree_py.command.output import console, fields, print_json, styled
-from tf_tree_py.core.ingest.observers import AUDIT_FOLDER
-from tf_tree_py.core.reports.audit import Line
-from tf_tree_py.core.reports.audit_file import read
+from tf_tree_py.core.messages.observers import AUDIT_FOLDER
 from tf_tree_py.core.stamp import format_span
 from tf_tree_py.core.text import times
+from tf_tree_py.reports.audit import Line
+from tf_tree_py.reports.audit_file import read
 
 NAME = 'tf_audit'
 VERSION = 1

@@ -11,10 +11,10 @@ from typing import Any
 from tf_tree_py.command.arguments import add_number, Parser
 from tf_tree_py.command.endings import entry_point, FINE, FOUND
 from tf_tree_py.command.output import console, fields, print_json, shown, styled
-from tf_tree_py.core.health.checks.catalogue import CODES
-from tf_tree_py.core.health.checks.finding import Finding, Severity
-from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.core.text import listed
+from tf_tree_py.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.finding import Finding, Severity
+from tf_tree_py.health.doctor import Doctor
 
 from .doctor_report import add_limits, judged, limits_of
 from .tree_arguments import add_source

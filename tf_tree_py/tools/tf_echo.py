@@ -16,12 +16,12 @@ from tf_tree_py.command.output import console, fits, print_json_line, shown, tab
 from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.reports import explanation_text
-from tf_tree_py.core.reports.certainty import Certainty
-from tf_tree_py.core.reports.explanation import explain, ExplainedEdge, Explanation
-from tf_tree_py.core.reports.pose_text import FORMS
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
 from tf_tree_py.core.text import listed
+from tf_tree_py.reports import explanation_text
+from tf_tree_py.reports.certainty import Certainty
+from tf_tree_py.reports.explanation import explain, ExplainedEdge, Explanation
+from tf_tree_py.reports.pose_text import FORMS
 
 from .tree_arguments import add_source, frame, stamp
 from .tree_source import nothing_arrived, open_source, TreeSource

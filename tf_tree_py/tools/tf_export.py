@@ -10,12 +10,12 @@ import sys
 
 from tf_tree_py.bag import BagError, Recording
 from tf_tree_py.bag.assembly.anomalies import as_text
+from tf_tree_py.beyond.motion.trajectory import Trajectory
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
 from tf_tree_py.command.output import print_json, shown
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.trajectory import Trajectory
 from tf_tree_py.core.whole_files import write_whole
 
 from .export.formats import BINARY, format_of, FORMATS

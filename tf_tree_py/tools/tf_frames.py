@@ -15,12 +15,12 @@ from typing import Any
 from tf_tree_py.command.arguments import add_number, Parser
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.command.output import console, print_json, shown, styled
-from tf_tree_py.core.health.checks.finding import Finding, Severity
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.reports.drawings import as_dot, as_mermaid, style_of
-from tf_tree_py.core.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 from tf_tree_py.core.tree.outline import branches
 from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.health.checks.finding import Finding, Severity
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.reports.drawings import as_dot, as_mermaid, style_of
+from tf_tree_py.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 
 from .drawing import draw
 from .tree_arguments import add_source

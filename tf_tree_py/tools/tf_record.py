@@ -16,17 +16,17 @@ from tf_tree_py.command.arguments import add_number, Parser
 from tf_tree_py.command.endings import CANNOT, Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.command.output import print_json_line, shown
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.health.checks.catalogue import CODES
-from tf_tree_py.core.health.checks.finding import Finding, Severity
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.flight_recorder import (
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.finding import Finding, Severity
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.flight_recorder import (
     FlightRecorder,
     Happened,
     LOOKUP_FAILED,
     NOTHING,
     TOO_SOON,
 )
-from tf_tree_py.core.stamp import from_seconds
 
 from .dump_requests import DumpRequests
 from .tree_arguments import add_source, frame

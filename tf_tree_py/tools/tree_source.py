@@ -12,11 +12,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol
 
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot, needs_ros
-from tf_tree_py.core.buffer.buffer_core import BufferCore
-from tf_tree_py.core.ingest.observers import Observer
-from tf_tree_py.core.ingest.received_message import Endpoint
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.core.messages.received_message import Endpoint
 from tf_tree_py.core.stamp import UNLIMITED
 
 from .tree_arguments import check_source

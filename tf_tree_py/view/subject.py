@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import threading
 import time
 
-from tf_tree_py.core.buffer.buffer_core import AllQueries
-from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.buffer_core import AllQueries
+from tf_tree_py.health.checks.finding import Finding
 
 from .model.incident_log import IncidentLog
 from .model.liveness import LeftBehind

@@ -15,9 +15,9 @@ import sys
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs
-from tf_tree_py.core.health.checks.finding import Finding
-from tf_tree_py.core.health.doctor import Doctor
 from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.health.checks.finding import Finding
+from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.tools.tree_arguments import add_source
 from tf_tree_py.tools.tree_source import open_source, TreeSource
 from tf_tree_py.urdf import DescriptionError, Robot

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import format_stamp, LATEST
 
 # A longer text would not be read; ``oddities`` has the rest as data.

@@ -12,18 +12,18 @@ in order, one by one.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 
+from tf_tree_py.beyond.uncertainty.edge_estimate import EdgeEstimate
+from tf_tree_py.beyond.uncertainty.insertion import take_estimate
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.buffer.uncertain_buffer import take_estimate
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.ingest.edge_estimate import EdgeEstimate
-from tf_tree_py.core.ingest.future_guard import FutureGuard
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.observers import Observers
-from tf_tree_py.core.ingest.sample import Batch, checked, Sample
-from tf_tree_py.core.ingest.sample_track import SampleTrack
+from tf_tree_py.core.messages.future_guard import FutureGuard
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.observers import Observers
+from tf_tree_py.core.messages.sample import Batch, checked, Sample
+from tf_tree_py.core.messages.sample_track import SampleTrack
 from tf_tree_py.core.stamp import FOREVER, LATEST
 from tf_tree_py.core.tree.tree import Tree
 

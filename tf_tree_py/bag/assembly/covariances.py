@@ -6,18 +6,18 @@
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TypeAlias
 
-from tf_tree_py.core.buffer.buffer_core import Snapshot
+from tf_tree_py.beyond.uncertainty.edge_covariances import EdgeCovariances
+from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances, EdgeEstimate, not_moved
+from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.ingest.byte_cursor import WireError
-from tf_tree_py.core.ingest.edge_estimate import Covariances, EdgeEstimate, not_moved
-from tf_tree_py.core.ingest.estimate_bytes import read_estimate
-from tf_tree_py.core.ingest.frame_names import as_published, Rename
-from tf_tree_py.core.ingest.incidents import Incident, Kind
+from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.messages.frame_names import as_published, Rename
+from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.tree.edge_covariances import EdgeCovariances
 from tf_tree_py.core.tree.queries import Queries
 
 from .assembler import Assembler
+from .estimate_bytes import read_estimate
 from ..errors import BagError
 from ..files.bag_reader import Bag
 from ..files.message_source import MessageSource

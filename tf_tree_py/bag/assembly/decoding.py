@@ -5,11 +5,11 @@
 
 from collections.abc import Callable, Collection, Mapping
 
-from tf_tree_py.core.ingest.frame_names import as_published, Rename, rename
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.message_layout import find_layout, find_ros1_layout
-from tf_tree_py.core.ingest.sample import Batch
-from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.core.messages.frame_names import as_published, Rename, rename
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.message_layout import find_layout, find_ros1_layout
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.core.messages.wire import WireReader
 
 from ..files.message_source import MessageSource, RecordedMessage
 

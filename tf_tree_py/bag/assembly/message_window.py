@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.ingest.byte_cursor import WireError
-from tf_tree_py.core.ingest.message_layout import Key, key_of
-from tf_tree_py.core.ingest.sample_track import SampleTrack
-from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.messages.message_layout import Key, key_of
+from tf_tree_py.core.messages.sample_track import SampleTrack
+from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.core.times import Stamps
 
 from .decoding import Decoder

@@ -15,13 +15,13 @@ from typing import Any
 from .waiting import Waiting
 from ..edges.packed import pack_pose
 from ..errors import ClockJumpException
-from ..ingest.future_guard import FutureGuard
-from ..ingest.incidents import Incident, Kind, Statistics
-from ..ingest.jump_back import CURE, JumpBack, WHY_OLD
-from ..ingest.observers import Observers
-from ..ingest.received_message import ReceivedMessage
-from ..ingest.sample import Batch, checked, Sample, sound_poses
-from ..ingest.sample_track import JudgedTrack, SampleTrack
+from ..messages.future_guard import FutureGuard
+from ..messages.incidents import Incident, Kind, Statistics
+from ..messages.jump_back import CURE, JumpBack, WHY_OLD
+from ..messages.observers import Observers
+from ..messages.received_message import ReceivedMessage
+from ..messages.sample import Batch, checked, Sample, sound_poses
+from ..messages.sample_track import JudgedTrack, SampleTrack
 from ..stamp import LATEST
 from ..tree.tree import Tree
 

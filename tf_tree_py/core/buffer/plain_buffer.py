@@ -17,12 +17,12 @@ from .refusal_warnings import RefusalWarnings
 from .waiting import Waiting
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose, PoseLike, PosesLike
-from ..ingest.future_guard import FutureGuard
-from ..ingest.incidents import Incident, Statistics
-from ..ingest.jump_back import JumpBack
-from ..ingest.observers import asked, Observers
-from ..ingest.sample import admitted, Batch, Sample
-from ..ingest.sample_track import checked_track
+from ..messages.future_guard import FutureGuard
+from ..messages.incidents import Incident, Statistics
+from ..messages.jump_back import JumpBack
+from ..messages.observers import asked, Observers
+from ..messages.sample import admitted, Batch, Sample
+from ..messages.sample_track import checked_track
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time, Stamp, StampsLike
 from ..tree.queries import Queries

@@ -6,7 +6,7 @@
 from collections.abc import Hashable
 import warnings
 
-from ..ingest.incidents import Incident, RefusedException, TransformWarning
+from ..messages.incidents import Incident, RefusedException, TransformWarning
 
 # The stack up to the line that inserts: _warn, the method here that calls it, the method of
 # the buffer, and that line.

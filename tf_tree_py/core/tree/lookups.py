@@ -17,7 +17,7 @@ from ..errors import Blocker, TransformException
 from ..geometry import se3
 from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
-from ..ingest.observers import asked, halves, NOBODY, Observers
+from ..messages.observers import asked, halves, NOBODY, Observers
 from ..stamp import LATEST
 from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike
 

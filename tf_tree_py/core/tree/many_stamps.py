@@ -22,7 +22,7 @@ from ..errors import (
 )
 from ..geometry import se3
 from ..geometry.so3 import Array
-from ..ingest.incidents import TransformWarning
+from ..messages.incidents import TransformWarning
 from ..stamp import format_stamp, unit_that_fits
 from ..times import Stamps
 

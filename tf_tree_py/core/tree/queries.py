@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The queries of a tree: one pose, many poses, and the contents.
+The queries of a tree: many poses, and the contents; ``Lookups`` has those of one pose.
 
 The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 """
@@ -22,7 +22,6 @@ from .outline import as_html, EdgeInfo, info_of, summary
 from .tree import Tree
 from .. import fork_locks
 from ..errors import InvalidArgumentException
-from ..geometry.framed_pose import FramedPose, Source, Target
 from ..geometry.many_poses import Poses
 from ..geometry.pose import Pose
 from ..stamp import LATEST
@@ -31,18 +30,6 @@ from ..times import Stamp, Stamps, StampsLike, without_mask
 
 class Queries(Lookups):
     """The queries of a tree, thread-safe; see ``Lookups`` about stamps."""
-
-    # --- one pose, with its names
-
-    def lookup_framed(self, target_frame: Target, source_frame: Source,
-                      stamp: Stamp = LATEST) -> FramedPose[Target, Source]:
-        """
-        Return the pose of ``lookup`` with its frames and its stamp.
-
-        ``a @ b`` composes such poses only if their inner frame names are equal.
-        """
-        found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
-        return FramedPose(target_frame, source_frame, Pose._make(pose), found)
 
     # --- many poses
 

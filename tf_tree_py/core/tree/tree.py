@@ -24,8 +24,8 @@ from ..edges.static import StaticHistory
 from ..geometry.poses import is_sound
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..ingest.incidents import Incident, Kind
-from ..ingest.sample import bad_name, Batch, Sample
+from ..messages.incidents import Incident, Kind
+from ..messages.sample import bad_name, Batch, Sample
 from ..stamp import BEGINNING, FOREVER
 from ..times import Stamps
 

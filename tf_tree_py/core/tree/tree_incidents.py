@@ -9,7 +9,7 @@ This file has the sentences; ``tree`` has the rules.
 
 from .climb import Loop
 from ..edges.protocol import History, moves, MovingHistory
-from ..ingest.incidents import Incident, is_ambiguous, Kind
+from ..messages.incidents import Incident, is_ambiguous, Kind
 from ..stamp import format_span, format_stamp
 
 # The maximum number of reported conflicts; all are removed when it is exceeded.

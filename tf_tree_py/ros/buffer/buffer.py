@@ -29,10 +29,10 @@ from tf_tree_py.core.buffer.plain_buffer import (
     DEFAULT_MAX_NAME_BYTES,
 )
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.health.flight_recorder import FlightRecorder, Happened
-from tf_tree_py.core.ingest.observers import Asked, asked, halves
-from tf_tree_py.core.reports.audit import LookupAudit
+from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.stamp import LATEST, UNLIMITED
+from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
+from tf_tree_py.reports.audit import LookupAudit
 
 from .attached_listeners import AttachedListeners
 from .interface import BufferInterface, NO_TIME

@@ -9,16 +9,16 @@ from geometry_msgs.msg import TransformStamped, VelocityStamped
 import numpy.typing as npt
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
-from tf_tree_py.core.buffer.buffer_core import BufferCore
+from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many, ORIGIN
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.errors import (
     ArgumentTypeException,
     InvalidArgumentException,
     TransformException,
 )
 from tf_tree_py.core.geometry.so3 import Array, Vector3
-from tf_tree_py.core.reports import frames_text
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.core.twist import lookup_twist, lookup_twist_many, ORIGIN
+from tf_tree_py.reports import frames_text
 
 from .twists import velocity_stamped
 from ..messages.convert import as_nanoseconds, as_stamp, transform_stamped

@@ -5,7 +5,7 @@
 
 from geometry_msgs.msg import Twist, Vector3, VelocityStamped
 from std_msgs.msg import Header
-from tf_tree_py.core.twist import Velocity
+from tf_tree_py.beyond.motion.twist import Velocity
 
 from ..messages.convert import time_message
 

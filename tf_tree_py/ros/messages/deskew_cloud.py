@@ -9,7 +9,7 @@ import numpy as np
 import rclpy.logging
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
-from tf_tree_py.core.deskew import deskew
+from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.core.stamp import LATEST
 
 from .convert import as_nanoseconds, time_message

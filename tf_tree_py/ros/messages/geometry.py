@@ -37,7 +37,7 @@ from tf_tree_py.core.geometry.poses import is_sound
 from tf_tree_py.core.geometry.screws import carry, Screw
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.ingest.sample import unit_poses
+from tf_tree_py.core.messages.sample import unit_poses
 
 from .covariance import carry_covariance, rotate_covariance
 from .fast_messages import maker, many_maker, reader

@@ -9,11 +9,11 @@ from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 import numpy as np
 from rclpy.duration import Duration
 from std_msgs.msg import Header
+from tf_tree_py.beyond.prediction.prediction import Prediction
+from tf_tree_py.beyond.uncertainty.covariances import checked_covariance, composed
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.geometry.covariances import checked_covariance, composed
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.tree.prediction import Prediction
 
 from .convert import time_message
 from .geometry import pose_message, pose_values

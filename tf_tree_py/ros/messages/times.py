@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.time import Time
-from tf_tree_py.core.buffer.buffer_core import Snapshot
+from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.times import checked_stamp
 from tf_tree_py.core.tree.tree import Tree
 

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import fork_locks
-from tf_tree_py.core.ingest.frame_names import Rename, rename
+from tf_tree_py.core.messages.frame_names import Rename, rename
 
 from .qos import (
     dynamic_qos,

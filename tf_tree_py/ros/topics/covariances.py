@@ -10,15 +10,15 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from tf_tree_py.core.buffer.uncertain_buffer import take_estimate
-from tf_tree_py.core.ingest.edge_estimate import (
+from tf_tree_py.beyond.uncertainty.edge_estimate import (
     Covariances,
     Edge,
     EdgeEstimate,
     not_moved,
     STATIC_COVARIANCE_TOPIC,
 )
-from tf_tree_py.core.ingest.incidents import Incident
+from tf_tree_py.beyond.uncertainty.insertion import take_estimate
+from tf_tree_py.core.messages.incidents import Incident
 
 from .qos import sensor_qos, static_listener_qos
 from .side_topics import SideTopics

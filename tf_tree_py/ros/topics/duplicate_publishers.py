@@ -6,9 +6,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from tf_tree_py.core.ingest.duplicate_streams import DuplicateStreams, Edge
-from tf_tree_py.core.ingest.incidents import Incident, Kind
-from tf_tree_py.core.ingest.sample import Batch
+from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.duplicate_streams import DuplicateStreams, Edge
 
 from .publisher_names import PublisherNames
 

@@ -15,10 +15,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.ingest.frame_names import FrameFilter, Rename, rename
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.received_message import ReceivedMessage
-from tf_tree_py.core.ingest.wire import WireReader
+from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.wire import WireReader
 
 from .duplicate_publishers import DuplicatePublishers
 from .publisher_names import PublisherNames

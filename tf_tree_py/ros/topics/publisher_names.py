@@ -11,7 +11,7 @@ from typing import Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
-from tf_tree_py.core.ingest.incidents import Incident, one_of
+from tf_tree_py.core.messages.incidents import Incident, one_of
 
 from ..threads.context_state import is_running
 

@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.task import Future
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.ingest.observers import Asked
+from tf_tree_py.core.messages.observers import Asked
 
 from .awaitable import AwaitableFuture
 from .timeouts import Timeouts, Wait

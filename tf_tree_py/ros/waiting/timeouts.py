@@ -16,7 +16,7 @@ import weakref
 
 from tf_tree_py.core.buffer.waiting import Inquiry, Pending, Waiting
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.ingest.observers import Observers
+from tf_tree_py.core.messages.observers import Observers
 
 from .alarm_clock import AlarmDeadline, Alarms
 from .clock import ClockDeadline, ClockWatch

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 from tf_tree_py.bag import BagError
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.health.doctor import Doctor
-from tf_tree_py.core.health.measures.thresholds import Thresholds
 from tf_tree_py.core.stamp import format_stamp
+from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.thresholds import Thresholds
 
 from .bags import local_copy
 from .page import report_page

@@ -8,10 +8,10 @@ import io
 from typing import Any
 
 import numpy as np
+from tf_tree_py.beyond.motion.trajectory import Trajectory
 from tf_tree_py.command.endings import Cannot, needs
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.core.trajectory import Trajectory
 
 from .viewer_files import as_foxglove, as_rrd
 

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 import warnings
 
 from tf_tree_py.bag import BagWarning, open_bag, Recording, stamps_of
-from tf_tree_py.command.arguments import add_number
-from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.trajectory import (
+from tf_tree_py.beyond.motion.trajectory import (
     Outside,
     stamps_at_rate,
     stamps_of_slowest,
     Trajectory,
     trajectory,
 )
+from tf_tree_py.command.arguments import add_number
+from tf_tree_py.command.endings import Cannot
+from tf_tree_py.core.times import Stamps
 
 from .stamp_file import stamps_in
 

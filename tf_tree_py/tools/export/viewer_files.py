@@ -13,8 +13,8 @@ import json
 from typing import Any, Final
 
 import numpy as np
+from tf_tree_py.beyond.motion.trajectory import Trajectory
 from tf_tree_py.command.endings import Cannot, needs
-from tf_tree_py.core.trajectory import Trajectory
 
 _SECOND: Final = 1_000_000_000
 _TOPIC: Final = '/tf'

@@ -6,8 +6,8 @@
 from typing import Final, NamedTuple
 
 import numpy as np
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import TransformException
-from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array, Quaternion
 

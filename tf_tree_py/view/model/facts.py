@@ -6,11 +6,11 @@
 from collections.abc import Sequence
 import math
 
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import EdgeInfo, Pose
-from tf_tree_py.core.buffer.buffer_core import AllQueries
-from tf_tree_py.core.reports import explanation_text
-from tf_tree_py.core.reports.explanation import explain, ExplainedEdge, Explanation
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST
+from tf_tree_py.reports import explanation_text
+from tf_tree_py.reports.explanation import explain, ExplainedEdge, Explanation
 
 from .moment import Moment
 

@@ -6,9 +6,9 @@
 from typing import Final
 
 import numpy as np
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import TransformException
-from tf_tree_py.core.buffer.buffer_core import AllQueries
-from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.health.checks.finding import Finding
 
 from .incident_log import IncidentLog
 

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Collection, Sequence
 import threading
 
-from tf_tree_py.core.ingest.incidents import Incident
-from tf_tree_py.core.ingest.observers import Observer
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import LATEST
 
 # More marks cannot be distinguished on a slider.

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import EdgeInfo, Pose, TransformException
-from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
 

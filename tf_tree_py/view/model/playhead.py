@@ -4,7 +4,7 @@
 """The moment that a page shows: the newest one, a selected one, or one that advances."""
 
 import numpy as np
-from tf_tree_py.core.buffer.buffer_core import AllQueries
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
 

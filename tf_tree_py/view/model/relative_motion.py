@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import Pose, TransformException
-from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.times import Stamps
 

@@ -4,8 +4,8 @@
 """The path that a frame has taken, as a line to draw."""
 
 import numpy as np
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import TransformException
-from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 
 # The number of points, which is enough for a smooth line on a screen.

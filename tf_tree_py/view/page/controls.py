@@ -5,7 +5,7 @@
 
 from typing import Any, Protocol
 
-from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.health.checks.finding import Finding
 
 from ..model.moment import Moment
 from ..model.playhead import Playhead

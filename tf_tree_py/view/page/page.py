@@ -9,8 +9,8 @@ import threading
 from typing import Any, Final
 
 import numpy as np
-from tf_tree_py.core.buffer.buffer_core import AllQueries
-from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.buffer_core import AllQueries
+from tf_tree_py.health.checks.finding import Finding
 
 from .address import Address
 from .browser import Browser

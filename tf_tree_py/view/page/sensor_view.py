@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from tf_tree_py.core.buffer.buffer_core import AllQueries
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 
 from ..model.moment import Moment

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from tf_tree_py.core.health.checks.finding import Finding
+from tf_tree_py.health.checks.finding import Finding
 
 from . import markup
 from .control_events import Apply

@@ -6,8 +6,8 @@
 import threading
 from typing import Final, NamedTuple
 
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
-from tf_tree_py.core.buffer.buffer_core import BufferCore
 from tf_tree_py.urdf import Joint, Robot
 
 # The range of a slider for a joint without limits: plus or minus radians or metres.

@@ -4,8 +4,8 @@
 """Transforms readings to the fixed frame, each point at the stamp at which it was measured."""
 
 import numpy as np
+from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import TransformException
-from tf_tree_py.core.buffer.buffer_core import AllQueries
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST

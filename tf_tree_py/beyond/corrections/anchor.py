@@ -1,0 +1,266 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Estimating map -> odom from poses in the map that are late, infrequent and sometimes wrong.
+
+AMCL, a tag or a splat gives the pose of a camera in the map, and the odometry gives its pose
+in odom at the same stamp. Both together give the pose of odom in the map. That changes slowly,
+so the delay of the pose does not matter. Each new value is gated, and fused with the
+previous estimate, in the convention of ``geometry.covariances``.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.pose import Pose
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array, Vector3
+from tf_tree_py.core.stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
+
+from .blend import Limits
+from .correction import Correction
+from .stage import ORIGIN
+from ..uncertainty.covariances import carried, checked_covariance
+
+# One of a thousand good poses exceeds this squared Mahalanobis distance: chi^2 with 6 degrees of
+# freedom, and with the 3 of a plane.
+GATE, GATE_IN_PLANE = 22.46, 16.27
+# How many consecutive sightings that agree with each other, but not with the estimate, replace it;
+# and how many that agree make the first estimate.
+_RIVALS, _FIRST = 4, 2
+# The minimum variance, because some covariances contain zeros: the squares of 0.01 mm and of
+# 0.01 mrad.
+_FLOOR = 1e-10
+# How long published values are kept.
+_KEPT = from_seconds(60.0)
+# How many sightings are kept to recognise repeated ones, which are no new evidence.
+_REMEMBERED = 4096
+# The coordinates of a plane among x, y, z and rotation about x, y, z.
+_IN_PLANE = np.array([0, 1, 5])
+_ALL = np.arange(6)
+
+
+class Sighting(NamedTuple):
+    """
+    The poses of a frame in the map and in odom, at one stamp.
+
+    :ivar covariance: (6, 6) of ``map_T_frame``.
+    :ivar odom_covariance: (6, 6) of ``odom_T_frame``; zeros if unknown.
+    """
+
+    stamp: int
+    map_T_frame: PoseTuple
+    covariance: Array
+    odom_T_frame: PoseTuple
+    odom_covariance: Array
+
+
+class AnchorEstimate(NamedTuple):
+    """
+    The estimate of map -> odom.
+
+    :ivar covariance: (6, 6), of ``map_T_odom`` as a rigid motion about ``place``.
+    :ivar place: the last position of the frame in the map, where the estimate is most certain.
+    :ivar odom_place: its position in odom at that time.
+    :ivar agreed: how many sightings agreed.
+    """
+
+    stamp: int
+    map_T_odom: PoseTuple
+    covariance: Array
+    place: Vector3
+    odom_place: Vector3
+    agreed: int
+
+
+class Verdict(NamedTuple):
+    """
+    The result of a sighting.
+
+    :ivar accepted: whether it agrees with the estimate, or was the last one needed to make a
+        new estimate.
+    :ivar distance: its squared Mahalanobis distance from the estimate; None if there was none.
+    :ivar repeated: whether it was received before; a repeated sighting is no new evidence.
+    """
+
+    accepted: bool
+    distance: float | None
+    repeated: bool = False
+
+
+class Anchor:
+    """
+    Estimates map -> odom, and computes the edge to publish, which never jumps.
+
+    :ivar gate: the squared Mahalanobis distance beyond which a sighting is refused.
+    :ivar held: the estimate from the accepted sightings; None before the first two that agree.
+    """
+
+    def __init__(self, limits: Limits, drift: tuple[float, float] = (0.05, 0.02),
+                 gate: float | None = None, *, drift_by_way: tuple[float, float] = (0.0, 0.0),
+                 planar: bool = False) -> None:
+        """
+        Start without an estimate.
+
+        :param limits: the limits of the blend of the published edge to the estimate.
+        :param drift: the drift of the odometry: metres and radians per square root of a second.
+        :param gate: the squared Mahalanobis distance beyond which a sighting is refused; None:
+            the one that refuses one of a thousand good sightings.
+        :param drift_by_way: the drift by distance: metres and radians per square root of a
+            metre between two sightings.
+        :param planar: fuse x, y and yaw only; z, roll and pitch stay those of the odometry.
+        """
+        self._limits, self._planar = limits, planar
+        self.gate = (GATE_IN_PLANE if planar else GATE) if gate is None else gate
+        self._drift, self._drift_by_way = (
+            np.diag(np.square([one[0]] * 3 + [one[1]] * 3)) for one in (drift, drift_by_way))
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Remove all data, because time has restarted."""
+        self.held: AnchorEstimate | None = None
+        self._alternative: AnchorEstimate | None = None
+        self._correction = Correction()
+        self._published: int | None = None
+        self._taken: dict[tuple[int, PoseTuple], None] = {}
+
+    # --- receiving
+
+    def take(self, sighting: Sighting) -> Verdict:
+        """
+        Take a sighting; if it is accepted, the published edge blends to the new estimate.
+
+        :raises InvalidArgumentException: a pose that is not finite, or an invalid covariance.
+        """
+        sighting = _checked(sighting)
+        if self._is_repeated(sighting):
+            return Verdict(False, None, repeated=True)
+        if self.held is None:
+            return Verdict(self._take_as_alternative(sighting, _FIRST), None)
+        fused, distance = self._fused(self.held, sighting)
+        if distance > self.gate:
+            return Verdict(self._take_as_alternative(sighting, _RIVALS), distance)
+        self._alternative = None
+        self._hold(fused, sighting)
+        return Verdict(True, distance)
+
+    def _is_repeated(self, sighting: Sighting) -> bool:
+        """Return whether the same sighting was received before, and remember it."""
+        key = (sighting.stamp, Pose._make(sighting.map_T_frame))
+        if key in self._taken:
+            return True
+        self._taken[key] = None
+        if len(self._taken) > _REMEMBERED:
+            del self._taken[next(iter(self._taken))]
+        return False
+
+    def _take_as_alternative(self, sighting: Sighting, needed: int) -> bool:
+        """Keep a sighting as an alternative; return whether it was the last one needed."""
+        rival = _estimate_of(sighting, self._planar)
+        if self._alternative is not None:
+            fused, distance = self._fused(self._alternative, sighting)
+            rival = fused if distance <= self.gate else rival
+        self._alternative = rival
+        if rival.agreed < needed:
+            return False
+        self._alternative = None
+        self._hold(rival, sighting)
+        return True
+
+    def _fused(self, estimate: AnchorEstimate, sighting: Sighting) -> tuple[AnchorEstimate, float]:
+        """Fuse both by a Kalman filter about the frame; also return their distance."""
+        expected = se3.compose(estimate.map_T_odom, sighting.odom_T_frame)
+        lever = np.subtract(expected[:3], estimate.place)
+        passed = abs(sighting.stamp - estimate.stamp) / NANOSECONDS_PER_SECOND
+        way = math.dist(sighting.odom_T_frame[:3], estimate.odom_place)
+        before = (carried(np.eye(3), lever, estimate.covariance) + passed * self._drift
+                  + way * self._drift_by_way)
+        turn = so3.multiply(sighting.map_T_frame[3:], so3.conjugate(expected[3:]))
+        off = np.array((*np.subtract(sighting.map_T_frame[:3], expected[:3]), *so3.log(turn)))
+        noise = _noise(sighting, estimate.map_T_odom)
+        change, after, distance = _filtered(before, noise, off,
+                                            _IN_PLANE if self._planar else _ALL)
+        x, y, z, *vector = change.tolist()
+        place = (expected[0] + x, expected[1] + y, expected[2] + z)
+        there = (*place, *so3.multiply(so3.exp((vector[0], vector[1], vector[2])), expected[3:]))
+        return AnchorEstimate(
+            max(sighting.stamp, estimate.stamp),
+            se3.compose(there, se3.inverse(sighting.odom_T_frame)), after, place,
+            sighting.odom_T_frame[:3], estimate.agreed + 1), distance
+
+    def _hold(self, estimate: AnchorEstimate, sighting: Sighting) -> None:
+        self.held = estimate
+        if self._published is None:
+            return
+        here = self._correction.moved(self._published, se3.IDENTITY)
+        self._correction.refine(
+            estimate.map_T_odom, self._published, here, sighting.odom_T_frame[:3],
+            self._limits, self._published - _KEPT)
+
+    # --- publishing
+
+    def publish(self, stamp: int) -> Pose | None:
+        """
+        Return ``map_T_odom`` for a stamp, to be published; None without an estimate.
+
+        The value for a stamp that was published never changes: a later correction begins
+        after the newest of these stamps.
+        """
+        if self.held is None:
+            return None
+        if self._published is None:
+            self._published = stamp
+            self._correction.go_over(
+                self.held.map_T_odom, stamp - 1, self.held.map_T_odom, se3.IDENTITY, ORIGIN,
+                self._limits, BEGINNING)
+        self._published = max(self._published, stamp)
+        return Pose._make(self._correction.moved(stamp, se3.IDENTITY))
+
+
+def _checked(sighting: Sighting) -> Sighting:
+    if not np.isfinite((*sighting.map_T_frame, *sighting.odom_T_frame)).all():
+        raise InvalidArgumentException('the poses of a sighting must be finite')
+    return sighting._replace(covariance=checked_covariance(sighting.covariance),
+                             odom_covariance=checked_covariance(sighting.odom_covariance))
+
+
+def _filtered(before: Array, noise: Array, off: Array, seen: Any) -> tuple[Array, Array, float]:
+    """
+    Return the step of a Kalman filter that measures some coordinates, and changes only these.
+
+    :return: the change (6,), the covariance after it, and the squared Mahalanobis distance.
+    """
+    block = np.ix_(seen, seen)
+    spread = before[block] + noise[block]
+    gain = np.linalg.solve(spread, before[block]).T
+    change = np.zeros(6)
+    change[seen] = gain @ off[seen]
+    rest = np.eye(6)
+    rest[block] -= gain
+    wide = np.zeros((6, 6))
+    wide[block] = gain @ noise[block] @ gain.T
+    # Joseph's form is valid for any gain, and stays positive.
+    return change, rest @ before @ rest.T + wide, float(off[seen] @ np.linalg.solve(
+        spread, off[seen]))
+
+
+def _estimate_of(sighting: Sighting, planar: bool) -> AnchorEstimate:
+    """Return the estimate of one sighting alone."""
+    map_T_odom = se3.compose(sighting.map_T_frame, se3.inverse(sighting.odom_T_frame))
+    if planar:
+        level = so3.from_rpy(0.0, 0.0, so3.as_rpy(map_T_odom[3:])[2])
+        x, y, _ = so3.rotate(level, sighting.odom_T_frame[:3])
+        map_T_odom = (sighting.map_T_frame[0] - x, sighting.map_T_frame[1] - y, 0.0, *level)
+    return AnchorEstimate(sighting.stamp, map_T_odom, _noise(sighting, map_T_odom),
+                          sighting.map_T_frame[:3], sighting.odom_T_frame[:3], 1)
+
+
+def _noise(sighting: Sighting, map_T_odom: PoseTuple) -> Array:
+    """Return the sum of the covariances of both poses of a sighting, in the map's axes."""
+    axes = np.array(so3.as_matrix(map_T_odom[3:]))
+    return np.asarray(sighting.covariance + _FLOOR * np.eye(6)
+                      + carried(axes, np.zeros(3), sighting.odom_covariance))

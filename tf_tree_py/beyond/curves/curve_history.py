@@ -1,0 +1,255 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The history of an edge that is one curve in continuous time.
+
+It takes no samples. A newer curve from elsewhere replaces this one.
+"""
+
+from array import array
+from collections.abc import Iterator
+from typing import Protocol, TypeGuard
+
+import numpy as np
+from tf_tree_py.core.edges.columns import Columns
+from tf_tree_py.core.edges.kinds import storable
+from tf_tree_py.core.edges.protocol import History, Stretch
+from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.track import EdgeTrack
+from tf_tree_py.core.errors import (
+    ExtrapolationException,
+    FutureExtrapolationException,
+    NoDataException,
+    PastExtrapolationException,
+    TreeFileError,
+)
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import FOREVER, UNLIMITED
+from tf_tree_py.core.times import Stamps
+
+from .constant_twist import ConstantTwist
+from .curve import as_edge_curve, Curve, EdgeCurve
+from .spline import Spline
+
+
+class StorableCurve(Curve, Protocol):
+    """A curve that files support; its class is listed in ``STORABLE``."""
+
+    def stored(self, arrays: Arrays) -> Facts:
+        """Return facts for ``thawed``, of types that JSON supports, and add its arrays."""
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> Curve:
+        """
+        Return the stored curve.
+
+        :raises ValueError: the data is not valid for such a curve.
+        """
+
+
+STORABLE: dict[str, type[StorableCurve]] = {'spline': Spline, 'constant twist': ConstantTwist}
+
+
+@storable('curve')
+class CurveHistory:
+    """
+    One edge on a curve; see ``MovingHistory``.
+
+    :ivar curve: None after ``clear``.
+    """
+
+    __slots__ = ('child', 'parent', 'authority', 'curve')
+
+    kind = 'a curve'
+    is_static = False
+    takes_samples = False
+    fixed_parent = True
+    # The creator of the curve decides how much of it is kept.
+    cache_time = UNLIMITED
+
+    def __init__(self, child: str, parent: str | None, curve: EdgeCurve | None,
+                 authority: str = '') -> None:
+        self.child = child
+        self.parent = parent
+        self.curve = curve
+        self.authority = authority
+
+    def __len__(self) -> int:
+        return 0 if self.curve is None else len(self.curve)
+
+    @property
+    def oldest_stamp(self) -> int | None:
+        """Return the first stamp of the curve, nanoseconds."""
+        return None if self.curve is None else self.curve.oldest
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Return the last stamp of the curve, nanoseconds."""
+        return None if self.curve is None else self.curve.latest
+
+    # --- poses
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """
+        Return the edge's pose at a stamp.
+
+        :raises ExtrapolationException: the stamp is outside the curve.
+        """
+        curve = self.curve
+        if curve is None or not curve.oldest <= stamp <= curve.latest:
+            raise self.extrapolation(stamp)
+        return curve.sample(stamp)
+
+    def neighbours(self, first: int, last: int) -> tuple[float, ...] | None:
+        """Return the poses at two stamps; None if one is outside the curve."""
+        curve = self.curve
+        if curve is None or not curve.oldest <= first < last <= curve.latest:
+            return None
+        return self.sample(first) + self.sample(last)
+
+    def track(self, first: int, last: int) -> EdgeTrack:
+        """Return a track for lookups at many stamps; the curve never changes."""
+        assert self.curve is not None
+        return self.curve.track(first, last)
+
+    def twists(self, stamps: Stamps) -> Array | None:
+        """Return the twists of the child; None if the curve has none."""
+        assert self.curve is not None
+        return self.curve.twists(stamps)
+
+    # --- the parent
+
+    def parent_at(self, stamp: int) -> str | None:
+        """Return the parent, if the stamp is within the curve."""
+        curve = self.curve
+        inside = curve is not None and curve.oldest <= stamp <= curve.latest
+        return self.parent if inside else None
+
+    def possible_parents(self, stamp: int) -> set[str] | None:
+        """Return the parent, unless the stamp is older than the curve; None without one."""
+        if self.parent is None:
+            return None
+        return set() if self.is_too_old(stamp) else {self.parent}
+
+    def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
+        """Yield the parent, from the beginning of the curve on."""
+        if self.curve is not None and self.parent is not None:
+            yield self.parent, self.curve.oldest, FOREVER
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether this is the parent."""
+        return parent == self.parent
+
+    def next_turn(self, stamp: int) -> int:
+        """Return how far the curve must reach to change the result at a stamp."""
+        latest = self.latest_stamp
+        if latest is None or self.is_too_old(stamp):
+            return FOREVER
+        # The next curve may begin later, so the time of this one may be lost.
+        return max(stamp, latest + 1)
+
+    # --- inserting
+
+    def replace(self, curve: EdgeCurve, authority: str) -> bool:
+        """Take another curve unless it begins later, which may change paths; return whether."""
+        if self.curve is None or self.curve.oldest > curve.oldest:
+            return False
+        self.curve, self.authority = curve, authority
+        return True
+
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """Return False: a curve takes no sample."""
+        return False
+
+    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+        """Return False: a sample changes the kind of the edge."""
+        return False
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """Return False: a curve takes no sample."""
+        return False
+
+    def extend(self, stamps: Stamps, poses: Array) -> None:
+        """Do nothing; this is never called, because ``takes_samples`` is False."""
+
+    def is_too_old(self, stamp: int) -> bool:
+        """Return whether a stamp is older than the curve: the next one will not begin earlier."""
+        return self.curve is not None and stamp < self.curve.oldest
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return the first stamp of the curve if it is newer, else ``FOREVER``."""
+        oldest = self.oldest_stamp
+        return oldest if oldest is not None and stamp < oldest else FOREVER
+
+    def fell_silent(self, stamp: int) -> bool:
+        """Return False: a curve never counts as silent; ``remove_frame`` removes it."""
+        return False
+
+    def end(self) -> None:
+        """Do nothing, because it never counts as silent."""
+
+    def clear(self) -> None:
+        """Remove the curve."""
+        self.curve = self.parent = None
+
+    def copy(self) -> 'CurveHistory':
+        """Return an independent history with the same curve, which never changes."""
+        return CurveHistory(self.child, self.parent, self.curve, self.authority)
+
+    def columns(self) -> Columns:
+        """Return poses on the curve, for programs that interpolate."""
+        curve = self.curve
+        if curve is None:
+            return Columns(memoryview(array('q')), memoryview(array('d')), None, ())
+        stamps = curve.shown_at()
+        poses = np.ascontiguousarray(curve.poses(stamps))
+        return Columns(memoryview(stamps), memoryview(poses.ravel()), None, ())
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """
+        Return the facts for ``thawed``, and add the curve to arrays.
+
+        :raises TreeFileError: the curve is of a kind that files do not support.
+        """
+        if self.curve is None:
+            return {'parent': None, 'curve': None}
+        kept = self.curve.frozen()
+        for name, kind in STORABLE.items():
+            if type(kept) is kind:
+                return {'parent': self.parent, 'curve': {'kind': name} | kept.stored(arrays)}
+        raise TreeFileError(
+            f'the curve above {self.child!r} cannot be frozen: files support Spline and '
+            'ConstantTwist, so give the curve a method frozen() that returns one of these')
+
+    @classmethod
+    def thawed(cls, child: str, stored: Stored) -> 'CurveHistory':
+        """Return the frozen history, whose curve uses the memory in place."""
+        if not stored.has('curve'):
+            return cls(child, None, None)
+        parent, part = stored.one('parent', str), stored.part('curve')
+        name = part.one('kind', str)
+        if name not in STORABLE:
+            raise ValueError(f'unknown kind of curve {name!r}')
+        return cls(child, parent,
+                   as_edge_curve(STORABLE[name].thawed(part), f'{parent} -> {child}'))
+
+    def extrapolation(self, stamp: int) -> ExtrapolationException:
+        """Return the error for a stamp outside the curve."""
+        curve = self.curve
+        if curve is None:
+            return NoDataException(child=self.child, requested=stamp)
+        kind: type[ExtrapolationException] = PastExtrapolationException
+        hint = 'The edge is a curve that begins later'
+        if stamp > curve.latest:
+            kind = FutureExtrapolationException
+            hint = ('The edge is a curve, and is not extrapolated: wait for a longer one, with a '
+                    'timeout')
+        return kind(parent=self.parent, child=self.child, requested=stamp, oldest=curve.oldest,
+                    latest=curve.latest, hint=hint)
+
+
+def on_curve(history: History | None) -> TypeGuard[CurveHistory]:
+    """Return whether there is a history, and it is that of a curve."""
+    return history is not None and not history.takes_samples

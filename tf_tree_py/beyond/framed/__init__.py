@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Poses with the names of their frames, which compose only if the inner names are equal.
+
+The poses of the heart have no names, and cost less.
+"""

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Poses beyond the newest data, bounded and marked, with a covariance that grows.
+
+An edge continues at its last twist; its rotation follows its gyroscope as long as there is
+data. The error of a prediction is unknown in advance. But the same prediction can be made from
+earlier samples, and compared with the samples that followed. The covariance is that of these
+errors. So there is nothing to tune, and the covariance grows with the time ahead as the errors
+do.
+"""
+
+import operator
+from typing import NamedTuple
+
+from tf_tree_py.core.edges.protocol import History, moves, MovingHistory
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.geometry.pose import Pose
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import format_span, LATEST
+from tf_tree_py.core.tree.path import Step
+from tf_tree_py.core.tree.tree import Tree
+
+from .forecast import forecast, start_at
+from .trials import TrialCache, Trials
+from ..uncertainty.propagation import steps_between
+from ..uncertainty.uncertain_lookup import EdgeErrors, terms_of
+
+
+class Prediction(NamedTuple):
+    """
+    A pose that may be beyond the newest data.
+
+    :ivar pose: ``target_T_source``.
+    :ivar covariance: (6, 6), including the edges' own covariances.
+    :ivar stamp: the time of the pose, nanoseconds.
+    :ivar beyond: how far that is beyond the newest data of an edge, nanoseconds; 0 if nothing
+        was predicted.
+    """
+
+    pose: Pose
+    covariance: Array
+    stamp: int
+    beyond: int
+
+
+def checked_horizon(horizon: int) -> int:
+    """
+    Return the largest time ahead that a caller allows, nanoseconds.
+
+    :raises InvalidArgumentException: not a positive integer.
+    """
+    try:
+        checked = operator.index(horizon)
+    except TypeError:
+        checked = 0
+    if checked > 0:
+        return checked
+    raise InvalidArgumentException(
+        f'Invalid argument horizon {horizon!r}: it must be a positive number of nanoseconds')
+
+
+def predicted(tree: Tree, target: str, source: str, stamp: int,
+              horizon: int) -> Prediction | None:
+    """
+    Return a pose beyond the newest data, as ``Queries.predict``, with the lock held.
+
+    :return: None if all data reaches the stamp.
+    """
+    if stamp == LATEST or target == source:
+        return None
+    path = tree.ways.newest_path(target, source)
+    newest = path.latest_common_time()
+    if newest == LATEST or stamp <= newest:
+        return None
+    steps = path.steps() if path.fixed else steps_between(tree, target, source, None)
+    return _Way(tree, stamp, horizon).along(steps)
+
+
+class _Way:
+    """A path at a stamp for which some of its edges have no data."""
+
+    def __init__(self, tree: Tree, stamp: int, horizon: int) -> None:
+        self._tree, self._stamp, self._horizon = tree, stamp, horizon
+        self._errors = EdgeErrors()
+        self._here: PoseTuple = se3.IDENTITY
+
+    def along(self, steps: list[Step]) -> Prediction:
+        """Compose the edges, and return the prediction."""
+        aheads = [_ahead(step.history, self._stamp, self._horizon) for step in steps]
+        for step, ahead in zip(steps, aheads, strict=True):
+            if ahead and moves(step.history):
+                self._predict(step, step.history, ahead)
+            else:
+                pose = step.history.sample(self._stamp)
+                before = self._go(step, pose)
+                self._errors.add_edge(step, before, self._here, terms_of(
+                    self._tree, step, self._stamp, pose, False))
+        total = self._errors.total(self._here[:3])
+        return Prediction(Pose._make(self._here), total, self._stamp, max(aheads))
+
+    def _go(self, step: Step, pose: PoseTuple) -> PoseTuple:
+        """Append an edge; return the pose before it."""
+        before = self._here
+        self._here = se3.compose(before, se3.inverse(pose) if step.upwards else pose)
+        return before
+
+    def _predict(self, step: Step, history: MovingHistory, ahead: int) -> None:
+        """Append a predicted edge, with the errors of the newest pose and of the prediction."""
+        start = start_at(history, self._stamp - ahead)
+        pose = forecast(history, start, self._stamp)
+        before = self._go(step, pose)
+        parent, child = (self._here, before) if step.upwards else (before, self._here)
+        # The error of the newest pose also affects the prediction.
+        self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms_of(
+            self._tree, step, start.stamp, start.pose, False))
+        self._errors.add(step, child[3:], child[:3], self._trials(history).terms(
+            history, start, ahead))
+
+    def _trials(self, history: MovingHistory) -> Trials:
+        """Return the cached trials of an edge; those of a curve, which may change, are new."""
+        if not history.takes_samples:
+            return Trials()
+        return self._tree.companion_or_new(TrialCache).by_child.setdefault(
+            history.child, Trials())
+
+
+def _ahead(history: History, stamp: int, horizon: int) -> int:
+    """
+    Return how far a stamp is beyond an edge's newest sample, nanoseconds; 0 if it is not.
+
+    :raises ExtrapolationException: it is beyond the horizon, or there is no sample.
+    """
+    if not moves(history):
+        return 0
+    latest = history.latest_stamp
+    if latest is not None and stamp <= latest:
+        return 0
+    if latest is None or stamp - latest > horizon:
+        error = history.extrapolation(stamp)
+        error.hint = ('The stamp is beyond the horizon of the prediction, '
+                      f'{format_span(horizon)}: use an earlier stamp, or find out why the edge '
+                      'is silent')
+        raise error
+    return stamp - latest

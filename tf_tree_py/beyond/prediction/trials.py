@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The errors of predictions of an edge that could have been made earlier.
+
+They are made from samples spread evenly over the last 10 s, for a ladder of times ahead. The
+errors are cached, so that a prediction costs little while there are only a few new samples.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+import math
+from typing import NamedTuple
+
+import numpy as np
+from tf_tree_py.core.edges.protocol import MovingHistory
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.tree.companions import Companion
+
+from .forecast import forecast, motion, Start, start_at, TWIST_OVER
+from ..uncertainty.covariance_history import Term, whole_term
+
+_Error = tuple[float, float, float, float, float, float]
+
+# Predictions are made from one sample in each cell of time. There are at most this many cells;
+# fewer than the minimum are not sufficient.
+_LATELY = from_seconds(10.0)
+_MOST_TRIALS, _LEAST_TRIALS = 32, 3
+# Squares of errors are interpolated between two rungs of the ladder, 2^(1/4) apart: if an error
+# grows with the square of the time, the resulting variance is up to 3 % too large.
+_RUNGS_PER_OCTAVE = 4
+_LOWEST_RUNG = 1000
+_MOST_RUNGS = 32
+
+
+class _Rung(NamedTuple):
+    """
+    The errors of predictions for one time ahead.
+
+    :ivar cells: the first cell and the last.
+    :ivar errors: by cell; None if a cell has none.
+    :ivar moment: their second moment as a term; None if there are too few.
+    """
+
+    cells: tuple[int, int]
+    errors: dict[int, _Error | None]
+    moment: Term | None
+
+
+_EMPTY = _Rung((0, -1), {}, None)
+
+
+class TrialCache(Companion):
+    """
+    The cached errors of earlier predictions.
+
+    :ivar by_child: the errors of each edge that was predicted, by its child frame.
+    """
+
+    def __init__(self) -> None:
+        self.by_child: dict[str, Trials] = {}
+
+    def structure_changed(self) -> None:
+        """Remove all: a prediction is made from samples with the newest parent."""
+        self.by_child.clear()
+
+
+class Trials:
+    """
+    The errors of earlier predictions of one edge, which may be cached.
+
+    They depend only on the samples, not on the times of the calls.
+    """
+
+    __slots__ = ('_cell', '_starts', '_rungs')
+
+    def __init__(self) -> None:
+        self._cell = 0
+        self._starts: dict[int, Start | None] = {}
+        self._rungs: dict[int, _Rung] = {}
+
+    def terms(self, history: MovingHistory, start: Start, ahead: int) -> Sequence[Term]:
+        """
+        Return the second moment of the errors of such a prediction, in the child's axes.
+
+        If there are too few, the error is assumed to be as large as the predicted motion,
+        because the edge may have stopped.
+
+        :param start: at the newest sample.
+        :param ahead: nanoseconds.
+        """
+        assert history.oldest_stamp is not None
+        oldest = max(history.oldest_stamp, start.stamp - _LATELY)
+        self._choose_cell(max(start.stamp - oldest, 1))
+        below, above = _rungs_around(ahead)
+        first = self._moment(history, oldest, start.stamp, below)
+        last = self._moment(history, oldest, start.stamp, above)
+        if first is None or last is None:
+            moved = np.array(se3.log(motion(history, start, start.stamp + ahead)))
+            return [whole_term(np.outer(moved, moved))]
+        part = max(ahead * ahead - below * below, 0) / (above * above - below * below)
+        return [(1.0 - part, *first[1:]), (part, *last[1:])]
+
+    def _choose_cell(self, span: int) -> None:
+        """Halve the cells while the history is short."""
+        cell = max(_LATELY // _MOST_TRIALS >> int(math.log2(_LATELY / span)), 1)
+        if cell != self._cell:
+            self._cell = cell
+            self._starts.clear()
+            self._rungs.clear()
+
+    def _moment(self, history: MovingHistory, oldest: int, latest: int,
+                ahead: int) -> Term | None:
+        """Return the second moment of the errors for a time ahead; None if too few."""
+        cells = self._cells(history, oldest, latest - ahead)
+        rung = self._rungs.get(ahead, _EMPTY)
+        if rung.cells != cells:
+            rung = self._renewed(history, cells, rung.errors, ahead)
+            if len(self._rungs) >= _MOST_RUNGS:
+                self._rungs.clear()
+            self._rungs[ahead] = rung
+        return rung.moment
+
+    def _cells(self, history: MovingHistory, oldest: int, newest: int) -> tuple[int, int]:
+        """Return the first and the last cell with an initial sample, up to a stamp."""
+        last = newest // self._cell
+        start = self._start(history, last)
+        if start is not None and start.stamp > newest:
+            last -= 1
+        return -((-oldest - TWIST_OVER) // self._cell), last
+
+    def _renewed(self, history: MovingHistory, cells: tuple[int, int],
+                 known: dict[int, _Error | None], ahead: int) -> _Rung:
+        first, last = cells
+        errors = {cell: known[cell] if cell in known else self._error(history, cell, ahead)
+                  for cell in range(first, last + 1)}
+        if len(self._starts) > 2 * _MOST_TRIALS:
+            self._starts = {cell: start for cell, start in self._starts.items() if cell >= first}
+        rows = np.array([error for error in errors.values() if error is not None])
+        return _Rung(cells, errors, None if len(rows) < _LEAST_TRIALS else whole_term(
+            rows.T @ rows / len(rows)))
+
+    def _error(self, history: MovingHistory, cell: int, ahead: int) -> _Error | None:
+        """Return the error of a prediction: metres and radians, in the axes of its pose."""
+        start = self._start(history, cell)
+        end = start.stamp + ahead if start is not None else 0
+        if start is None or not _has_its_parent(history, end):
+            return None
+        predicted = forecast(history, start, end)
+        x, y, z, qx, qy, qz, qw = se3.compose(se3.inverse(predicted), history.sample(end))
+        return (x, y, z, *so3.log((qx, qy, qz, qw)))
+
+    def _start(self, history: MovingHistory, cell: int) -> Start | None:
+        """Return the first sample in a cell; None if there is none."""
+        if cell not in self._starts:
+            begin = cell * self._cell
+            # Curves have no samples, but have a pose at every stamp.
+            stamp = history.next_stamp(begin - 1) if history.takes_samples else begin
+            is_there = (stamp < begin + self._cell and _has_its_parent(history, stamp)
+                        and _has_its_parent(history, stamp - TWIST_OVER))
+            self._starts[cell] = start_at(history, stamp) if is_there else None
+        return self._starts[cell]
+
+
+def _has_its_parent(history: MovingHistory, stamp: int) -> bool:
+    return history.parent_at(stamp) == history.parent
+
+
+@lru_cache(maxsize=64)
+def _rungs_around(ahead: int) -> tuple[int, int]:
+    """Return the rungs below and above a time ahead, nanoseconds; at least the lowest two."""
+    number = int(_RUNGS_PER_OCTAVE * math.log2(max(ahead / _LOWEST_RUNG, 1.0)))
+    below, above = (round(_LOWEST_RUNG * 2.0**(rung / _RUNGS_PER_OCTAVE))
+                    for rung in (number, number + 1))
+    return below, above

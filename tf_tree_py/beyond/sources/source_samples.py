@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The samples of several sources of one edge, as received: the part that a file contains."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from tf_tree_py.core.edges.discrete import DynamicHistory
+from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.stamp import BEGINNING, FOREVER
+from tf_tree_py.core.tree.companions import Companion, storable
+from tf_tree_py.core.tree.tree import Tree
+
+from ..corrections.corrected import CorrectedHistory
+
+
+class EdgeSource(NamedTuple):
+    """
+    A description of one of several sources of an edge.
+
+    :ivar newest: its newest stamp, nanoseconds.
+    :ivar is_active: whether lookups use it, or will use it once it has reached the edge.
+    :ivar made_way: why the rule last replaced it; None if it did not, or if it is in use again.
+    """
+
+    name: str
+    newest: int
+    is_active: bool
+    made_way: Incident | None = None
+
+
+class SourceSamples:
+    """
+    The samples of each source of one edge; sources that sent earlier are preferred.
+
+    :ivar histories: of each source, by name.
+    :ivar active: the source that lookups use, or will use.
+    :ivar answering: the source whose samples the tree has; it differs from the active one while
+        the tree waits for that.
+    :ivar made_way: why the rule last replaced sources, by name.
+    """
+
+    def __init__(self, parent: str, child: str) -> None:
+        self.parent, self.child = parent, child
+        self.histories: dict[str, DynamicHistory] = {}
+        self.active = self.answering = ''
+        self.made_way: dict[str, Incident] = {}
+
+    def clear(self) -> None:
+        """Remove all samples; the next source that sends becomes the active one."""
+        self.histories.clear()
+        self.made_way.clear()
+        self.active = self.answering = ''
+
+    def listed(self) -> list[EdgeSource]:
+        """Return a description of each source, the preferred ones first."""
+        return [EdgeSource(name, _newest(history), name == self.active, self.made_way.get(name))
+                for name, history in self.histories.items()]
+
+    def smoothed(self, edge: History) -> DynamicHistory | None:
+        """
+        Return all samples of the source in use, with their corrections applied.
+
+        :param edge: the history in the tree; None is returned if it needs no replacement.
+        """
+        if not isinstance(edge, CorrectedHistory) or not len(edge) or (
+                self.answering not in self.histories):
+            return None
+        plain = self.histories[self.answering].copy()
+        stamps, poses = plain.copy_between(BEGINNING, FOREVER - 1)
+        correction = edge.corrections.get(self.parent)
+        if correction is not None:
+            plain.set_poses(correction.measured.smoothed(stamps, poses))
+        return plain
+
+    # --- copies and files
+
+    def copy(self) -> 'SourceSamples':
+        """Return a copy."""
+        twin = SourceSamples(self.parent, self.child)
+        twin.histories = {name: history.copy() for name, history in self.histories.items()}
+        twin.active, twin.answering = self.active, self.answering
+        twin.made_way = dict(self.made_way)
+        return twin
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the samples in the windows to arrays."""
+        return {'parent': self.parent, 'child': self.child, 'active': self.active,
+                'answering': self.answering,
+                'made_way': [[one.kind.name, str(one.stamp), name, one.detail]
+                             for name, one in self.made_way.items()],
+                'sources': [{'name': name} | history.frozen(arrays)
+                            for name, history in self.histories.items()]}
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'SourceSamples':
+        """
+        Return the frozen sources; they use the memory in place and take no samples.
+
+        :raises ValueError: the facts are not valid for sources.
+        """
+        one = cls(stored.one('parent', str), stored.one('child', str))
+        one.active, one.answering = stored.one('active', str), stored.one('answering', str)
+        for row in stored.many('made_way', list):
+            if [type(value) for value in row] != [str] * 4 or row[0] not in Kind.__members__:
+                raise ValueError("'made_way' is not a list of incidents")
+            one.made_way[row[2]] = Incident(Kind[row[0]], one.parent, one.child, int(row[1]),
+                                            row[2], row[3])
+        for part in stored.parts('sources'):
+            history = DynamicHistory.thawed(one.child, part)
+            if history.latest_stamp is None:
+                raise ValueError("'sources' has one without samples")
+            one.histories[part.one('name', str)] = history
+        return one
+
+
+@storable
+class Sources(Companion):
+    """
+    The sources of a tree's edges.
+
+    :ivar by_child: the samples of edges that have several sources, by child frame.
+    """
+
+    key = 'sources'
+
+    def __init__(self) -> None:
+        self.by_child: dict[str, SourceSamples] = {}
+
+    def copy(self) -> 'Sources':
+        """Return an independent copy."""
+        twin = Sources()
+        twin.by_child = {child: one.copy() for child, one in self.by_child.items()}
+        return twin
+
+    def clear(self, histories: Mapping[str, History]) -> None:
+        """Remove all samples."""
+        for sources in self.by_child.values():
+            sources.clear()
+
+    def remove(self, frame: str) -> None:
+        """Remove the sources of a frame's edge."""
+        self.by_child.pop(frame, None)
+
+    def frozen(self, arrays: Arrays) -> list[Facts]:
+        """Return the facts for ``thawed``, and add the samples in the windows to arrays."""
+        return [sources.frozen(arrays) for sources in self.by_child.values()]
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Sources':
+        """Return the frozen sources; they use the memory in place and take no samples."""
+        twin = cls()
+        for part in stored.parts(cls.key):
+            sources = SourceSamples.thawed(part)
+            twin.by_child[sources.child] = sources
+        return twin
+
+
+def smoothed(tree: Tree, twin: Tree) -> None:
+    """
+    Give edges that changed their source the samples of their present source.
+
+    :param tree: the tree with the samples of all sources.
+    :param twin: a copy of the tree, which is changed.
+    """
+    known = tree.companion(Sources)
+    for child, sources in known.by_child.items() if known is not None else ():
+        history = tree.histories.get(child)
+        of_source = sources.smoothed(history) if history is not None else None
+        if of_source is not None:
+            twin.replace(of_source)
+
+
+def _newest(history: DynamicHistory) -> int:
+    assert history.latest_stamp is not None
+    return history.latest_stamp

@@ -1,0 +1,310 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The covariances of one edge over time, separate from its poses.
+
+They have their own stamps: the poses may arrive on /tf, and the covariances in odometry
+messages. ``geometry.covariances`` defines the convention.
+"""
+
+from array import array
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from typing import Any, cast, NamedTuple, Protocol, TypeGuard
+
+import numpy as np
+from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.edges.storage import Arrays, Bytes, Facts, Stored
+from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.times import Stamps
+
+from .covariance_rows import Rows
+from .covariances import (
+    between_rows,
+    ends_turned_once,
+    Matrix9,
+    pack,
+    PACKED_FLOATS,
+    rows_of,
+    UNTURNED,
+)
+
+# Fewer expired covariances than this are not removed yet.
+_MIN_BLOCK = 64
+
+
+class Around(NamedTuple):
+    """
+    The covariances of an edge around N stamps: arguments of ``covariances.between_rows``.
+
+    Before the first covariance, and after the last, both are the same, with the ratio 0.
+
+    :ivar before: (N, 21) packed; ``after`` likewise.
+    :ivar turn: (N, 3)
+    :ivar back: (N, 3, 3); None if the edge has no gyroscope.
+    """
+
+    before: Array
+    after: Array
+    ratio: Array
+    turn: Array
+    back: Array | None
+
+
+class MeasuringHistory(History, Protocol):
+    """A history that measures the rotation between two of its poses, such as by a gyroscope."""
+
+    def closing(self, begin: int, end: int, stamps: Stamps) -> tuple[Array, Array] | None:
+        """
+        Return the arguments of ``covariances.between_rows`` for a stretch between two poses.
+
+        :return: the remaining error at the next pose, in the parent's axes, (3,), and the measured
+            rotations back from there, (N, 3, 3); None if not the whole stretch was measured.
+        """
+
+
+def measures_turns(history: History) -> TypeGuard[MeasuringHistory]:
+    """Return whether a history measures the rotation between its poses."""
+    return hasattr(history, 'closing')
+
+
+class PendingHistory(History, Protocol):
+    """A history whose poses have a known error, such as a correction that has just begun."""
+
+    def pending(self, stamps: Stamps, poses: Array) -> Array | None:
+        """
+        Return the errors at stamps (N,), (N, 6) in the convention of ``geometry.covariances``.
+
+        :param poses: (N, 7), or (1, 7) for all stamps.
+        :return: None if there are none.
+        """
+
+
+def has_pending(history: History) -> TypeGuard[PendingHistory]:
+    """Return whether the poses of a history may have a known error."""
+    return hasattr(history, 'pending')
+
+
+Term = tuple[float, Matrix9, Bytes]
+"""
+The contribution of one covariance C at a stamp, w M C M^T: the weight w, the rotation block of M
+(its lower right), and C as 21 doubles.
+"""
+
+
+def interpolated(each: Sequence[Around], independent: bool) -> Rows:
+    """
+    Return the covariances of E edges at N stamps, 21 rows (E, N).
+
+    All edges are processed at once, because numpy takes as long for one.
+    """
+    before, after, ratio, turn = (
+        np.stack(part) for part in zip(*(one[:4] for one in each), strict=True))
+    return between_rows(rows_of(before), rows_of(after), ratio, rows_of(turn), independent,
+                        _back_of([one.back for one in each], ratio.shape[1]))
+
+
+def _back_of(backs: Sequence[Array | None], count: int) -> Rows | None:
+    """Return the rotations by gyroscopes, nine rows (E, N); None if no edge has one."""
+    if all(back is None for back in backs):
+        return None
+    still = np.broadcast_to(np.eye(3), (count, 3, 3))
+    return rows_of(np.stack([still if back is None else back for back in backs]).reshape(
+        len(backs), count, 9))
+
+
+def whole_term(covariance: Array) -> Term:
+    """Return a covariance (6, 6) as a term."""
+    return 1.0, UNTURNED, pack(covariance).tobytes()
+
+
+class Uncertainty:
+    """
+    The covariances of one edge's poses over time.
+
+    A covariance takes 176 bytes. Between two stamps with covariances it is interpolated; the
+    first also applies before its stamp, the last until the next arrives. It is not
+    thread-safe; the buffer's lock protects it. A frame that changes its parent has one object
+    for each parent.
+    """
+
+    __slots__ = ('_stamps', '_packed')
+
+    def __init__(self) -> None:
+        self._stamps = array('q')
+        self._packed = array('d')
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    def insert(self, stamp: int, covariance: Array, cache_time: int) -> None:
+        """
+        Add a covariance; it replaces one with the same stamp.
+
+        :param covariance: (6, 6), checked.
+        :param cache_time: how far behind the newest one they are kept, nanoseconds.
+        """
+        index = bisect_left(self._stamps, stamp)
+        first = index * PACKED_FLOATS
+        row = array('d', pack(covariance).tolist())
+        if index < len(self._stamps) and self._stamps[index] == stamp:
+            self._packed[first:first + PACKED_FLOATS] = row
+            return
+        self._stamps.insert(index, stamp)
+        self._packed[first:first] = row
+        self._tidy(self._stamps[-1] - cache_time)
+
+    def _tidy(self, horizon: int) -> None:
+        """Remove expired ones in blocks; the last one before the horizon still applies at it."""
+        expired = bisect_right(self._stamps, horizon) - 1
+        if expired >= max(_MIN_BLOCK, len(self._stamps) // 8):
+            del self._stamps[:expired]
+            del self._packed[:expired * PACKED_FLOATS]
+
+    def around(self, stamps: Stamps, history: History) -> Around:
+        """
+        Return the covariances around stamps (N,), for interpolation.
+
+        :param history: the edge's poses.
+        """
+        if history.is_static or len(self) == 1:
+            last = np.tile(np.array(self._packed[-PACKED_FLOATS:]), (len(stamps), 1))
+            return Around(last, last, np.zeros(len(stamps)), np.zeros((len(stamps), 3)), None)
+        begins, ends, (before, after) = self._neighbours(stamps)
+        ratio = np.where(begins < ends, (stamps - begins) / np.maximum(ends - begins, 1), 0.0)
+        return Around(before, after, ratio, *_turns(history, begins, ends, stamps))
+
+    def terms_at(self, stamp: int, history: History, independent: bool) -> Sequence[Term]:
+        """
+        Return the covariance at one stamp as one term, or as two terms of an interpolation.
+
+        See ``covariances.between_rows``. For an edge with a gyroscope it is one term.
+        """
+        stamps = self._stamps
+        after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
+        if not 0 < after < len(stamps):
+            return [(1.0, UNTURNED, self._row(max(after - 1, 0)))]
+        if measures_turns(history):
+            rows = interpolated([self.around(np.array([stamp]), history)], independent)
+            return [(1.0, UNTURNED, np.array(rows).tobytes())]
+        begin, end, row = stamps[after - 1], stamps[after], self._row(after - 1)
+        if stamp == begin:
+            return [(1.0, UNTURNED, row)]
+        ratio = (stamp - begin) / (end - begin)
+        rest = 1.0 - ratio
+        first, last = ends_turned_once(ratio, _turn(history, begin, end))
+        if independent:
+            return [(rest * rest, first, row), (ratio * ratio, last, self._row(after))]
+        return [(rest, first, row), (ratio, last, self._row(after))]
+
+    def _row(self, number: int) -> Bytes:
+        first = number * PACKED_FLOATS
+        return cast(bytes, self._packed[first:first + PACKED_FLOATS])  # usable like bytes
+
+    def knots_around(self, stamp: int, history: History) -> tuple[int, int]:
+        """Return the stamps of the covariances before and after a stamp, as ``around`` does."""
+        stamps = self._stamps
+        after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
+        return stamps[max(after - 1, 0)], stamps[min(after, len(stamps) - 1)]
+
+    def _neighbours(self, stamps: Stamps) -> tuple[Stamps, Stamps, Array]:
+        """
+        Return the stamps of the covariances before and after each, and these (2, N, 21).
+
+        Before the first and after the last covariance, both are that one.
+        """
+        # An array cannot grow while numpy has a view of it, so this function returns only copies.
+        knots = np.frombuffer(self._stamps, dtype=np.int64)
+        rows = np.frombuffer(self._packed).reshape(-1, PACKED_FLOATS)
+        after = knots.searchsorted(stamps, side='right')
+        before = np.maximum(after - 1, 0)
+        after = np.where(after == 0, 0, np.minimum(after, len(knots) - 1))
+        return knots[before], knots[after], rows[np.stack([before, after])]
+
+    def copy(self) -> 'Uncertainty':
+        """Return an independent copy."""
+        twin = Uncertainty()
+        twin._stamps, twin._packed = self._stamps[:], self._packed[:]
+        return twin
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the covariances to arrays."""
+        arrays.add(self._stamps)
+        arrays.add(self._packed)
+        return {'count': len(self)}
+
+    @classmethod
+    def thawed(cls, stored: Stored) -> 'Uncertainty':
+        """Return the frozen data; it uses the memory in place, and nothing can be added."""
+        one, count = cls(), stored.whole('count', 1)
+        # Memory views are read like arrays.
+        one._stamps = cast('array[int]', stored.integers(count))
+        one._packed = cast('array[float]', stored.floats(PACKED_FLOATS * count))
+        return one
+
+
+def _turns(history: History, begins: Stamps, ends: Stamps,
+           stamps: Stamps) -> tuple[Array, Array | None]:
+    """Return the fields ``turn`` and ``back`` of ``Around``."""
+    if not measures_turns(history):
+        return _turns_at_constant_rates(history, begins, ends), None
+    turns, back = np.zeros((len(stamps), 3)), np.tile(np.eye(3), (len(stamps), 1, 1))
+    for begin in np.unique(begins):
+        here = begins == begin
+        turns[here], back[here] = _turn_by_gyroscope(
+            history, int(begin), int(ends[here][0]), stamps[here])
+    return turns, back
+
+
+def _turns_at_constant_rates(history: History, begins: Stamps, ends: Stamps) -> Array:
+    """Return ``_turn`` (N, 3) between many stamps."""
+    oldest, latest = history.oldest_stamp, history.latest_stamp
+    if (not history.fixed_parent or not history.takes_samples or oldest is None
+            or latest is None):
+        pairs, place = np.unique(begins, return_index=True, return_inverse=True)[1:]
+        return np.array([so3.log(_turn(history, int(begins[pair]), int(ends[pair])))
+                         for pair in pairs])[place]
+    turns = np.zeros((len(begins), 3))
+    known = np.flatnonzero((begins < ends) & (begins >= oldest) & (ends <= latest))
+    if not len(known):
+        return turns
+    begins, ends = begins[known], ends[known]
+    track = history.track(int(begins.min()), int(ends.max()))
+    after = track.knots.take(track.knots.searchsorted(begins, side='right'), mode='clip')
+    _, first = _rotations(track.at(begins))
+    second, _ = _rotations(track.at(ends))
+    turned = so3.log_many(np.stack(so3.multiply(second, first), axis=-1))
+    turns[known] = np.where((after >= ends)[:, None], turned, 0.0)
+    return turns
+
+
+def _rotations(poses: Array) -> tuple[Any, Any]:
+    """Return rotations and their inverses, row by row, of poses (7, N)."""
+    x, y, z, w = poses[3:]
+    return (x, y, z, w), (-x, -y, -z, w)
+
+
+def _turn(history: History, first: int, last: int) -> so3.Quaternion:
+    """
+    Return the rotation of an edge between two stamps, if its rate is constant.
+
+    It is the identity if there are poses between the two stamps, or no poses: then the
+    covariances are blended without a rotation.
+    """
+    if first == last:
+        return so3.IDENTITY
+    ends = history.neighbours(first, last)
+    if ends is None:
+        return so3.IDENTITY
+    _, _, _, ax, ay, az, aw, _, _, _, bx, by, bz, bw = ends
+    return so3.multiply((bx, by, bz, bw), (-ax, -ay, -az, aw))
+
+
+def _turn_by_gyroscope(history: MeasuringHistory, first: int, last: int,
+                       stamps: Stamps) -> tuple[Array, Array]:
+    """Return a gyroscope's remaining error, (3,), and its rotations back, (N, 3, 3)."""
+    known = first < last and history.neighbours(first, last) is not None
+    closing = history.closing(first, last, stamps) if known else None
+    return closing or (np.array(so3.log(_turn(history, first, last))), np.eye(3))

@@ -1,0 +1,282 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Covariances of poses, (6, 6), and their propagation.
+
+The order is x, y, z, rotation about x, y, z, in metres and radians. The convention is that of
+ROS's ``PoseWithCovariance``: t' = t + dt in the parent's axes, and R' = Exp(dr) R about the
+parent's fixed axes through the child's origin. The formulas accept arrays (..., 6, 6). To first
+order they are those of Barfoot and Furgale, "Associating Uncertainty with Three-Dimensional
+Poses", IEEE T-RO 30(3), 2014, in these coordinates.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array
+
+from .covariance_rows import product, Rows, turned, weighted_sum
+
+PACKED_FLOATS = 21
+
+_ROWS, _COLUMNS = np.triu_indices(6)
+# The index in the packed row of each entry of the matrix.
+_PLACES = np.zeros((6, 6), dtype=np.intp)
+_PLACES[_ROWS, _COLUMNS] = _PLACES[_COLUMNS, _ROWS] = np.arange(PACKED_FLOATS)
+
+# Sums of larger variances, over edges and lever arms, might overflow.
+_MOST = 1e100
+
+# Relative to an entry's scale: rounding errors of sums in float32 are smaller.
+_TOLERANCE = 1e-6
+_AXES = ('x', 'y', 'z', 'rotation about x', 'rotation about y', 'rotation about z')
+
+# The smallest divisors: the remaining part of an interval, and an angle in radians.
+_LEAST_REST, _LEAST_TURN = 1e-9, 1e-6
+# Rotations by less have no effect on a covariance.
+_LEAST_SINE = 1e-12
+# The smallest part of an interval, chosen so that its sine is not yet zero.
+_LEAST_PART = 1e-200
+
+Matrix9 = tuple[float, float, float, float, float, float, float, float, float]
+"""A matrix (3, 3), row by row."""
+UNTURNED: Matrix9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+# Gives the matrix of a cross product, row by row: v @ SKEW is [v].
+SKEW = np.zeros((3, 9))
+SKEW[[0, 0, 1, 1, 2, 2], [7, 5, 2, 6, 3, 1]] = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0
+
+
+def checked_covariance(given: Any) -> Array:
+    """
+    Return a covariance as a symmetric array (6, 6).
+
+    :param given: (6, 6), or (36,) row-major as in messages.
+    :raises InvalidArgumentException: another shape, not finite or too large, not symmetric, or
+        not positive semidefinite.
+    """
+    try:
+        if np.iscomplexobj(given):
+            raise TypeError
+        matrix = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidArgumentException(
+            f'Invalid argument covariance {given!r:.80}: it must be (6, 6) numbers') from None
+    if matrix.shape == (36,):
+        matrix = matrix.reshape(6, 6)
+    if matrix.shape != (6, 6):
+        raise InvalidArgumentException(
+            'Invalid argument covariance: it must be (6, 6) of x, y, z and rotation about x, y, '
+            f'z, or (36,) as in messages, not {matrix.shape}; np.diag makes one from six '
+            'variances')
+    if not np.isfinite(matrix).all():
+        raise InvalidArgumentException('Invalid argument covariance: it is not finite')
+    variances = matrix.diagonal()
+    if variances.min() < 0.0:
+        raise InvalidArgumentException(
+            f'Invalid argument covariance: the variance of {_AXES[int(variances.argmin())]} is '
+            f'{variances.min():g}, which must not be negative; in messages -1 means unknown')
+    if variances.max() > _MOST:
+        raise InvalidArgumentException(
+            f'Invalid argument covariance: the variance of {_AXES[int(variances.argmax())]} is '
+            f'{variances.max():g}, which is more than the limit of {_MOST:g}')
+    _check_correlations(matrix, np.sqrt(variances))
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _check_correlations(matrix: Array, deviations: Array) -> None:
+    """Raise an error if a matrix is not symmetric or not positive semidefinite, in any units."""
+    units = np.where(deviations > 0.0, deviations, 1.0)
+    scaled = matrix / np.outer(units, units)
+    if np.abs(scaled - scaled.T).max() > _TOLERANCE:
+        row, column = np.unravel_index(np.abs(scaled - scaled.T).argmax(), (6, 6))
+        raise InvalidArgumentException(
+            f'Invalid argument covariance: it is not symmetric, [{row}, {column}] is '
+            f'{matrix[row, column]:g} and [{column}, {row}] is {matrix[column, row]:g}')
+    least = float(np.linalg.eigvalsh(scaled)[0])
+    if least < -_TOLERANCE:
+        raise InvalidArgumentException(
+            'Invalid argument covariance: it is not positive semidefinite, so in some direction '
+            f'the variance would be negative (an eigenvalue of its correlations is {least:g})')
+
+
+def pack(covariance: Array) -> Array:
+    """Return the 21 different numbers of a covariance."""
+    return np.asarray(covariance[..., _ROWS, _COLUMNS])
+
+
+def unpack(packed: Array) -> Array:
+    """Return the covariances (..., 6, 6) of packed ones (..., 21)."""
+    return packed.take(_PLACES, axis=-1)
+
+
+# --- first order
+
+class Terms(NamedTuple):
+    """
+    The edge (n,) of each of n terms M C M^T, and the rotation block (n, 3, 3) of its M.
+
+    The rest of M is that of the identity.
+    """
+
+    owners: npt.NDArray[np.intp]
+    turns: Array
+
+
+def carried(a_R_b: Array, lever: Array, covariance: Array) -> Array:
+    """
+    Return the covariance of another point on the same rigid body, from that of one point.
+
+    It is M C M^T with M = [[R, -[l]x R], [0, R]]: the body rotates about the place of the error.
+
+    :param a_R_b: (..., 3, 3), from the axes of the covariance to those of the result.
+    :param lever: (..., 3) from the place of the error to the point, in the axes of a.
+    """
+    crossed = -(lever @ SKEW).reshape(*lever.shape, 3) @ a_R_b
+    matrix = np.zeros((*crossed.shape[:-2], 6, 6))
+    matrix[..., :3, :3] = matrix[..., 3:, 3:] = a_R_b
+    matrix[..., :3, 3:] = crossed
+    return matrix @ covariance @ np.swapaxes(matrix, -1, -2)
+
+
+def carried_by(a_R_b: Array, crossed: Array, terms: Terms | None, covariances: Array) -> Array:
+    """
+    Return ``carried`` for E edges, or for n terms, each of which belongs to one of the edges.
+
+    :param a_R_b: (E, 3, 3)
+    :param crossed: (E, 3, 3) -[l]x R.
+    :param terms: the rotation blocks to apply first; None: one term for each edge, without.
+    :param covariances: (n, 6, 6)
+    """
+    matrix = np.zeros((len(a_R_b), 6, 6))
+    matrix[:, :3, :3] = matrix[:, 3:, 3:] = a_R_b
+    matrix[:, :3, 3:] = crossed
+    if terms is not None:
+        matrix = matrix.take(terms.owners, axis=0)
+        matrix[:, :, 3:] = matrix[:, :, 3:] @ terms.turns
+    return np.asarray(matrix @ covariances @ matrix.swapaxes(1, 2))
+
+
+def turned_by(turns: Array | None, covariances: Array) -> Array:
+    """Return covariances (..., 6, 6) with rotations multiplied by (..., 3, 3), unless None."""
+    return covariances if turns is None else _turned(turns, covariances)
+
+
+def composed(a_T_b: PoseTuple, of_a_T_b: Array, b_T_c: PoseTuple, of_b_T_c: Array) -> Array:
+    """Return the covariance of a_T_c from two poses with independent errors."""
+    turn = np.array(so3.as_matrix(a_T_b[3:]))
+    lever = turn @ np.array(b_T_c[:3])
+    return carried(np.eye(3), lever, of_a_T_b) + carried(turn, np.zeros(3), of_b_T_c)
+
+
+def between(before: Array, after: Array, ratio: Array, turn: Array, independent: bool) -> Array:
+    """Return ``between_rows`` for covariances (..., 6, 6), ratios (...) and turns (..., 3)."""
+    rows = between_rows(rows_of(pack(before)), rows_of(pack(after)), ratio, rows_of(turn),
+                        independent)
+    return unpack(np.stack(rows, axis=-1))
+
+
+def between_rows(before: Rows, after: Rows, ratio: Array, turn: Rows, independent: bool,
+                 back: Rows | None = None) -> Rows:
+    """
+    Return the covariance of a pose that is interpolated between two.
+
+    The error is M0 e0 + M1 e1. For the translation M0 and M1 are 1 - u and u; for the rotation
+    M1 = G u Jl(u f) Jl(f)^-1 and M0 = I - M1, with the Jacobians of SO(3). If rotations are
+    interpolated, f is the rotation from one to the other, and G = I. If a gyroscope measures
+    R0 dR(t) Exp(u r), f = R1 r is its remaining error, and G = R0 dR(t) dR(t1)^-1 R0^-1 is the
+    measured rotation back from the end. Unless the two errors are independent, the result is
+    M0 C0 M0^T / (1 - u) + M1 C1 M1^T / u. This is a bound for any correlation, because
+    (a + b)(a + b)^T <= a a^T / (1 - u) + b b^T / u for any two vectors. If both errors are the
+    same, and the edge does not rotate, the bound equals their covariance.
+
+    :param before: 21 rows; ``after`` likewise.
+    :param ratio: u, 0 to 1.
+    :param turn: f, three rows, radians, in the parent's axes.
+    :param independent: whether the two errors are independent of each other.
+    :param back: G, nine rows; None: the identity.
+    """
+    rest = 1.0 - ratio
+    first, last = ends_turned(ratio, turn, back)
+    weights = (rest * rest, ratio * ratio) if independent else (rest, ratio)
+    return weighted_sum(weights[0], turned(first, before), weights[1], turned(last, after))
+
+
+def ends_turned(ratio: Array, turn: Rows, back: Rows | None = None) -> tuple[Rows, Rows]:
+    """Return the matrices M0 / (1 - u) and M1 / u of ``between_rows``."""
+    x, y, z = turn
+    angle = np.maximum(np.sqrt(x * x + y * y + z * z), _LEAST_TURN)
+    u, rest = np.maximum(ratio, _LEAST_PART), np.maximum(1.0 - ratio, _LEAST_PART)
+    first, last = (_turn_matrix(turn, *coefficients) for coefficients in turning(
+        u, rest, 0.5 * angle, np.sin(0.5 * angle), angle, np.sin, np.cos))
+    if back is not None:
+        last = product(back, last)
+        rest = np.maximum(1.0 - ratio, _LEAST_REST)
+        first = weighted_sum(1.0 / rest, UNTURNED, -ratio / rest, last)
+    return first, last
+
+
+def rows_of(array: Array) -> Rows:
+    """Return the rows (...) of an array (..., n), each contiguous in memory."""
+    return tuple(np.ascontiguousarray(np.moveaxis(array, -1, 0)))
+
+
+def turning(u: Any, rest: Any, half: Any, sine: Any, size: Any, sin: Any,
+            cos: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """
+    Return the matrices M0 / (1 - u) and M1 / u of ``between_rows`` as coefficients.
+
+    They are the coefficients (b, c) of I + b [n] + c [n]^2, with any vector n along f. Both
+    matrices are functions of [f], whose eigenvalues are 0 and +-i t with t = |f|. There Jl(x) is
+    (exp(i x) - 1) / (i x), so M0 is exp(i u t / 2) sin((1 - u) t / 2) / sin(t / 2), and M1 is
+    exp(-i (1 - u) t / 2) sin(u t / 2) / sin(t / 2): the weights of slerp.
+
+    :param u: a number or an array, greater than zero; ``rest``: 1 - u, likewise.
+    :param half: t / 2, greater than zero; ``sine``: its sine.
+    :param size: |n|.
+    """
+    on, back, square = u * half, rest * half, size * size
+    sine_on, sine_back = sin(on), sin(back)
+    before, after = sine_back / (rest * sine), sine_on / (u * sine)
+    return ((before * sine_on / size, (1.0 - before * cos(on)) / square),
+            (-after * sine_back / size, (1.0 - after * cos(back)) / square))
+
+
+def ends_turned_once(ratio: float, turn: so3.Quaternion) -> tuple[Matrix9, Matrix9]:
+    """
+    Return ``ends_turned`` for plain floats.
+
+    :param ratio: greater than 0 and less than 1.
+    :param turn: Exp(f), the rotation from one pose to the other.
+    """
+    x, y, z, w = turn if turn[3] >= 0.0 else (-turn[0], -turn[1], -turn[2], -turn[3])
+    sine = math.sqrt(x * x + y * y + z * z)
+    if sine < _LEAST_SINE:
+        return UNTURNED, UNTURNED
+    before, after = turning(
+        ratio, 1.0 - ratio, math.atan2(sine, w), sine, sine, math.sin, math.cos)
+    return _turn_matrix((x, y, z), *before), _turn_matrix((x, y, z), *after)
+
+
+def _turn_matrix(turn: Rows, b: Any, c: Any) -> Any:
+    """Return I + b [f] + c [f]^2."""
+    x, y, z = turn
+    bx, by, bz, cx, cy, cz = b * x, b * y, b * z, c * x, c * y, c * z
+    xx, yy, zz, xy, xz, yz = cx * x, cy * y, cz * z, cx * y, cx * z, cy * z
+    return (1.0 - yy - zz, xy - bz, xz + by,
+            xy + bz, 1.0 - xx - zz, yz - bx,
+            xz - by, yz + bx, 1.0 - xx - yy)
+
+
+def _turned(matrix: Array, covariance: Array) -> Array:
+    """Return a covariance whose rotation is multiplied by (..., 3, 3) from the left."""
+    whole = np.zeros(covariance.shape)
+    whole[..., :3, :3] = np.eye(3)
+    whole[..., 3:, 3:] = matrix
+    return whole @ covariance @ np.swapaxes(whole, -1, -2)

@@ -1,0 +1,243 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""All measurements of a tree, and the values that several checks compute from them."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from tf_tree_py.core.liveness import silence_allowed
+from tf_tree_py.core.messages.incidents import Kind
+from tf_tree_py.core.messages.received_message import Endpoint
+
+from ..measures.clock_steps import ClockStep
+from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents
+from ..measures.pieces import pieces_of
+from ..measures.spread import quantiles
+from ..measures.thresholds import Thresholds
+from ..measures.timebase import Timebase
+from ..measures.timing import Timing
+
+# The number of samples before and after a step that are compared.
+_AROUND = 20
+# A stamp is frozen only if it was received at least this often.
+FROZEN_SAMPLES = 5
+
+
+@dataclass
+class Trouble:
+    """
+    The incidents of one kind and one edge.
+
+    :ivar count: their number.
+    :ivar authorities: the possible publishers.
+    :ivar detail: the detail of the first one.
+    """
+
+    count: int = 0
+    authorities: dict[str, None] = field(default_factory=dict)
+    detail: str = ''
+
+
+class Clock(NamedTuple):
+    """
+    Edges whose stamps come from one clock.
+
+    :ivar edges: moving edges only.
+    :ivar delay: how far that clock is behind the clock of the arrivals, nanoseconds.
+    """
+
+    edges: Sequence[EdgeRecord]
+    delay: float
+
+
+class Delays(NamedTuple):
+    """
+    The delays from an edge's stamps to their arrivals, nanoseconds by the clock of the stamps.
+
+    If that clock differs from the clock of the arrivals, the usual delay of most edges is 0.
+    """
+
+    early: float
+    usual: float
+    late: float
+
+    @property
+    def spread(self) -> float:
+        """Return the width of the interval that contains 90 % of the delays."""
+        return self.late - self.early
+
+
+def timing_of(edge: EdgeRecord) -> Timing:
+    """Return the timing of a moving edge."""
+    assert edge.moving is not None
+    return edge.moving.timing
+
+
+def is_frozen(moving: MovingEdge) -> bool:
+    """Return whether an edge repeated one stamp for as long as would count as silence."""
+    timing = moving.timing
+    # Measured by the clock of the arrivals: a slow simulation repeats stamps for longer.
+    several = timing.intervals.count >= FROZEN_SAMPLES
+    between = timing.span / timing.intervals.count if several else 1.0
+    return (timing.frozen.samples >= FROZEN_SAMPLES
+            and timing.frozen.span > silence_allowed(max(timing.interval, between)))
+
+
+class Case:
+    """
+    The measurements of a doctor at one moment; they no longer change.
+
+    :ivar edges: every received edge with valid names.
+    :ivar parents: the changes of parent, by child.
+    :ivar troubles: the buffer's refusals and remarks, by kind, parent and child.
+    :ivar slashed: the names that were received with a leading slash.
+    :ivar endpoints: the publishers and subscriptions.
+    :ivar now: the time by the clock of the arrivals, nanoseconds.
+    """
+
+    def __init__(self, edges: Collection[EdgeRecord], parents: Mapping[str, Parents],
+                 troubles: Mapping[tuple[Kind, str, str], Trouble], slashed: Collection[str],
+                 endpoints: Sequence[Endpoint], limits: Thresholds, now: int) -> None:
+        self.edges = [edge for edge in edges
+                      if edge.parent and edge.child and edge.parent != edge.child]
+        self.parents = parents
+        self.troubles = troubles
+        self.slashed = slashed
+        self.endpoints = endpoints
+        self.limits = limits
+        self.now = now
+
+    # --- edges
+
+    def moving(self) -> Iterator[tuple[EdgeRecord, MovingEdge]]:
+        """Yield the edges that arrived on topics of moving transforms."""
+        for edge in self.edges:
+            if edge.moving is not None:
+                yield edge, edge.moving
+
+    def of_kind(self, *kinds: Kind) -> Iterator[tuple[Edge, Trouble]]:
+        """Yield (parent, child) and the incidents, for some kinds."""
+        for (kind, parent, child), trouble in self.troubles.items():
+            if kind in kinds:
+                yield (parent, child), trouble
+
+    # --- the tree
+
+    @cached_property
+    def frames(self) -> list[str]:
+        """Return every frame, in order of first appearance."""
+        return list(dict.fromkeys(frame for edge in self.edges for frame in edge.frames))
+
+    @cached_property
+    def first_arrivals(self) -> dict[str, int]:
+        """Return when the first moving edge of each frame arrived, nanoseconds."""
+        first: dict[str, int] = {}
+        for edge, moving in self.moving():
+            for frame in edge.frames if moving.timing.first else ():
+                first[frame] = min(first.get(frame, moving.timing.first), moving.timing.first)
+        return first
+
+    @cached_property
+    def above(self) -> dict[str, list[EdgeRecord]]:
+        """Return the edges to each child's parents, without loops: one without a conflict."""
+        found: dict[str, list[EdgeRecord]] = {}
+        for edge in self.edges:
+            if (Kind.LOOP, *edge.frames) not in self.troubles:
+                found.setdefault(edge.child, []).append(edge)
+        return found
+
+    @cached_property
+    def roots(self) -> dict[str, None]:
+        """Return the frames without a parent."""
+        return {frame: None for frame in self.frames if frame not in self.above}
+
+    @cached_property
+    def downward(self) -> list[EdgeRecord]:
+        """Return the edges from the roots down, with the first parent of each child."""
+        below: dict[str, list[EdgeRecord]] = {}
+        for edges in self.above.values():
+            below.setdefault(edges[0].parent, []).append(edges[0])
+        found = [edge for root in self.roots for edge in below.get(root, ())]
+        for edge in found:  # the list grows
+            found += below.get(edge.child, ())
+        return found
+
+    @cached_property
+    def trees(self) -> list[list[str]]:
+        """Return the frames of each connected tree, the largest first."""
+        return pieces_of(edge.frames for edge in self.edges)
+
+    def is_correction(self, edge: EdgeRecord) -> bool:
+        """
+        Return whether an edge is a localiser's correction of a moving edge below it.
+
+        REP 105's map -> odom is one: its parent is a root, and its child has a moving edge.
+        """
+        return edge.parent in self.roots and edge.child in self._parents_of_moving
+
+    @cached_property
+    def _parents_of_moving(self) -> set[str]:
+        return {edge.parent for edge, _ in self.moving()}
+
+    # --- clocks
+
+    @cached_property
+    def _timed(self) -> list[EdgeRecord]:
+        """Return the moving edges with delays whose stamps are not frozen."""
+        return [edge for edge, moving in self.moving()
+                if moving.timing.delays.count and not is_frozen(moving)]
+
+    @cached_property
+    def timebase(self) -> Timebase:
+        """Return the clocks of the edges' stamps."""
+        return Timebase([timing_of(edge) for edge in self._timed])
+
+    @cached_property
+    def clocks(self) -> list[Clock]:
+        """Return the moving edges by clock; the clock of most edges comes first."""
+        return [Clock([self._timed[place] for place in places], delay)
+                for places, delay in self.timebase.clocks]
+
+    @cached_property
+    def _main_clock(self) -> set[Edge]:
+        return {edge.frames for edge in self.clocks[0].edges} if self.clocks else set()
+
+    def goes_by_main_clock(self, edge: EdgeRecord) -> bool:
+        """Return whether an edge is stamped by the clock of most edges."""
+        return edge.frames in self._main_clock
+
+    @cached_property
+    def clock_steps(self) -> dict[Edge, list[ClockStep]]:
+        """
+        Return the steps of the publishers' clocks, by edge.
+
+        A step changes all later delays. After a pause of a simulation, or a few lost messages,
+        the delays are the same as before.
+        """
+        found = {edge.frames: [step for step in moving.timing.steps
+                               if self._shifts(moving.timing, step)]
+                 for edge, moving in self.moving()}
+        return {edge: steps for edge, steps in found.items() if steps}
+
+    def _shifts(self, timing: Timing, step: ClockStep) -> bool:
+        later = timing.pairs.kept[:, 0] > step.received
+        delays = self.timebase.delays(timing)
+        before, after = delays[~later][-_AROUND:], delays[later][:_AROUND]
+        return bool(len(before) and len(after) and (
+            np.median(before) - np.median(after)) / step.step > 0.5)
+
+    @cached_property
+    def delays(self) -> dict[Edge, Delays]:
+        """
+        Return the delays of the edges that are stamped by the clock of most edges.
+
+        Edges whose clock was set meanwhile are omitted: their delays have no meaning.
+        """
+        return {edge.frames: Delays(*quantiles(np.sort(
+            self.timebase.delays(timing_of(edge))), (0.05, 0.5, 0.95)))
+            for edge in self._timed
+            if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}

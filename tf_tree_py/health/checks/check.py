@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A check: a code of the catalogue, and a function that looks for it."""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from tf_tree_py.core.messages.incidents import candidates
+
+from .case import Case, Trouble
+from .finding import Code, Finding, Number, Severity
+from ..measures.edge_record import EdgeRecord
+
+
+class Remark(NamedTuple):
+    """
+    The part of a finding that the catalogue does not contain; the fields of ``Finding``.
+
+    :ivar severity: None: the code's own; likewise '' for the cause and the fix.
+    """
+
+    summary: str
+    frames: tuple[str, ...]
+    publishers: tuple[str, ...]
+    evidence: Mapping[str, Number]
+    severity: Severity | None = None
+    cause: str = ''
+    fix: str = ''
+
+
+Look = Callable[[Case], Iterable[Remark]]
+
+
+class Check(NamedTuple):
+    """A code and the function that looks for it."""
+
+    code: Code
+    look: Look
+
+    def findings(self, case: Case) -> Iterator[Finding]:
+        """Yield the findings."""
+        code = self.code
+        for remark in self.look(case):
+            yield Finding(
+                code.name, remark.severity or code.severity, remark.frames, remark.publishers,
+                remark.summary, remark.evidence, remark.cause or code.cause,
+                remark.fix or code.fix)
+
+
+def check(severity: Severity, *, catches: str, cause: str, fix: str,
+          explains: Collection[str] = (), textbook: bool = False) -> Callable[[Look], Check]:
+    """Make a check from a function; the function's name becomes the code's name."""
+    def make(look: Look) -> Check:
+        return Check(Code(look.__name__, severity, catches, cause, fix, frozenset(explains),
+                          textbook), look)
+    return make
+
+
+def of_edge(edge: EdgeRecord, summary: str, evidence: Mapping[str, Number],
+            **others: Any) -> Remark:
+    """Return a remark on one edge; the summary begins with the edge's names."""
+    return Remark(f'{edge} {summary}', edge.frames, publishers_of(edge), evidence, **others)
+
+
+def of_trouble(frames: tuple[str, ...], summary: str, trouble: Trouble,
+               **others: Any) -> Remark:
+    """Return a remark on refusals or remarks of the buffer."""
+    return Remark(summary, frames, names_of(trouble.authorities),
+                  {'count': trouble.count, **others.pop('evidence', {})}, **others)
+
+
+def publishers_of(*edges: EdgeRecord) -> tuple[str, ...]:
+    """Return the publishers of these edges, as far as they are known."""
+    return names_of(authority for edge in edges for authority in edge.authorities)
+
+
+def names_of(authorities: Iterable[str]) -> tuple[str, ...]:
+    """Return all nodes that the authorities may mean, each once."""
+    return tuple(dict.fromkeys(name for authority in authorities
+                               for name in candidates(authority)))

@@ -1,0 +1,264 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Checks that recognise wrong or different clocks by the stamps."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
+from tf_tree_py.core.text import times
+
+from .case import Case, Delays, is_frozen
+from .check import check, of_edge, publishers_of, Remark
+from .finding import Severity
+from ..measures.clock_steps import ClockStep
+from ..measures.edge_record import EdgeRecord, MovingEdge
+
+# Two clocks that chrony synchronises may differ by this much.
+_AHEAD = from_seconds(0.05)
+# A computation takes less time than the first, or its time varies by more than the others.
+_BEHIND, _STEADY, _STEADY_PART = from_seconds(0.1), from_seconds(0.01), 0.05
+# A node post-dates by at most the first, and by a constant within the others.
+_POST_DATED, _NEARLY, _NEARLY_PART = from_seconds(5.0), from_seconds(0.2), 0.5
+# The offsets of edges from one computer differ by less than this.
+_ALIKE = from_seconds(0.05)
+# One stamp that is further ahead than a buffer's window makes all good data too old.
+_POISON = from_seconds(10.0)
+# The edges of one clock step within this time of each other.
+_TOGETHER = from_seconds(2.0)
+# With fewer samples than this, a constant delay may be chance.
+_SEVERAL = 20
+# If the stamps of all edges go back by more than this, a recording was restarted.
+_PASS = from_seconds(1.0)
+
+_Late = tuple[EdgeRecord, Delays]
+
+
+@check(Severity.ERROR,
+       explains=('delayed', 'future_stamps', 'post_dated', 'skew', 'gap', 'stale', 'jump_back',
+                 'out_of_order', 'clock_offset'),
+       catches='stamps of two clocks in one tree: the system clock and a simulated one',
+       cause='some nodes run with use_sim_time and others without it; or the clock of one '
+             'computer is far off',
+       fix='set use_sim_time for all nodes or for none; synchronise several computers with '
+           'chrony')
+def clock_mixture(case: Case) -> Iterator[Remark]:
+    """Find edges whose stamps come from a different clock than those of most edges."""
+    for clock in case.clocks[1:]:
+        apart = clock.delay - case.clocks[0].delay
+        yield _of_edges(
+            clock.edges, f'stamped {format_span(abs(round(apart)))} '
+            f'{"behind" if apart > 0 else "ahead of"} {len(case.clocks[0].edges)} others',
+            {'edges': len(clock.edges), 'apart_s': apart / 1e9})
+
+
+@check(Severity.WARNING,
+       explains=('gap', 'jump_back', 'out_of_order', 'delayed', 'future_stamps', 'post_dated',
+                 'clock_offset', 'clock_mixture', 'skew', 'irregular_rate',
+                 'pose_jump', 'interpolated_jump', 'stale', 'duplicate_stamps', 'outlier',
+                 'too_fast'),
+       catches='a clock that was set while its edges continued to arrive',
+       cause='NTP or chrony set the clock of the computer that stamps these edges, or of the one '
+             'that records, in one step',
+       fix='set the clock before the nodes start, and let chrony slew it afterwards (makestep '
+           'only at boot): lookups across the step use two different times')
+def clock_step(case: Case) -> Iterator[Remark]:
+    """Find steps that all edges of one publisher make at one moment."""
+    moving = [edge for edge, _ in case.moving()]
+    for steps in _together(case):
+        edges = list({edge.frames: edge for edge, _ in steps}.values())
+        _, largest = max(steps, key=lambda each: abs(each[1].step))
+        if len(edges) == len(moving) and largest.step < -_PASS:
+            continue  # a restarted recording or simulation: jump_back reports it
+        yield _of_edges(
+            edges, f'stamped by a clock that was set {"forward" if largest.step > 0 else "back"} '
+            f'by {format_span(abs(largest.step))}, at {format_stamp(largest.received)} s, while '
+            'their messages continued to arrive',
+            {'edges': len(edges), 'step_s': largest.step / 1e9,
+             'received_s': largest.received / 1e9})
+    overlap = _overlap(moving)
+    if overlap:
+        edges = [edge for edge in moving if edge.moving and edge.moving.motion.turns.count]
+        yield _of_edges(
+            edges, f'recorded twice for {format_span(overlap)}: the clock of the sender and of '
+            'the recorder was set back by as much', {'edges': len(edges),
+                                                     'step_s': -overlap / 1e9})
+
+
+def _together(case: Case) -> Iterator[list[tuple[EdgeRecord, ClockStep]]]:
+    """Yield the steps of all edges, grouped by moment."""
+    steps = sorted(((edge, step) for edge, _ in case.moving()
+                    for step in case.clock_steps.get(edge.frames, ())),
+                   key=lambda each: each[1].received)
+    group: list[tuple[EdgeRecord, ClockStep]] = []
+    for each in steps:
+        if group and each[1].received - group[0][1].received > _TOGETHER:
+            yield group
+            group = []
+        group.append(each)
+    if group:
+        yield group
+
+
+def _overlap(edges: Sequence[EdgeRecord]) -> int:
+    """Return how long all moving edges seem to have had two publishers, if it was short."""
+    turning = [edge.moving for edge in edges if edge.moving and edge.moving.motion.turns.count > 1]
+    those_that_move = [edge for edge in edges if edge.moving and edge.moving.motion.moved]
+    if not turning or 2 * len(turning) < len(those_that_move):
+        return 0
+    if not all(was_short(moving) for moving in turning):
+        return 0
+    begin = min(moving.motion.turns.first for moving in turning)
+    end = max(moving.motion.turns.last for moving in turning)
+    return end - begin if end - begin < 2 * _POST_DATED else 0
+
+
+def was_short(moving: MovingEdge) -> bool:
+    """Return whether an edge alternated only once, for a small part of its time."""
+    turns, timing = moving.motion.turns, moving.timing
+    # During that time only, samples arrived twice as often.
+    return (timing.span > 0 and 0 < turns.last - turns.first < 0.15 * timing.span
+            and turns.count > 0.5 * (turns.last - turns.first) / max(timing.interval, 1.0))
+
+
+@check(Severity.WARNING,
+       explains=('duplicate_stamps', 'clock_mixture', 'delayed', 'clock_offset', 'skew', 'gap',
+                 'irregular_rate', 'stale', 'interpolated_jump', 'too_fast'),
+       catches='a stamp that does not change while messages continue to arrive',
+       cause='a node that publishes its last data on a timer, with the old stamp, such as a SLAM '
+             'node without scans',
+       fix='find out why the node has no new data: lookups for later times fail')
+def frozen_stamp(case: Case) -> Iterator[Remark]:
+    """Find edges that repeat one stamp for long; one that never changes counts as static."""
+    for edge, moving in case.moving():
+        if is_frozen(moving) and not is_as_static(moving):
+            run = moving.timing.frozen
+            yield of_edge(
+                edge, f'came {times(run.samples)} in {format_span(run.span)} with the stamp '
+                f'{format_stamp(run.stamp)} s',
+                {'count': run.samples, 'span_s': run.span / 1e9, 'stamp_s': run.stamp / 1e9})
+
+
+def is_as_static(moving: MovingEdge) -> bool:
+    """Return whether an edge always had the same stamp and pose."""
+    timing = moving.timing
+    return (not moving.motion.moved and not timing.zeros
+            and timing.frozen.samples == timing.timed)
+
+
+@check(Severity.WARNING,
+       explains=('duplicate_stamps', 'delayed', 'irregular_rate', 'clock_offset', 'skew',
+                 'future_stamps', 'post_dated', 'interpolated_jump', 'pose_jump', 'out_of_order',
+                 'gap', 'too_fast'),
+       catches='stamps that are whole seconds, although the edge is sent more often',
+       cause='a driver that fills in sec and leaves nanosec out',
+       fix='fill in both: a buffer uses only the last sample of each second')
+def whole_seconds(case: Case) -> Iterator[Remark]:
+    """Find edges whose stamps all lack a fraction, and repeat."""
+    for edge, moving in case.moving():
+        timing = moving.timing
+        if (timing.timed >= _SEVERAL and timing.whole_seconds == timing.timed
+                and timing.intervals.count and 2 * timing.duplicates > timing.timed):
+            yield of_edge(edge, f'has {timing.timed} stamps, all of them whole seconds',
+                          {'count': timing.timed, 'rate_hz': timing.rate_hz})
+
+
+# --- offsets
+
+@check(Severity.WARNING, explains=('skew', 'delayed'),
+       catches='a constant delay, which only a clock that is behind causes',
+       cause='the clock of the computer that stamps these edges is behind that of the one that '
+             'receives them',
+       fix='synchronise the clocks of both computers with chrony; chronyc tracking prints their '
+           'offsets')
+def clock_offset(case: Case) -> Iterator[Remark]:
+    """Find edges with a constant delay; the delay of a computation varies."""
+    if case.timebase.differs:
+        return
+    for edges in _alike(case, lambda delays: delays.usual > _BEHIND and delays.spread < max(
+            _STEADY, _STEADY_PART * delays.usual)):
+        usual, spread = edges[0][1].usual, edges[0][1].spread
+        yield _of_edges(
+            [edge for edge, _ in edges], f'received {usual / 1e6:.0f} ms after the stamp, and 90 '
+            f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most',
+            {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9})
+
+
+@check(Severity.WARNING, explains=('skew',),
+       catches='stamps that are ahead of the clock',
+       cause="the clock of the sender's computer is ahead (chrony or NTP set it)",
+       fix='synchronise the clocks; Buffer(max_future=...) refuses stamps that are further ahead '
+           'than that')
+def future_stamps(case: Case) -> Iterator[Remark]:
+    """Find edges whose stamps are usually ahead, and single stamps that are far ahead."""
+    poisoned = {edge.frames for edge, moving in case.moving()
+                if _furthest(case, edge, moving) > _POISON}
+    for edge, moving in case.moving():
+        if edge.frames in poisoned:
+            furthest = _furthest(case, edge, moving)
+            yield of_edge(
+                edge, f'has stamps up to {furthest / 1e9:.1f} s ahead of the clock: its good '
+                'data is refused until the clock reaches them',
+                {'usually_s': -case.delays[edge.frames].usual / 1e9, 'furthest_s': furthest / 1e9},
+                severity=Severity.ERROR)
+    for edges in _leading(case):
+        edges = [each for each in edges if each[0].frames not in poisoned]
+        if edges and not _is_post_dated(edges):
+            lead = -edges[0][1].usual
+            yield _of_edges([edge for edge, _ in edges],
+                            f'stamped {lead / 1e6:.0f} ms ahead of the clock',
+                            {'edges': len(edges), 'usually_s': lead / 1e9,
+                             'furthest_s': -min(delays.early for _, delays in edges) / 1e9})
+
+
+@check(Severity.NOTE,
+       catches='one edge whose stamps are ahead of all others by a constant',
+       cause='a node that post-dates on purpose, so that lookups do not wait for it: '
+             'transform_tolerance of AMCL, transform_timeout of slam_toolbox, '
+             'transform_time_offset of robot_localization',
+       fix='nothing to do; but max_future, if it is used, has to be greater than this')
+def post_dated(case: Case) -> Iterator[Remark]:
+    """Find single edges that alone are ahead by a constant."""
+    for edges in _leading(case):
+        if _is_post_dated(edges):
+            edge, delays = edges[0]
+            yield of_edge(edge, f'is stamped {-delays.usual / 1e6:.0f} ms ahead of the others',
+                          {'usually_s': -delays.usual / 1e9, 'spread_s': delays.spread / 1e9})
+
+
+def _furthest(case: Case, edge: EdgeRecord, moving: MovingEdge) -> float:
+    """Return how far ahead a stamp was at most; 0 if the clocks differ: it is unknown then."""
+    if case.timebase.differs or edge.frames not in case.delays:
+        return 0.0
+    return -moving.timing.delays.least
+
+
+def _leading(case: Case) -> list[list[_Late]]:
+    return _alike(case, lambda delays: delays.usual < -_AHEAD)
+
+
+def _is_post_dated(edges: Sequence[_Late]) -> bool:
+    delays = edges[0][1]
+    return len(edges) == 1 and -delays.usual < _POST_DATED and delays.spread < max(
+        _NEARLY, -_NEARLY_PART * delays.usual)
+
+
+def _alike(case: Case, wanted: Callable[[Delays], bool]) -> list[list[_Late]]:
+    """Return the edges with certain delays, grouped if one clock may explain them."""
+    found = sorted(((edge, case.delays[edge.frames]) for edge, moving in case.moving()
+                    if edge.frames in case.delays and moving.timing.delays.count >= _SEVERAL
+                    and wanted(case.delays[edge.frames])), key=lambda each: each[1].usual)
+    groups: list[list[_Late]] = []
+    for each in found:
+        if not groups or each[1].usual - groups[-1][-1][1].usual > _ALIKE:
+            groups.append([])
+        groups[-1].append(each)
+    return groups
+
+
+def _of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: dict[str, float]) -> Remark:
+    """Return a remark on edges of one clock."""
+    more = len(edges) - 1
+    told = f'{edges[0]} and {more} more edge{"s" * (more > 1)} are' if more else f'{edges[0]} is'
+    frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
+    return Remark(f'{told} {summary}', tuple(frames), publishers_of(*edges), evidence)

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Checks of the rates of edges, and of their age when they are used."""
+
+from collections.abc import Iterator, Sequence
+import math
+
+from tf_tree_py.core.liveness import is_dead, is_silent, mean_interval, SILENCE
+from tf_tree_py.core.stamp import format_span, format_stamp
+from tf_tree_py.core.text import times
+
+from .case import Case, timing_of
+from .check import check, of_edge, publishers_of, Remark
+from .finding import Severity
+from ..measures.edge_record import EdgeRecord, MovingEdge
+from ..measures.symptoms import is_stale, silence_of
+from ..measures.timing import Timing
+
+# How old an edge's newest sample may be, nanoseconds, and the edge.
+_Aged = tuple[float, EdgeRecord]
+
+# With fewer intervals than this, regularity is not judged.
+_SEVERAL = 20
+# The middle 80 % of a regular edge's intervals span less than this part of the usual interval.
+_JITTER = 1.2
+# An excess of this, divided by the root of the number of intervals, may be chance.
+_CHANCE = 2.5
+
+
+@check(Severity.WARNING, explains=('skew', 'irregular_rate', 'interpolated_jump', 'pose_jump'),
+       catches='an edge that was silent for long and then continued',
+       cause='its node hung, crashed or was restarted, or the network broke',
+       fix='check the log of its publisher at that time: lookups in the gap are interpolated '
+           'across it')
+def gap(case: Case) -> Iterator[Remark]:
+    """Find the longest gap of each edge, if it is too long for the edge's rate."""
+    silent = [(edge, moving) for edge, moving in case.moving()
+              if moving.timing.interval
+              and is_silent(moving.timing.intervals.most, moving.timing.interval)]
+    if len(silent) > 1 and _at_once(case, [moving for _, moving in silent]):
+        yield _of_all([edge for edge, _ in silent], silent[0][1].timing, case.timebase.differs)
+        return
+    for edge, moving in silent:
+        timing = moving.timing
+        yield of_edge(
+            edge, f'was silent for {format_span(round(timing.intervals.most))} after '
+            f'{format_stamp(timing.longest)} s; usually it comes every '
+            f'{format_span(round(timing.interval))}',
+            {'longest_s': timing.intervals.most / 1e9, 'usual_s': timing.interval / 1e9,
+             'after_stamp_s': timing.longest / 1e9})
+
+
+def _at_once(case: Case, silent: Sequence[MovingEdge]) -> bool:
+    """Return whether all edges were silent at the same time."""
+    begins = [moving.timing.longest for moving in silent]
+    usual = max(moving.timing.interval for moving in silent)
+    return (len(silent) == sum(bool(moving.timing.interval) for _, moving in case.moving())
+            and max(begins) - min(begins) <= max(SILENCE, 2.0 * usual))
+
+
+def _of_all(edges: Sequence[EdgeRecord], timing: Timing, simulated: bool) -> Remark:
+    frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
+    return Remark(
+        f'all {len(edges)} edges that move were silent at once, {edges[0]} for '
+        f'{format_span(round(timing.intervals.most))} after {format_stamp(timing.longest)} s',
+        tuple(frames), publishers_of(*edges),
+        {'edges': len(edges), 'longest_s': timing.intervals.most / 1e9,
+         'usual_s': timing.interval / 1e9, 'after_stamp_s': timing.longest / 1e9},
+        # A simulation pauses now and then, without harm.
+        severity=Severity.NOTE if simulated else None,
+        cause='the recording or the simulation was paused, the computer was suspended, or its '
+              'clock was set forward',
+        fix='find out what stopped all of them; lookups in the gap are interpolated across it')
+
+
+@check(Severity.WARNING, explains=('skew', 'irregular_rate', 'delayed'),
+       catches='an edge that is silent: its next sample is overdue',
+       cause='its node hangs, has crashed or was stopped, or the network is broken',
+       fix='check the log of its publisher: lookups for a later time fail')
+def stale(case: Case) -> Iterator[Remark]:
+    """Find silent edges; one that has been silent for long is an error."""
+    for edge, moving in case.moving():
+        timing = moving.timing
+        silence = silence_of(edge, case.now, case.timebase)
+        if not is_stale(edge, case.now, case.timebase):
+            continue
+        usual = f'it came every {format_span(round(timing.interval))}' if timing.interval else (
+            f'it came {times(timing.count)}')
+        regular = timing.intervals.count >= _SEVERAL and not _is_irregular(moving)
+        yield of_edge(
+            edge, f'has been silent for {format_span(round(silence))}; {usual}',
+            {'silent_s': silence / 1e9, 'usual_s': timing.interval / 1e9, 'samples': timing.count},
+            severity=Severity.ERROR if regular and is_dead(silence, timing.interval) else None)
+
+
+@check(Severity.WARNING,
+       catches='an edge whose samples arrive at very irregular intervals',
+       cause='a timer that is starved, a driver that sends in bursts, or one that uses the time '
+             'of sending as the stamp instead of the time of the measurement',
+       fix='stamp with the time of the measurement, and publish from a timer that is not blocked')
+def irregular_rate(case: Case) -> Iterator[Remark]:
+    """Find edges whose intervals vary widely."""
+    for edge, moving in case.moving():
+        if _is_irregular(moving):
+            short, usual, long = moving.timing.intervals.at(0.1, 0.5, 0.9)
+            yield of_edge(
+                edge, f'comes irregularly: 80 of 100 intervals are between '
+                f'{format_span(round(short))} and {format_span(round(long))}',
+                {'p10_interval_s': short / 1e9, 'p50_interval_s': usual / 1e9,
+                 'p90_interval_s': long / 1e9})
+
+
+def _is_irregular(moving: MovingEdge) -> bool:
+    intervals = moving.timing.intervals
+    short, usual, long = intervals.at(0.1, 0.5, 0.9)
+    limit = _JITTER + _CHANCE / math.sqrt(max(intervals.count, 1))
+    return intervals.count >= _SEVERAL and long - short > limit * usual
+
+
+@check(Severity.WARNING, explains=('skew', 'gap', 'stale', 'irregular_rate', 'interpolated_jump'),
+       catches='an edge so slow that a buffer never holds two samples of it',
+       cause='its rate was chosen without regard to the window of buffers',
+       fix='send it more often, or, if it never changes, once on /tf_static; or give buffers a '
+           'longer cache_time')
+def slow_for_window(case: Case) -> Iterator[Remark]:
+    """Find edges that are sent less often than once per window."""
+    window = case.limits.cache_time
+    for edge, moving in case.moving():
+        timing = moving.timing
+        interval = mean_interval(*(
+            (case.timebase.elapsed(timing.first, timing.last), timing.count)
+            if timing.count > 1 else (case.timebase.elapsed(timing.last, case.now), 2)))
+        if interval > window:
+            yield of_edge(
+                edge, f'comes every {interval / 1e9:.1f} s, and buffers keep '
+                f'{window / 1e9:.1f} s: only lookups at the exact stamps succeed',
+                {'interval_s': interval / 1e9, 'window_s': window / 1e9})
+
+
+@check(Severity.WARNING,
+       catches='edges on one path of which one is much older than another when it is used',
+       cause='one of them is sent rarely, and the latest common time is as old as its last sample',
+       fix='send the slow one more often; lookups for a stamp have to wait for it')
+def skew(case: Case) -> Iterator[Remark]:
+    """Find edges that are much older than another edge above or below them."""
+    told = set()
+    # The oldest and the freshest of the edges above each frame, with their ages.
+    extremes: dict[str, tuple[_Aged, _Aged]] = {}
+    for edge in case.downward:
+        found = extremes.get(edge.parent)
+        if edge.moving is not None and edge.frames in case.delays:
+            own = _age(case, edge), edge
+            found = (own, own) if found is None else (
+                max(found[0], own, key=_first), min(found[1], own, key=_first))
+        if found is None:
+            continue
+        extremes[edge.child] = found
+        (age, oldest), (least, freshest) = found
+        if age - least > case.limits.max_skew and oldest.frames not in told:
+            told.add(oldest.frames)
+            yield _older(oldest, freshest, age - least)
+
+
+def _first(aged: _Aged) -> float:
+    return aged[0]
+
+
+def _age(case: Case, edge: EdgeRecord) -> float:
+    """Return the usual age of the newest sample just before the next; 0 if post-dated."""
+    return max(0.0, case.delays[edge.frames].usual + timing_of(edge).interval)
+
+
+def _older(edge: EdgeRecord, other: EdgeRecord, apart: float) -> Remark:
+    return of_edge(edge, f'is up to {apart / 1e9:.2f} s older than {other}, on the same path: '
+                   'the latest transform through both is that old', {'apart_s': apart / 1e9})

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Checks for impossible stamps, and for stamps in the wrong order."""
+
+from collections.abc import Iterator
+
+from tf_tree_py.core.stamp import format_span
+from tf_tree_py.core.text import times
+
+from .case import Case
+from .check import check, of_edge, Remark
+from .finding import Severity
+
+# Fewer cases than this are not reported.
+_FEW = 3
+_SELDOM = 0.01
+
+
+@check(Severity.ERROR,
+       catches='moving transforms whose stamp is zero',
+       cause='a message whose header.stamp was not set, or a node with use_sim_time before the '
+             'first /clock',
+       fix='stamp it with the time of the data that it comes from')
+def zero_stamps(case: Case) -> Iterator[Remark]:
+    """Find moving edges with zero stamps; the stamps of static edges have no meaning."""
+    for edge, moving in case.moving():
+        timing = moving.timing
+        if timing.zeros:
+            yield of_edge(edge, f'has {timing.zeros} of {timing.count} stamps that are zero',
+                          {'count': timing.zeros, 'samples': timing.count})
+
+
+@check(Severity.WARNING,
+       explains=('out_of_order', 'gap', 'delayed', 'future_stamps', 'post_dated', 'skew',
+                 'irregular_rate', 'duplicate_stamps', 'pose_jump', 'interpolated_jump',
+                 'two_publishers', 'clock_offset', 'stale', 'outlier'),
+       catches='stamps that jump back and continue from there',
+       cause='a recording that is played in a loop, a simulation that was restarted, or a clock '
+             'that was set back',
+       fix='publish /clock and set use_sim_time, or pass Buffer(clear_on_jump_back=...); '
+           'otherwise all later data is refused as too old')
+def jump_back(case: Case) -> Iterator[Remark]:
+    """Find stamps that went back by more than a second and continued from there."""
+    for edge, moving in case.moving():
+        timing = moving.timing
+        if timing.jumps:
+            yield of_edge(edge, f'jumped back {times(timing.jumps)}, by up to '
+                          f'{format_span(timing.back)}',
+                          {'count': timing.jumps, 'back_s': timing.back / 1e9})
+
+
+@check(Severity.WARNING,
+       catches='several transforms of one edge with the same stamp',
+       cause='a node that publishes its last data at a fixed rate, with the stamp of the data; or '
+             'a relay that forwards everything twice',
+       fix='send each stamp once; a buffer uses the last of several')
+def duplicate_stamps(case: Case) -> Iterator[Remark]:
+    """Find edges with many repeated stamps."""
+    for edge, moving in case.moving():
+        timing = moving.timing
+        if timing.duplicates >= _FEW and timing.duplicates > _SELDOM * timing.count:
+            yield of_edge(
+                edge, f'repeats {timing.duplicates} of {timing.count} stamps, '
+                f'{timing.differing} of them with another pose',
+                {'count': timing.duplicates, 'differing': timing.differing,
+                 'samples': timing.count})
+
+
+@check(Severity.WARNING, explains=('irregular_rate',),
+       catches='stamps that are older than the one before',
+       cause='a node with several threads that publish, a relay over a network that reorders, or '
+             'two publishers whose clocks differ',
+       fix='publish one edge from one thread, in order: otherwise lookups of the latest transform '
+           'may go back in time')
+def out_of_order(case: Case) -> Iterator[Remark]:
+    """Find edges with many stamps that are older than the one before."""
+    for edge, moving in case.moving():
+        timing = moving.timing
+        if timing.disorders >= _FEW and timing.disorders > _SELDOM * timing.count:
+            yield of_edge(edge, f'has {timing.disorders} of {timing.count} stamps that are older '
+                          'than the one before',
+                          {'count': timing.disorders, 'samples': timing.count})
+
+
+@check(Severity.WARNING, textbook=True, explains=('skew',),
+       catches='transforms that arrive long after their stamp',
+       cause='a slow node, a queue that is always full, a busy computer or network; or the clock '
+             'of its computer is behind',
+       fix='find the cause of the delay; until then a lookup for the stamp of data needs a longer '
+           'timeout than this')
+def delayed(case: Case) -> Iterator[Remark]:
+    """Find edges of which 5 % of the samples arrive later than the limit."""
+    for edge, moving in case.moving():
+        delays = case.delays.get(edge.frames)
+        if delays is None or moving.timing.delays.count < _FEW:
+            continue
+        # If the clocks differ, the fit between them is too inaccurate for the late quantile.
+        judged = delays.usual if case.timebase.differs else delays.late
+        if judged > case.limits.max_delay:
+            yield of_edge(
+                edge, f'arrives {delays.late / 1e6:.0f} ms after its stamp (95 of 100 are '
+                f'earlier; usually {delays.usual / 1e6:.0f} ms)',
+                {'p50_delay_s': delays.usual / 1e9, 'p95_delay_s': delays.late / 1e9,
+                 'count': moving.timing.delays.count})

@@ -1,0 +1,202 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The doctor: observes a buffer, and returns findings at any time."""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from itertools import islice
+
+from tf_tree_py.core import fork_locks
+from tf_tree_py.core.messages.incidents import Incident, Kind, REMARKS
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.core.messages.received_message import Endpoint, ReceivedMessage
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.text import shorten
+
+from .checks.case import Case, Trouble
+from .checks.catalogue import CHECKS, CODES
+from .checks.check import Check
+from .checks.finding import Finding
+from .measures.edge_record import Edge, EdgeRecord, Parents
+from .measures.lately import Lately
+from .measures.message_columns import MessageColumn, MessageColumns
+from .measures.symptoms import is_stale, Symptoms, symptoms_of
+from .measures.thresholds import Thresholds
+
+# A hostile publisher may invent any number of frames. Beyond these numbers nothing is added.
+_MAX_EDGES = 10_000
+_MAX_NAMES = 1_000
+# Nor is an edge with a name of more characters than this; a buffer accepts 1024 bytes by default.
+_LONGEST = 1_000
+# A comparison of the clocks is reused for this long.
+_A_MOMENT = from_seconds(0.1)
+# At most this many findings of one code are returned.
+_MAX_ALIKE = 100
+_PLACES = {code: place for place, code in enumerate(CODES)}
+
+
+class Doctor(Observer):
+    """
+    Examines the messages and refusals of a buffer, as one of its ``observers``.
+
+    ``findings`` may be called at any time, from any thread. Receiving a message costs almost
+    nothing; when thousands of transforms have accumulated, they are processed at some
+    microseconds each. An edge takes some kilobytes, regardless of how long it is watched.
+
+    :ivar endpoints: the publishers and subscriptions; set by callers with access to the graph.
+    """
+
+    def __init__(self, limits: Thresholds | None = None) -> None:
+        """
+        Begin without data.
+
+        :param limits: the limits beyond which something becomes a finding.
+        """
+        self.limits = limits or Thresholds()
+        self.endpoints: Sequence[Endpoint] = ()
+        self._lock = fork_locks.lock()
+        self._gathering = MessageColumns()
+        self._edges: dict[Edge, EdgeRecord] = {}
+        self._parents: dict[str, Parents] = {}
+        self._troubles: dict[tuple[Kind, str, str], Trouble] = {}
+        self._lately: dict[Edge, Lately] = {}
+        self._slashed: set[str] = set()
+        self._transforms = self._first = self._last = 0
+        # The last case that was examined.
+        self._compared: Case | None = None
+
+    # --- receiving
+
+    def received(self, arrival: ReceivedMessage) -> None:
+        """Record a message."""
+        with self._lock:
+            self._first = self._first or arrival.received
+            self._last = arrival.received or self._last
+            self._transforms += len(arrival.batch.edges)
+            if arrival.batch.slashed and len(self._slashed) < _MAX_NAMES:
+                self._slashed.update(arrival.batch.slashed)
+            if self._gathering.add(arrival):
+                self._digest()
+
+    def saw_incidents(self, incidents: Sequence[Incident]) -> None:
+        """Record refusals and remarks."""
+        with self._lock:
+            for incident in incidents:
+                edge = shorten(incident.parent, _LONGEST), shorten(incident.child, _LONGEST)
+                key = incident.kind, *edge
+                trouble = self._troubles.get(key)
+                if trouble is None:
+                    if len(self._troubles) >= _MAX_NAMES:
+                        continue
+                    trouble = self._troubles[key] = Trouble(detail=incident.detail)
+                trouble.count += 1
+                self._lately.setdefault(edge, Lately()).incidents[incident.kind] += 1
+                if len(trouble.authorities) < len(Kind):
+                    trouble.authorities.setdefault(incident.authority)
+
+    def _digest(self) -> None:
+        """Process the messages that have accumulated."""
+        of_child: dict[str, list[MessageColumn]] = {}
+        for column in self._gathering.take():
+            edge = self._edges.get(column.edge)
+            if edge is None:
+                if (len(self._edges) >= _MAX_EDGES
+                        or max(map(len, column.edge)) > _LONGEST):
+                    continue
+                edge = self._edges[column.edge] = EdgeRecord(*column.edge)
+            edge.add(column, self.limits)
+            if not column.static:
+                self._lately.setdefault(column.edge, Lately()).add(column.rows)
+            of_child.setdefault(edge.child, []).append(column)
+        for child, columns in of_child.items():
+            self._parents.setdefault(child, Parents()).add(columns)
+
+    # --- reporting
+
+    @property
+    def transforms(self) -> int:
+        """Return the number of transforms that have arrived."""
+        return self._transforms
+
+    @property
+    def watched(self) -> int:
+        """Return the time from the first message to the last, nanoseconds."""
+        return self._last - self._first
+
+    def take_lately(self) -> dict[Edge, Lately]:
+        """Return the data since the last call, by (parent, child); for one caller only."""
+        with self._lock:
+            self._digest()
+            taken, self._lately = self._lately, {}
+        return taken
+
+    def signs(self, now: int = 0) -> list[Symptoms]:
+        """
+        Return the present measurements of every edge, in order of first appearance.
+
+        :param now: the time by the clock of the arrivals, nanoseconds; 0: that of the last
+            arrival.
+        """
+        with self._lock:
+            self._digest()
+            refused: Counter[Edge] = Counter()
+            for (kind, *edge), trouble in self._troubles.items():
+                refused[edge[0], edge[1]] += 0 if kind in REMARKS else trouble.count
+            now = max(now, self._last)
+            timebase = self._recent_case(now).timebase
+            return [symptoms_of(edge, refused[edge.frames], now, timebase)
+                    for edge in self._edges.values()]
+
+    def left_behind(self, now: int = 0) -> set[Edge]:
+        """
+        Return the edges that cannot answer a lookup for the present.
+
+        They are silent, or their stamps are frozen or come from another clock.
+
+        :param now: as for ``signs``.
+        """
+        with self._lock:
+            self._digest()
+            now = max(now, self._last)
+            case = self._recent_case(now)
+            return {edge.frames for edge, moving in case.moving()
+                    if is_stale(edge, now, case.timebase)
+                    or (moving.timing.last and not case.goes_by_main_clock(edge))}
+
+    def findings(self, now: int = 0, checks: Iterable[Check] = CHECKS) -> list[Finding]:
+        """
+        Return the present findings, the worst first, without mere symptoms.
+
+        :param now: as for ``signs``.
+        :param checks: the checks to apply.
+        """
+        with self._lock:
+            self._digest()
+            case = self._compared = self._case(now)
+            found = [finding for check in checks
+                     for finding in islice(check.findings(case), _MAX_ALIKE)]
+        return sorted(_causes(found), key=lambda finding: (
+            finding.severity.rank, _PLACES[finding.code], -finding.evidence.get('count', 0)))
+
+    def _recent_case(self, now: int) -> Case:
+        """Return the last case if it is recent: comparing the clocks takes the most time."""
+        if self._compared is None or not 0 <= now - self._compared.now < _A_MOMENT:
+            self._compared = self._case(now)
+        return self._compared
+
+    def _case(self, now: int) -> Case:
+        return Case(self._edges.values(), self._parents, self._troubles, self._slashed,
+                    self.endpoints, self.limits, max(now, self._last))
+
+
+def _causes(findings: Sequence[Finding]) -> Iterable[Finding]:
+    """Yield the findings that no other finding about the same frames explains."""
+    explained: dict[str, list[set[str]]] = {}
+    for finding in findings:
+        for symptom in CODES[finding.code].explains:
+            explained.setdefault(symptom, []).append({*finding.frames})
+    for finding in findings:
+        frames = {*finding.frames}
+        if not frames or not any(frames <= others for others in explained.get(finding.code, ())):
+            yield finding

@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The flight recorder: the messages of the last seconds, saved as a bag after an incident."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+import importlib
+import json
+import os
+from pathlib import Path
+import re
+import threading
+from typing import Any
+
+from tf_tree_py.core import fork_locks
+from tf_tree_py.core.errors import TransformException, TreeFileError
+from tf_tree_py.core.messages.observers import End, Observer
+from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.whole_files import write_whole
+
+from .recent_messages import RecentMessages
+
+LOOKUP_FAILED = 'lookup_failed'
+"""The reason for a bag: a lookup between two frames failed that worked before."""
+
+TOO_SOON, NOTHING = 'the last bag was written too recently', 'no message has arrived'
+"""The reasons for not writing a bag, other than errors."""
+
+DEFAULT_MOST_BYTES = 200_000_000
+"""The default memory of a recorder: half a minute of a hundred robots with 25 moving frames."""
+
+# Only a program that invents names uses more pairs of frames than this.
+_MAX_PAIRS = 1_000
+_PATTERN = 'flight_*.mcap'
+
+
+@dataclass(frozen=True)
+class Happened:
+    """
+    The reason for a recording.
+
+    :ivar why: one word: a code of the doctor, ``lookup_failed``, or ``asked``.
+    :ivar summary: one sentence.
+    :ivar stamp: the time by the clock of the arrivals, nanoseconds.
+    :ivar frames: the affected frames.
+    :ivar findings: the findings of the doctor as plain data, if there is a doctor.
+    """
+
+    why: str
+    summary: str
+    stamp: int = 0
+    frames: tuple[str, ...] = ()
+    findings: Sequence[dict[str, Any]] = field(default=())
+
+
+Notify = Callable[[Happened, Path | None, str], None]
+
+
+class FlightRecorder(Observer):
+    """
+    Keeps the whole messages of the last seconds in memory, and writes them to a bag.
+
+    It is an ``Observer`` of a buffer: it keeps all messages with their times of arrival,
+    including those that the buffer refuses; for static edges it keeps the last message. A
+    message costs a few microseconds and the memory of its numbers: 5 kB for 38 transforms. A
+    lookup takes about ten microseconds longer. Writing takes half a millisecond per message of
+    that size; after a failed lookup it runs in a separate thread. A JSON file next to each bag
+    describes the incident; so does the bag's metadata. It may be used from any thread.
+
+    ``Buffer(flight_recorder=FlightRecorder('incidents'))`` writes a bag when a lookup fails
+    that worked before.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str] = '.', *,
+                 last: int = from_seconds(30.0), every: int = from_seconds(60.0),
+                 keep: int = 10, notify: Notify | None = None,
+                 most_bytes: int = DEFAULT_MOST_BYTES) -> None:
+        """
+        Begin without messages.
+
+        :param folder: for the bags; created if it does not exist.
+        :param last: the time span that is kept in memory, nanoseconds.
+        :param every: at most one bag is written in this time, nanoseconds.
+        :param keep: the number of bags that stay in the folder; the oldest are removed.
+        :param notify: called after each attempt with the reason for it, the bag's path or None,
+            and the reason why there is no bag.
+        :param most_bytes: the approximate memory that messages may take; beyond it, the oldest
+            messages of the publisher, or the robot, that has sent the most are removed.
+        """
+        self.folder = Path(folder)
+        self._every, self._keep, self.notify = every, keep, notify
+        self._lock = fork_locks.lock()
+        self._messages = RecentMessages(last, most_bytes)
+        self._written: int | None = None
+        self._worked: set[tuple[str, str]] = set()
+        self._writers: list[threading.Thread] = []
+
+    # --- receiving
+
+    def received(self, arrival: ReceivedMessage) -> None:
+        """Keep a message; samples that a program inserts itself are not messages."""
+        if arrival.topic:
+            with self._lock:
+                self._messages.add(arrival)
+
+    def asked(self, target: str, source: str, stamp: int | None) -> End:
+        """Observe a lookup; write if it fails and the last one between these frames did not."""
+        pair = str(target), str(source)
+
+        def ended(error: TransformException | None) -> None:
+            if error is None:
+                if len(self._worked) < _MAX_PAIRS:
+                    self._worked.add(pair)
+            elif pair in self._worked:
+                self._worked.discard(pair)
+                self.write_soon(Happened(LOOKUP_FAILED, str(error), self._messages.now, pair))
+
+        return ended
+
+    # --- writing
+
+    def write_soon(self, happened: Happened) -> threading.Event:
+        """
+        Write in a thread, which ``close`` waits for; return an event that is set at its end.
+
+        It is for callers that must not block, or that a signal may interrupt. They wait for the
+        event: Python 3.12 regards a thread as ended after an interrupted ``join``.
+        """
+        has_ended = threading.Event()
+
+        def write() -> None:
+            try:
+                self.write(happened)
+            finally:
+                has_ended.set()
+
+        thread = threading.Thread(target=write, name='flight recorder')
+        # Before it starts: a signal may interrupt that, too.
+        self._writers = [one for one in self._writers if one.is_alive()] + [thread]
+        thread.start()
+        return has_ended
+
+    def write(self, happened: Happened) -> Path | None:
+        """
+        Write the messages to a bag, unless the last bag was written too recently.
+
+        :return: the bag; None: none was written, and ``notify`` was called with the reason.
+        """
+        with self._lock:
+            now = self._messages.now
+            if self._written is not None and abs(now - self._written) < self._every:
+                return self._notify(happened, None, TOO_SOON)
+            moving, static = self._messages.moving(), self._messages.static()
+            if moving or static:
+                self._written = now
+        if not moving and not static:
+            return self._notify(happened, None, NOTHING)
+        try:
+            path = self._path(happened.why)
+            self._write(path, moving, static, happened)
+        except (TreeFileError, OSError) as error:
+            return self._notify(happened, None, str(error))
+        self._tidy()
+        return self._notify(happened, path, '')
+
+    def close(self) -> None:
+        """Wait for the writers to finish."""
+        for thread in self._writers:
+            if thread.ident is not None:  # otherwise it was never started
+                thread.join()
+
+    def _notify(self, happened: Happened, path: Path | None, why_not: str) -> Path | None:
+        if self.notify is not None:
+            self.notify(happened, path, why_not)
+        return path
+
+    def _path(self, why: str) -> Path:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        name = f'flight_{datetime.now():%Y%m%d_%H%M%S_%f}_{re.sub("[^a-z_]", "", why)}.mcap'
+        return self.folder / name
+
+    def _write(self, path: Path, moving: Sequence[ReceivedMessage],
+               static: Sequence[ReceivedMessage], happened: Happened) -> None:
+        # The layer for bags is above this one, so a normal import of it is not allowed here.
+        recorder = importlib.import_module('tf_tree_py.bag.recorder')
+        begin = min((arrival.received for arrival in moving), default=self._messages.now)
+        messages = recorder.as_arrived([
+            *(arrival._replace(received=begin) for arrival in static), *moving])
+        story = json.dumps({**asdict(happened), 'bag': path.name,
+                            'messages': len(moving) + len(static)}, indent=2)
+        recorder.write(messages, path, {'tf_tree_py': story})
+        write_whole(path.with_suffix('.json'), [story.encode(), b'\n'])
+
+    def _tidy(self) -> None:
+        """Remove the oldest bags of this folder, with their JSON files."""
+        for path in sorted(self.folder.glob(_PATTERN))[:-self._keep]:
+            path.unlink(missing_ok=True)
+            path.with_suffix('.json').unlink(missing_ok=True)

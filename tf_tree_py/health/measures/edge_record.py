@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""All measurements of one edge, and of the parents of one child."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
+from tf_tree_py.core.text import shorten
+
+from .message_columns import MessageColumn
+from .motion import Motion
+from .sample_rows import distances, Rows, Steps, TAIL, unit_poses
+from .thresholds import Thresholds
+from .timing import Timing
+
+Edge = tuple[str, str]
+
+# At most this many publishers of an edge are named.
+_MAX_AUTHORITIES = 8
+# The number of characters of a name that a sentence shows.
+_LONGEST = 80
+# A static transform that differs by less than this, metres and radians together, is the same.
+_SAME = 1e-6
+
+
+class MovingEdge:
+    """
+    The samples of one edge on topics of moving transforms.
+
+    :ivar timing: the measurements of its stamps and arrivals.
+    :ivar motion: the measurements of its poses; invalid poses are omitted.
+    :ivar beside: the edges of the last message that contained it.
+    """
+
+    def __init__(self, limits: Thresholds) -> None:
+        self.timing = Timing()
+        self.motion = Motion(limits)
+        self.beside: Sequence[Edge] = ()
+        self._tail: Rows | None = None
+
+    def add(self, rows: Rows, beside: Sequence[Edge]) -> None:
+        """Take samples, in order of arrival."""
+        self.beside = beside
+        self.timing.add(rows)
+        useful = rows.of_use()
+        if not len(useful):
+            return
+        self.motion.add(useful)
+        stretch = useful.where(useful.stamps != 0).after(self._tail)
+        # A step is judged by the steps before and after it, so the last rows are used again.
+        self._tail = stretch.last(TAIL)
+        if len(stretch) > TAIL:
+            steps = Steps(stretch)
+            self.timing.add_steps(steps)
+            self.motion.add_steps(steps)
+
+
+class FixedEdge:
+    """
+    The samples of one edge on topics of static transforms.
+
+    :ivar count: the number of samples.
+    :ivar first: when the first one arrived after the clock had begun; 0: none has.
+    :ivar changes: how often the pose changed.
+    :ivar gone: the largest translation of a change, metres.
+    :ivar turned: the largest rotation of a change, radians.
+    """
+
+    def __init__(self) -> None:
+        self.count = self.changes = self.first = 0
+        self.gone = self.turned = 0.0
+        self._pose: Array | None = None
+
+    def add(self, rows: Rows) -> None:
+        """Take samples, in order of arrival."""
+        self.count += len(rows)
+        known = rows.received[rows.received > 0]
+        if len(known):
+            self.first = self.first or int(known[0])
+        poses = unit_poses(rows.of_use().poses)
+        if self._pose is not None:
+            poses = np.concatenate([self._pose, poses], axis=1)
+        if not poses.size:
+            return
+        self._pose = poses[:, -1:].copy()
+        gone, turned = distances(poses[:, :-1], poses[:, 1:])
+        changed = gone + turned > _SAME
+        if changed.any():
+            self.changes += int(np.count_nonzero(changed))
+            self.gone = max(self.gone, float(gone[changed].max()))
+            self.turned = max(self.turned, float(turned[changed].max()))
+
+
+class EdgeRecord:
+    """
+    All measurements of one edge.
+
+    :ivar moving: its samples on topics of moving transforms; None: it has none.
+    :ivar fixed: its samples on topics of static transforms; likewise.
+    :ivar authorities: its publishers.
+    """
+
+    def __init__(self, parent: str, child: str) -> None:
+        self.parent = parent
+        self.child = child
+        self.moving: MovingEdge | None = None
+        self.fixed: FixedEdge | None = None
+        self.authorities: dict[str, None] = {}
+
+    @property
+    def frames(self) -> Edge:
+        """Return its parent and its child."""
+        return self.parent, self.child
+
+    def __str__(self) -> str:
+        return f'{shorten(self.parent, _LONGEST)} -> {shorten(self.child, _LONGEST)}'
+
+    def add(self, column: MessageColumn, limits: Thresholds) -> None:
+        """Take the samples of a column."""
+        # Ambiguous authorities come last: a name that became ambiguous was assigned too early.
+        for authority in sorted(column.authorities, key=lambda name: (is_ambiguous(name), name)):
+            self._name(authority)
+        # A pose may contain any finite number; sums of very large numbers are infinite or NaN.
+        with np.errstate(all='ignore'):
+            if column.static:
+                self.fixed = self.fixed or FixedEdge()
+                self.fixed.add(column.rows)
+            else:
+                self.moving = self.moving or MovingEdge(limits)
+                self.moving.add(column.rows, column.beside)
+
+    def _name(self, authority: str) -> None:
+        """Add a publisher; it replaces earlier ambiguous or wrong names of it."""
+        names = {*candidates(authority)}
+        for other in [other for other in self.authorities
+                      if is_ambiguous(other) is not is_ambiguous(authority)]:
+            if names & {*candidates(other)}:
+                del self.authorities[other]
+        if len(self.authorities) < _MAX_AUTHORITIES:
+            self.authorities.setdefault(authority)
+
+
+class Parents:
+    """
+    The changes of a child's parent.
+
+    :ivar switches: their number.
+    :ivar first: when the first change arrived, nanoseconds.
+    :ivar last: when the last change arrived, nanoseconds.
+    """
+
+    def __init__(self) -> None:
+        self.switches = self.first = self.last = 0
+        self._last_parent = ''
+
+    def add(self, columns: Sequence[MessageColumn]) -> None:
+        """Take the columns of one child that were gathered together."""
+        if len(columns) == 1 and columns[0].edge[0] == self._last_parent:
+            return
+        order = np.concatenate([column.order for column in columns])
+        received = np.concatenate([column.rows.received for column in columns])
+        parents = list(dict.fromkeys(column.edge[0] for column in columns))
+        which = np.repeat([parents.index(column.edge[0]) for column in columns],
+                          [len(column.order) for column in columns])
+        arrived = np.argsort(order, kind='stable')
+        which, received = which[arrived], received[arrived]
+        changes = np.flatnonzero(np.diff(which)) + 1
+        if self._last_parent and parents[which[0]] != self._last_parent:
+            changes = np.concatenate([[0], changes])
+        self._last_parent = parents[which[-1]]
+        if len(changes):
+            self.switches += len(changes)
+            self.first = self.first or int(received[changes[0]])
+            self.last = int(received[changes[-1]])

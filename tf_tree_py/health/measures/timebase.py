@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The clocks of the stamps of a tree's edges, relative to the clock of the arrivals.
+
+The pace of a simulation's stamps differs from that of the recorder's clock, and varies. So if
+the two clocks differ, the stamps of most edges at the moment of an arrival define its time by
+the clock of the stamps.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.liveness import ANOTHER_CLOCK
+
+from .spread import median, quantiles
+from .timing import Timing
+
+# The pace of an edge's clock needs this many samples, over this part of the time.
+_SEVERAL, _PART = 16, 0.25
+# The paces of synchronised clocks differ by less than this part.
+_SAME_PACE = 0.02
+# A drift smaller than this, nanoseconds, or than twice the variation of the delays, is ignored.
+_NO_DRIFT = 250_000_000
+# At most this many straight pieces, of at least this many samples each, describe the change of
+# the pace.
+_PIECES, _SAMPLES = 64, 16
+
+
+class _Line:
+    """
+    The stamps of one edge as a function of their arrival times.
+
+    :ivar pace: of its stamps relative to the arrivals; None: there are too few samples.
+    """
+
+    def __init__(self, timing: Timing, begin: int) -> None:
+        self.timing = timing
+        pairs = timing.pairs.kept
+        self.received: Array = (pairs[:, 0] - begin).astype(float)
+        # How far stamps are ahead, nanoseconds: small numbers, which avoid rounding errors.
+        self.lead: Array = (pairs[:, 1] - pairs[:, 0]).astype(float)
+        self.pace: float | None = None
+
+    def measure(self, span: float) -> None:
+        """Measure the pace, if the samples cover a large enough part of a span."""
+        slopes = self.slopes()
+        if (len(self.received) >= _SEVERAL and np.ptp(self.received) >= _PART * span
+                and len(slopes)):
+            self.pace = 1.0 + median(slopes)
+
+    def slopes(self) -> Array:
+        """Return how fast the lead grew, between pairs of samples."""
+        lag = max(1, len(self.received) // 8)
+        waited = self.received[lag:] - self.received[:-lag]
+        gone = self.lead[lag:] - self.lead[:-lag]
+        known = waited > 0.0
+        slopes: Array = gone[known] / waited[known]
+        return slopes
+
+    def lead_at(self, moment: float, pace: float) -> float:
+        """Return how far its stamps were ahead of the arrivals at a moment, for a given pace."""
+        return median(self.lead + (pace - 1.0) * (moment - self.received))
+
+
+def _pace_of(lines: Sequence[_Line]) -> float:
+    """Return the pace of most edges; in a short recording, that of all samples together."""
+    paces = [line.pace for line in lines if line.pace is not None]
+    if paces:
+        return median(paces)
+    slopes = np.concatenate([line.slopes() for line in lines])
+    return 1.0 + median(slopes) if len(slopes) >= _SEVERAL else 1.0
+
+
+class Timebase:
+    """
+    The clocks of a tree's stamps.
+
+    :ivar clocks: for each clock, the edges, as indices of the argument, and how far their
+        stamps are behind the time of the arrivals; the clock of most edges comes first.
+    :ivar differs: whether the clock of most edges differs from that of the arrivals.
+    :ivar pace: of the stamps, if the clocks differ.
+    """
+
+    def __init__(self, timings: Sequence[Timing]) -> None:
+        """
+        Compare the stamps with the arrivals.
+
+        :param timings: of edges with both.
+        """
+        self.clocks: list[tuple[list[int], float]] = []
+        self.differs, self.pace = False, 1.0
+        self._begin = min((int(timing.pairs.kept[:, 0].min()) for timing in timings), default=0)
+        lines = [_Line(timing, self._begin) for timing in timings]
+        self._moment = self._lead = 0.0
+        self._knots = self._shape = np.zeros(1)
+        if not lines:
+            return
+        times = np.concatenate([line.received for line in lines])
+        for line in lines:
+            line.measure(float(np.ptp(times)))
+        self._moment = median(times)
+        self._sort(lines)
+        alike = [lines[place] for place in self.clocks[0][0]]
+        # A clock that was set does not show the pace of time.
+        self._fit([line for line in alike if not line.timing.steps] or alike)
+
+    def _sort(self, lines: Sequence[_Line]) -> None:
+        """Group the edges by clock: by what their stamps would have been at one moment."""
+        foreign = [line.pace for line in lines if line.pace is not None
+                   and abs(line.lead_at(self._moment, line.pace)) > ANOTHER_CLOCK]
+        usual = median(foreign) if foreign else 1.0
+        leads = []
+        for line in lines:
+            own = line.lead_at(self._moment, 1.0)
+            pace = line.pace if line.pace is not None else (
+                usual if abs(own) > ANOTHER_CLOCK else 1.0)
+            leads.append(line.lead_at(self._moment, pace))
+        groups: list[list[int]] = []
+        for place in np.argsort(leads).tolist():
+            if not groups or leads[place] - leads[groups[-1][-1]] > ANOTHER_CLOCK:
+                groups.append([])
+            groups[-1].append(place)
+        self.clocks = [(group, -median([leads[place] for place in group]))
+                       for group in sorted(groups, key=len, reverse=True)]
+
+    def _fit(self, lines: Sequence[_Line]) -> None:
+        """Fit the clock of some edges to that of the arrivals."""
+        self.pace = _pace_of(lines)
+        rests = [line.lead - (self.pace - 1.0) * (line.received - self._moment) for line in lines]
+        if abs(self.clocks[0][1]) <= ANOTHER_CLOCK and not self._drifts(lines, rests):
+            self.pace = 1.0
+            return
+        self.differs = True
+        for _ in range(3):
+            own = [median(rest - self._bend(line.received))
+                   for line, rest in zip(lines, rests, strict=True)]
+            self._bow(np.concatenate([line.received for line in lines]), np.concatenate(
+                [rest - mean for rest, mean in zip(rests, own, strict=True)]))
+        # An edge that leads is post-dated on purpose; so of two, the one behind shows the time.
+        self._lead = float(np.percentile(own, 50, method='lower'))
+
+    def _drifts(self, lines: Sequence[_Line], rests: Sequence[Array]) -> bool:
+        drift = abs(self.pace - 1.0) * float(np.ptp(np.concatenate(
+            [line.received for line in lines])))
+        noise = median([high - low for low, high in (
+            quantiles(np.sort(rest), (0.05, 0.95)) for rest in rests)])
+        return abs(self.pace - 1.0) > _SAME_PACE and drift > max(_NO_DRIFT, 2.0 * noise)
+
+    def _bow(self, times: Array, rests: Array) -> None:
+        """Model the changes of the pace by the medians of the remainder over time."""
+        order = np.argsort(times, kind='stable')
+        pieces = np.array_split(order, min(_PIECES, max(1, len(order) // _SAMPLES)))
+        self._knots = np.array([median(times[piece]) for piece in pieces])
+        self._shape = np.array([median(rests[piece]) for piece in pieces])
+
+    def _bend(self, times: Array) -> Array:
+        bend: Array = np.interp(times, self._knots, self._shape)
+        return bend
+
+    def delays(self, timing: Timing) -> Array:
+        """Return the delays from an edge's stamps to the arrivals, by the clock of the stamps."""
+        line = _Line(timing, self._begin)
+        if not self.differs:
+            return -line.lead
+        return self._leads(line.received) - line.lead
+
+    def elapsed(self, begin: int, end: int) -> float:
+        """Return the time between two arrivals, by the clock of the stamps."""
+        if not self.differs:
+            return float(end - begin)
+        times = np.array([begin - self._begin, end - self._begin], float)
+        return float(np.diff(times + self._leads(times))[0])
+
+    def _leads(self, times: Array) -> Array:
+        leads: Array = self._lead + (self.pace - 1.0) * (times - self._moment)
+        return leads + self._bend(times)

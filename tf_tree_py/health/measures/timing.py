@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measurements of the stamps and the arrivals of one edge."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.liveness import mean_interval
+from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.times import Stamps
+
+from .clock_steps import clock_steps, ClockStep
+from .sample_rows import JUDGED, Rows, Steps
+from .spread import Sampled, Spread
+
+JUMP = from_seconds(1.0)
+"""A stamp that goes back by more has jumped to another time; by less, it is out of order."""
+
+# With fewer intervals than this, their mean is used, too.
+_FEW = 8
+# At most this many steps of one publisher's clock are kept.
+_MAX_STEPS = 100
+
+
+class Run(NamedTuple):
+    """
+    Successive samples with the same stamp.
+
+    :ivar samples: their number.
+    :ivar span: from the arrival of the first to that of the last, nanoseconds.
+    :ivar stamp: of all of them, nanoseconds.
+    """
+
+    samples: int = 0
+    span: int = 0
+    stamp: int = 0
+
+
+class Timing:
+    """
+    Counts and spreads of one edge's stamps; all times are nanoseconds.
+
+    :ivar count: the number of samples.
+    :ivar first: when the first one arrived after the clock had begun; 0: none has.
+    :ivar last: when the last one arrived.
+    :ivar zeros: the number of samples with stamp zero, which are excluded from the rest.
+    :ivar delays: from the stamp to the arrival.
+    :ivar pairs: (N, 2) arrivals and stamps of samples that are spread evenly over all time.
+    :ivar intervals: between successive stamps.
+    :ivar longest: the stamp at which the longest interval begins.
+    :ivar duplicates: steps to the same stamp; ``differing`` of them to another pose.
+    :ivar disorders: steps to an older stamp from which the following stamps do not continue.
+    :ivar jumps: steps back from which the stamps continue; ``back`` is the longest of these.
+    :ivar whole_seconds: the number of stamps without a fraction of a second.
+    :ivar frozen: the longest run of samples with one stamp.
+    :ivar steps: of the publisher's clock.
+    """
+
+    def __init__(self) -> None:
+        self.count = self.zeros = self.whole_seconds = 0
+        self.first = self.last = self.longest = 0
+        self.delays, self.intervals = Spread(), Spread()
+        self.pairs = Sampled(np.empty((0, 2), np.int64))
+        self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
+        self.frozen = Run()
+        self.steps: list[ClockStep] = []
+        # The arrival of the first sample of the present run, and the run.
+        self._run_begin, self._run = 0, Run()
+
+    @property
+    def timed(self) -> int:
+        """Return how many samples have a stamp other than zero."""
+        return self.count - self.zeros
+
+    @property
+    def span(self) -> int:
+        """Return the time from the first arrival to the last."""
+        return self.last - self.first
+
+    @property
+    def interval(self) -> float:
+        """Return the usual interval between stamps; 0 with fewer than two samples."""
+        stamps = self.pairs.kept[:, 1]
+        if self.intervals.count >= _FEW or len(stamps) < 2:
+            return self.intervals.median
+        # The median of a few irregular intervals is often much too short.
+        return max(self.intervals.median, mean_interval(int(np.ptp(stamps)), len(stamps)))
+
+    @property
+    def rate_hz(self) -> float:
+        """Return the samples per second by arrival; 0 with fewer than two samples."""
+        return (self.count - 1) * 1e9 / self.span if self.span > 0 else 0.0
+
+    def add(self, rows: Rows) -> None:
+        """Take samples, and measure each without its neighbours."""
+        self.count += len(rows)
+        self.zeros += len(rows) - int(np.count_nonzero(rows.stamps))
+        known = rows.where(rows.received > 0)
+        if len(known):
+            self.first = self.first or int(known.received[0])
+            self.last = int(known.received[-1])
+        heard = known.where(known.stamps != 0)
+        received, stamps = heard.received, heard.stamps
+        if len(stamps):
+            self.delays.add(received - stamps)
+            self.pairs.add(np.array([received, stamps]).T)
+            self.whole_seconds += int(np.count_nonzero(stamps % NANOSECONDS_PER_SECOND == 0))
+            self._add_runs(received, stamps)
+
+    def _add_runs(self, received: Stamps, stamps: Stamps) -> None:
+        """Measure how long a stamp stayed the same."""
+        if stamps[0] != self._run.stamp and (stamps[1:] != stamps[:-1]).all():
+            # The common case: every stamp is new.
+            self._run_begin, self._run = int(received[-1]), Run(1, 0, int(stamps[-1]))
+            return
+        begins = np.concatenate([[0], np.flatnonzero(np.diff(stamps)) + 1])
+        lasts = np.concatenate([begins[1:], [len(stamps)]]) - 1
+        begun, counts = received[begins], lasts - begins + 1
+        if self._run.samples and int(stamps[0]) == self._run.stamp:
+            begun[0], counts[0] = self._run_begin, counts[0] + self._run.samples
+        spans = received[lasts] - begun
+        longest = int(spans.argmax())
+        if spans[longest] > self.frozen.span:
+            self.frozen = Run(int(counts[longest]), int(spans[longest]),
+                              int(stamps[begins[longest]]))
+        self._run_begin = int(begun[-1])
+        self._run = Run(int(counts[-1]), int(spans[-1]), int(stamps[-1]))
+
+    def add_steps(self, steps: Steps) -> None:
+        """Take steps; the first and the last two serve only to judge their neighbours."""
+        if steps.time.min() > 0:
+            # The common case: every stamp is newer than the one before.
+            self._add_intervals(steps.stamps[JUDGED], steps.time[JUDGED])
+        else:
+            self._add_unordered(steps)
+        if len(self.steps) < _MAX_STEPS:
+            self.steps += clock_steps(steps, self.interval)
+
+    def _add_unordered(self, steps: Steps) -> None:
+        before, time, after = steps.time[:-3], steps.time[JUDGED], steps.time[2:-1]
+        back = time <= -JUMP
+        # The next step after one late stamp is forward; the step before the return from a stamp
+        # that is too far ahead was forward, too.
+        late, ahead = back & (after >= -time // 2), back & (before >= -time // 2)
+        onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
+        self._add_intervals(steps.stamps[JUDGED][onward], time[onward])
+        same = time == 0
+        self.duplicates += int(np.count_nonzero(same))
+        self.differing += int(np.count_nonzero(same & (steps.size[JUDGED] > 0.0)))
+        self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
+        jumps = back & ~late & ~ahead
+        if jumps.any():
+            self.jumps += int(np.count_nonzero(jumps))
+            self.back = max(self.back, -int(time[jumps].min()))
+
+    def _add_intervals(self, stamps: Stamps, intervals: npt.NDArray[np.int64]) -> None:
+        if len(intervals) and intervals.max() > self.intervals.most:
+            self.longest = int(stamps[intervals.argmax()])
+        self.intervals.add(intervals)

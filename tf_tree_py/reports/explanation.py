@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The explanation of a lookup's answer, or of its failure, as data and as JSON."""
+
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
+from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.geometry.pose import Pose
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.suggestions import nearest
+from tf_tree_py.core.tree.outline import EdgeInfo
+
+from .certainty import Certainty, certainty_of
+from .missing_transform import what_is_missing
+
+# If a frame is missing, no more than this number of known frames are listed.
+_MAX_FRAMES = 100
+
+
+@dataclass(frozen=True)
+class ExplainedEdge:
+    """
+    One edge on the way from one frame to another, at a stamp.
+
+    :ivar info: its stored samples and its last sender.
+    :ivar age: from its newest sample to now, nanoseconds; None for a static edge.
+    :ivar around: the stamps of the samples that the pose is interpolated between: one if
+        the stamp is that of a sample, or outside the stored span; none for a static edge.
+    :ivar gone: the distance of the frame between the first and the second, metres.
+    :ivar turned: the angle between them, radians.
+    :ivar lacks: how far the stamp lies outside the stored span, nanoseconds: positive
+        after the newest sample, negative before the oldest, 0 within.
+    """
+
+    info: EdgeInfo
+    age: int | None = None
+    around: tuple[int, ...] = ()
+    gone: float = 0.0
+    turned: float = 0.0
+    lacks: int = 0
+
+    @property
+    def rate_hz(self) -> float:
+        """Return the number of stored samples per second; 0 for a static edge."""
+        return self.info.rate_hz
+
+    @property
+    def gap(self) -> int:
+        """Return the time between the two samples, nanoseconds; 0 if there are not two."""
+        return self.around[-1] - self.around[0] if self.around else 0
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    A lookup: its answer and the data that it is computed from, or what is missing.
+
+    :ivar target: the target frame.
+    :ivar source: the source frame.
+    :ivar asked: the requested stamp, nanoseconds, or ``LATEST``.
+    :ivar stamp: the stamp of the answer; ``LATEST`` if all edges between the frames are static.
+        Without an answer, the requested stamp.
+    :ivar now: the time of the lookup, by the clock of the stamps; 0: unknown.
+    :ivar pose: ``target_T_source``; None if there is no answer.
+    :ivar problem: why there is no answer, in one sentence.
+    :ivar frames: the frames from the source to the target; empty if they are not connected.
+    :ivar edges: from the source up to the common ancestor, and down to the target.
+    :ivar unknown: those of the two frames that were never published, each with the name that
+        was probably meant, or None.
+    :ivar known: the known frames, if one of the two is unknown.
+    :ivar certainty: the uncertainty of the answer; None if no edge on the path has a
+        covariance.
+    """
+
+    target: str
+    source: str
+    asked: int
+    stamp: int
+    now: int
+    pose: Pose | None = None
+    problem: str = ''
+    frames: tuple[str, ...] = ()
+    edges: tuple[ExplainedEdge, ...] = ()
+    unknown: tuple[tuple[str, str | None], ...] = ()
+    known: tuple[str, ...] = ()
+    certainty: Certainty | None = None
+
+    @property
+    def age(self) -> int | None:
+        """Return the time from the stamp of the answer to now; None: static, or unknown."""
+        known = self.pose is not None and self.stamp != LATEST and self.now
+        return self.now - self.stamp if known else None
+
+    @property
+    def slowest(self) -> ExplainedEdge | None:
+        """Return the edge whose newest sample is the oldest: it limits the latest stamp."""
+        moving = [edge for edge in self.edges if not edge.info.static]
+        return min(moving, key=lambda edge: edge.info.latest, default=None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data, always with the same keys; stamps are nanoseconds."""
+        return {
+            'target': self.target, 'source': self.source, 'asked': self.asked,
+            'stamp': self.stamp, 'now': self.now, 'age': self.age,
+            'translation': None if self.pose is None else list(self.pose.translation),
+            'quaternion': None if self.pose is None else list(self.pose.rotation),
+            'problem': self.problem, 'frames': list(self.frames),
+            'edges': [_plain(edge) for edge in self.edges],
+            'unknown': dict(self.unknown), 'known': list(self.known),
+            'uncertainty': None if self.certainty is None else self.certainty.as_dict(),
+        }
+
+
+def _plain(edge: ExplainedEdge) -> dict[str, Any]:
+    return {**edge.info._asdict(), 'rate_hz': edge.rate_hz, 'age': edge.age,
+            'around': list(edge.around), 'gap': edge.gap, 'gone_m': edge.gone,
+            'turned_rad': edge.turned, 'lacks': edge.lacks}
+
+
+def explain(tree: UncertainQueries, target: str, source: str, stamp: int = LATEST,
+            now: int = 0) -> Explanation:
+    """
+    Look a transform up, and return the answer with the data that it is computed from.
+
+    Data may arrive meanwhile: pass a snapshot if all parts must be consistent.
+
+    :param stamp: nanoseconds, or ``LATEST``.
+    :param now: the time by the clock of the stamps, nanoseconds; 0: unknown.
+    """
+    try:
+        found, answer = tree.lookup_stamped(target, source, stamp)
+        pose, problem = Pose._make(answer), ''
+    except TransformException as error:
+        found, pose, problem = stamp, None, what_is_missing(tree, error)
+    names = tuple(tree.frames())
+    unknown = tuple((frame, nearest(frame, names)) for frame in dict.fromkeys((target, source))
+                    if frame not in names)
+    frames, edges = _way(tree, target, source, found if pose else LATEST)
+    return Explanation(
+        target, source, stamp, found, now, pose, problem, frames,
+        tuple(_explained(tree, edge, found, now) for edge in edges),
+        unknown, tuple(islice(names, _MAX_FRAMES)) if unknown else (),
+        certainty_of(tree, target, source, found) if pose else None)
+
+
+def _way(tree: UncertainQueries, target: str, source: str,
+         stamp: int) -> tuple[tuple[str, ...], list[EdgeInfo]]:
+    """Return the frames and the edges between two frames; none if they are not connected."""
+    try:
+        return (tuple(tree.frames_between(target, source, stamp)),
+                tree.edges_between(target, source, stamp))
+    except TransformException:
+        return (), []
+
+
+def _explained(tree: UncertainQueries, info: EdgeInfo, stamp: int, now: int) -> ExplainedEdge:
+    if info.static:
+        return ExplainedEdge(info)
+    age = now - info.latest if now else None
+    if stamp == LATEST:
+        return ExplainedEdge(info, age, (info.latest,))
+    around = tree.samples_around(info.child, stamp)
+    gone, turned = se3.distance(around[0][1], around[-1][1]) if around else (0.0, 0.0)
+    lacks = max(0, stamp - info.latest) or min(0, stamp - info.oldest)
+    return ExplainedEdge(info, age, tuple(knot for knot, _ in around), gone, turned, lacks)
