@@ -11,8 +11,7 @@ from geometry_msgs.msg import PointStamped
 import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
-from tf_tree_py import Buffer, TransformException, TransformListener
-from tf_tree_py.ros.messages.convert import as_pose
+from tf_tree_py import as_pose, Buffer, TransformException, TransformListener
 
 
 class DetectionInMap(Node):

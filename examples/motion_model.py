@@ -12,8 +12,7 @@ scipy and tf_tree_py, and no ROS: `python3 examples/motion_model.py`.
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from tf_tree_py import BufferCore, lookup_twist
-from tf_tree_py.core import Pose
-from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core import from_seconds, Pose
 
 NOISE, LENGTH = 0.005, 0.35  # metres; the length scale of the motion, seconds
 

@@ -14,8 +14,7 @@
 # %%
 import numpy as np
 from tf_tree_py import BufferCore
-from tf_tree_py.core import LATEST, Pose, TransformException
-from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core import from_seconds, LATEST, Pose, TransformException
 
 buffer = BufferCore(cache_time=from_seconds(10.0))
 for t in (1.0, 2.0, 3.0):

@@ -5,23 +5,17 @@
 The transform tree of ROS 2 in pure Python, with tf2's names and additional queries.
 
 ``BufferCore``, ``Pose`` and the exceptions do not need ROS. ``Buffer``, ``TransformListener``
-and the broadcasters need rclpy, and are loaded when they are first used (PEP 562), so that this
-import works without it.
+and the broadcasters need rclpy. They, and what takes time to import, are loaded when they are
+first used (PEP 562), so that this import is quick and works without ROS.
 """
 
 import importlib
 from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
-from tf_tree_py.beyond.curves.constant_twist import ConstantTwist
-from tf_tree_py.beyond.curves.curve import Curve
-from tf_tree_py.beyond.curves.spline import Spline
-from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
-from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
-from tf_tree_py.beyond.motion.deskew import deskew
-from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
 from tf_tree_py.buffer_core import BufferCore, load, Snapshot
 from tf_tree_py.core import (
+    as_seconds,
     ClockJumpException,
     ConnectivityException,
     EdgeInfo,
@@ -46,16 +40,33 @@ from tf_tree_py.core import (
 )
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.deprecation import moved, renamed
-from tf_tree_py.health.flight_recorder import FlightRecorder
 
 if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these names
+    from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
+    from tf_tree_py.beyond.corrections.blend import BlendLimits
+    from tf_tree_py.beyond.curves.constant_twist import ConstantTwist
+    from tf_tree_py.beyond.curves.curve import Curve
+    from tf_tree_py.beyond.curves.spline import Spline
+    from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
+    from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
+    from tf_tree_py.beyond.motion.deskew import deskew
+    from tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS, stamps_at_rate, trajectory
+    from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
+    from tf_tree_py.beyond.uncertainty.gating import agreement, as_gtsam, from_gtsam
+    from tf_tree_py.health.doctor import Doctor
+    from tf_tree_py.health.flight_recorder import FlightRecorder
     from tf_tree_py.ros.buffer.buffer import Buffer
     from tf_tree_py.ros.buffer.interface import BufferInterface
     from tf_tree_py.ros.buffer.twists import velocity_stamped
     from tf_tree_py.ros.diagnostics import TransformDiagnostics
     from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
     from tf_tree_py.ros.messages.arrays import as_matrix, as_points
-    from tf_tree_py.ros.messages.convert import as_pose
+    from tf_tree_py.ros.messages.convert import (
+        as_nanoseconds,
+        as_pose,
+        time_message,
+        transform_stamped,
+    )
     from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
     from tf_tree_py.ros.messages.registry import (
         convert,
@@ -81,38 +92,68 @@ _MOVED_FROM_CORE = {
     'BufferCore', 'ConstantTwist', 'Curve', 'FramedPoints', 'FramedPose', 'FrameMismatchError',
     'load', 'lookup_twist', 'lookup_twist_many', 'Snapshot', 'Spline', 'SplineFitter'}
 
-# The module of the ROS layer for each name.
-_ROS_NAMES = {
-    'as_matrix': 'messages.arrays',
-    'as_points': 'messages.arrays',
-    'as_pose': 'messages.convert',
-    'Buffer': 'buffer.buffer',
-    'BufferClient': 'remote.buffer_client',
-    'BufferInterface': 'buffer.interface',
-    'BufferServer': 'remote.buffer_server',
-    'convert': 'messages.registry',
-    'ConvertRegistration': 'messages.registry',
-    'CovarianceListener': 'topics.covariances',
-    'deskew_cloud': 'messages.deskew_cloud',
-    'Drop': 'filtering.message_filter',
-    'GyroListener': 'topics.gyro',
-    'MessageFilter': 'filtering.message_filter',
-    'NotImplementedException': 'messages.registry',
-    'shared_buffer': 'topics.shared_buffer',
-    'Stamped': 'messages.registry',
-    'StaticTransformBroadcaster': 'topics.broadcaster',
-    'TransformBroadcaster': 'topics.broadcaster',
-    'TransformDiagnostics': 'diagnostics',
-    'TransformListener': 'topics.listener',
-    'TransformRegistration': 'messages.registry',
-    'TypeException': 'messages.registry',
-    'velocity_stamped': 'buffer.twists',
+# The module of each name that is loaded on first use: it takes ROS, or time.
+_LATER = {
+    'agreement': 'beyond.uncertainty.gating',
+    'Anchor': 'beyond.corrections.anchor',
+    'as_gtsam': 'beyond.uncertainty.gating',
+    'as_matrix': 'ros.messages.arrays',
+    'as_nanoseconds': 'ros.messages.convert',
+    'as_points': 'ros.messages.arrays',
+    'as_pose': 'ros.messages.convert',
+    'BlendLimits': 'beyond.corrections.blend',
+    'Buffer': 'ros.buffer.buffer',
+    'BufferClient': 'ros.remote.buffer_client',
+    'BufferInterface': 'ros.buffer.interface',
+    'BufferServer': 'ros.remote.buffer_server',
+    'ConstantTwist': 'beyond.curves.constant_twist',
+    'convert': 'ros.messages.registry',
+    'ConvertRegistration': 'ros.messages.registry',
+    'CovarianceListener': 'ros.topics.covariances',
+    'Curve': 'beyond.curves.curve',
+    'deskew': 'beyond.motion.deskew',
+    'deskew_cloud': 'ros.messages.deskew_cloud',
+    'Doctor': 'health.doctor',
+    'Drop': 'ros.filtering.message_filter',
+    'FlightRecorder': 'health.flight_recorder',
+    'FramedPoints': 'beyond.framed.framed_pose',
+    'FramedPose': 'beyond.framed.framed_pose',
+    'FrameMismatchError': 'beyond.framed.framed_pose',
+    'from_gtsam': 'beyond.uncertainty.gating',
+    'GyroListener': 'ros.topics.gyro',
+    'lookup_twist': 'beyond.motion.twist',
+    'lookup_twist_many': 'beyond.motion.twist',
+    'MessageFilter': 'ros.filtering.message_filter',
+    'NotImplementedException': 'ros.messages.registry',
+    'POSE_COLUMNS': 'beyond.motion.trajectory',
+    'shared_buffer': 'ros.topics.shared_buffer',
+    'Sighting': 'beyond.corrections.anchor',
+    'Spline': 'beyond.curves.spline',
+    'SplineFitter': 'beyond.curves.spline_fitter',
+    'Stamped': 'ros.messages.registry',
+    'stamps_at_rate': 'beyond.motion.trajectory',
+    'StaticTransformBroadcaster': 'ros.topics.broadcaster',
+    'time_message': 'ros.messages.convert',
+    'trajectory': 'beyond.motion.trajectory',
+    'transform_stamped': 'ros.messages.convert',
+    'TransformBroadcaster': 'ros.topics.broadcaster',
+    'TransformDiagnostics': 'ros.diagnostics',
+    'TransformListener': 'ros.topics.listener',
+    'TransformRegistration': 'ros.messages.registry',
+    'TypeException': 'ros.messages.registry',
+    'velocity_stamped': 'ros.buffer.twists',
 }
 
 __all__ = [
+    'agreement',
+    'Anchor',
+    'as_gtsam',
     'as_matrix',
+    'as_nanoseconds',
     'as_points',
     'as_pose',
+    'as_seconds',
+    'BlendLimits',
     'Buffer',
     'BufferClient',
     'BufferCore',
@@ -127,6 +168,7 @@ __all__ = [
     'Curve',
     'deskew',
     'deskew_cloud',
+    'Doctor',
     'Drop',
     'EdgeInfo',
     'ExtrapolationException',
@@ -134,6 +176,7 @@ __all__ = [
     'FramedPoints',
     'FramedPose',
     'FrameMismatchError',
+    'from_gtsam',
     'from_seconds',
     'FutureExtrapolationException',
     'GyroListener',
@@ -149,17 +192,23 @@ __all__ = [
     'NotImplementedException',
     'PastExtrapolationException',
     'Pose',
+    'POSE_COLUMNS',
     'Poses',
     'RefusedException',
     'se3',
     'shared_buffer',
+    'Sighting',
     'Snapshot',
     'Spline',
     'SplineFitter',
     'Stamped',
+    'stamps_at_rate',
     'StaticTransformBroadcaster',
     'Statistics',
+    'time_message',
     'TimeoutException',
+    'trajectory',
+    'transform_stamped',
     'TransformBroadcaster',
     'TransformDiagnostics',
     'TransformException',
@@ -173,6 +222,10 @@ __all__ = [
 ]
 
 
+def _needs_ros(name: str) -> bool:
+    return _LATER.get(name, '').startswith('ros.')
+
+
 def _ros_is_here() -> bool:
     try:
         return find_spec('rclpy') is not None
@@ -182,7 +235,7 @@ def _ros_is_here() -> bool:
 
 # A star import loads all of these names, so those that need ROS are removed without ROS.
 if not _ros_is_here():
-    __all__[:] = [name for name in __all__ if name not in _ROS_NAMES]
+    __all__[:] = [name for name in __all__ if not _needs_ros(name)]
 
 
 def _version() -> str:
@@ -199,12 +252,12 @@ def _version() -> str:
 def _load(name: str) -> Any:
     if name == '__version__':
         return _version()
-    if name not in _ROS_NAMES:
+    if name not in _LATER:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     try:
-        module = importlib.import_module(f'tf_tree_py.ros.{_ROS_NAMES[name]}')
+        module = importlib.import_module(f'tf_tree_py.{_LATER[name]}')
     except ModuleNotFoundError as error:
-        if error.name is None or '.' in error.name:
+        if not _needs_ros(name) or error.name is None or '.' in error.name:
             raise  # ROS is installed, but a part of it is missing.
         raise ImportError(
             f'tf_tree_py.{name} needs ROS 2, and {error.name} is not installed: source a ROS 2 '

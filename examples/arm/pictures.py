@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image as Picture, ImageDraw
-from tf_tree_py.core import Pose
-from tf_tree_py.core.stamp import as_seconds
+from tf_tree_py.core import as_seconds, Pose
 from tf_tree_py.labs.pictures import GREY, save, STYLES
 
 from .image import Image, project

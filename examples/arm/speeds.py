@@ -9,8 +9,7 @@ from itertools import islice
 from math import dist, hypot
 from typing import NamedTuple
 
-from tf_tree_py.core import Pose
-from tf_tree_py.core.stamp import as_seconds
+from tf_tree_py.core import as_seconds, Pose
 
 from .cell import Cell
 from .mistakes import locate_at_latest

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py.beyond.corrections.anchor import Anchor, GATE, Sighting
-from tf_tree_py.beyond.corrections.blend import Limits
+from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core import from_seconds, InvalidArgumentException, Pose, se3
 from tf_tree_py.core.geometry import so3
 
 SECOND = 1_000_000_000
-LIMITS = Limits(from_seconds(0.3), 0.2, 0.1, 0.0)
+LIMITS = BlendLimits(from_seconds(0.3), 0.2, 0.1, 0.0)
 SURE = np.diag([1e-4] * 3 + [1e-5] * 3)
 NONE = np.zeros((6, 6))
 MAP_T_ODOM = Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=0.5)

@@ -9,16 +9,16 @@ from hypothesis import given, strategies as st
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py.beyond.corrections.blend import AT_REST, Limits, planned, scale_of, way, ZERO
+from tf_tree_py.beyond.corrections.blend import AT_REST, BlendLimits, planned, scale_of, way, ZERO
 
 OVER = 500_000_000
 numbers = st.floats(-3.0, 3.0).map(lambda number: round(number, 3))
 vectors = st.tuples(*[numbers] * 6)
-limits = st.builds(Limits, st.integers(0, 2 * OVER), st.floats(0.05, 2.0), st.floats(0.05, 2.0),
-                   st.sampled_from([0.0, 0.5, 3.0]))
-LIMITS = [Limits(OVER, 0.5, math.inf, 0.0), Limits(OVER, math.inf, math.inf, 0.0),
-          Limits(300_000_000, 0.2, 0.1, 0.0), Limits(0, 0.3, math.inf, 0.0),
-          Limits(OVER, math.inf, 0.5, 1.0), Limits(OVER, 0.5, 0.5, 2.0)]
+limits = st.builds(BlendLimits, st.integers(0, 2 * OVER), st.floats(0.05, 2.0),
+                   st.floats(0.05, 2.0), st.sampled_from([0.0, 0.5, 3.0]))
+LIMITS = [BlendLimits(OVER, 0.5, math.inf, 0.0), BlendLimits(OVER, math.inf, math.inf, 0.0),
+          BlendLimits(300_000_000, 0.2, 0.1, 0.0), BlendLimits(0, 0.3, math.inf, 0.0),
+          BlendLimits(OVER, math.inf, 0.5, 1.0), BlendLimits(OVER, 0.5, 0.5, 2.0)]
 
 
 def place(offset, plan, seconds):
@@ -119,7 +119,7 @@ def braked(offset, plan, then, scale, every, noise):
        every=st.sampled_from([0.002, 0.01, 0.03]), noise=st.sampled_from([0.0, 1e-6, 0.001, 0.1]))
 def test_lower_limits_are_kept_as_soon_if_noisy_goals_follow(
         offset, part, most, second, every, noise):
-    first, scale = begun(offset, Limits(OVER, most, most, 0.0)), scale_of(second)
+    first, scale = begun(offset, BlendLimits(OVER, most, most, 0.0)), scale_of(second)
     times, rates = braked(offset, first, part * first.seconds, scale, every, noise)
     assert (rates[times >= 0.5 * scale.seconds] <= scale.most * (1.0 + 1e-9)).all()
 
@@ -128,8 +128,8 @@ def test_lower_limits_are_kept_as_soon_if_noisy_goals_follow(
 def test_lower_limit_is_reached_with_the_deceleration_of_the_first_goal(every, noise):
     """In proportion to the remaining excess, the deceleration would decrease with each goal."""
     offset = (9.0, 0, 0, 0, 0, 0)
-    first = begun(offset, Limits(OVER, 8.0, math.inf, 0.0))
-    lower = scale_of(Limits(200_000_000, 0.5, math.inf, 0.0))
+    first = begun(offset, BlendLimits(OVER, 8.0, math.inf, 0.0))
+    lower = scale_of(BlendLimits(200_000_000, 0.5, math.inf, 0.0))
     times, rates = braked(offset, first, 0.5, lower, every, noise)
     speeds, during = rates / lower.translation, times < 0.1
     np.testing.assert_allclose(speeds[during], 8.0 - 75.0 * times[during], atol=0.1)
@@ -137,7 +137,7 @@ def test_lower_limit_is_reached_with_the_deceleration_of_the_first_goal(every, n
 
 
 def test_without_any_limit_it_takes_no_time():
-    assert begun((1.0, 0, 0, 0, 0, 0), Limits(0, math.inf, math.inf, 0.0)) is AT_REST
+    assert begun((1.0, 0, 0, 0, 0, 0), BlendLimits(0, math.inf, math.inf, 0.0)) is AT_REST
 
 
 # --- noisy goals

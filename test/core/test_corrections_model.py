@@ -28,7 +28,7 @@ from hypothesis.stateful import (
 import numpy as np
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore, load
-from tf_tree_py.beyond.corrections.blend import Limits, scale_of
+from tf_tree_py.beyond.corrections.blend import BlendLimits, scale_of
 from tf_tree_py.core import Kind, Pose, se3
 
 SECOND = 1_000_000_000
@@ -36,9 +36,10 @@ MS = 1_000_000
 STEP = 10 * MS
 CACHE_TIME = 3 * SECOND
 PARENTS = ('odom', 'lift')
-LIMITS = [Limits(SECOND // 2, math.inf, math.inf, 0.0), Limits(SECOND // 2, 0.5, math.inf, 0.0),
-          Limits(300 * MS, 0.4, 0.3, 0.0), Limits(200 * MS, 0.6, 0.5, 1.0),
-          Limits(0, 0.3, math.inf, 0.0), Limits(0, math.inf, math.inf, 0.0)]
+LIMITS = [BlendLimits(SECOND // 2, math.inf, math.inf, 0.0),
+          BlendLimits(SECOND // 2, 0.5, math.inf, 0.0),
+          BlendLimits(300 * MS, 0.4, 0.3, 0.0), BlendLimits(200 * MS, 0.6, 0.5, 1.0),
+          BlendLimits(0, 0.3, math.inf, 0.0), BlendLimits(0, math.inf, math.inf, 0.0)]
 POINTS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (-0.3, 0.4, 0.2)]
 SOURCES = {'wheels': Pose(), 'visual': Pose.from_xyz_rpy(x=0.3, y=-0.4, yaw=0.2)}
 OWN = np.diag([1e-4] * 6)
@@ -54,7 +55,7 @@ class Sent(NamedTuple):
 
     goal: Pose
     about: tuple[float, float, float]
-    limits: Limits
+    limits: BlendLimits
 
 
 class CorrectedEdge(RuleBasedStateMachine):

@@ -72,3 +72,24 @@ def test_old_name_of_a_parameter_works_and_warns_where_it_is_given():
     assert holes(longest_gap=4) == 4
     with pytest.raises(TypeError, match='got gap and longest_gap'):
         holes(gap=1, longest_gap=2)
+
+
+def test_name_that_moved_to_the_package_is_still_found_in_core():
+    with pytest.warns(DeprecationWarning, match=r'tf_tree_py\.core\.BufferCore is deprecated.*'
+                                                r'use tf_tree_py\.BufferCore') as caught:
+        from tf_tree_py.core import BufferCore
+    assert BufferCore is tf_tree_py.BufferCore
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize('name', sorted(tf_tree_py._MOVED_FROM_CORE))
+def test_every_name_that_moved_is_public_in_the_package(name):
+    assert name in tf_tree_py.__all__
+    assert name not in tf_tree_py.core.__all__
+    with pytest.warns(DeprecationWarning, match=name):
+        assert getattr(tf_tree_py.core, name) is getattr(tf_tree_py, name)
+
+
+def test_name_that_never_was_in_core_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="'tf_tree_py.core' has no attribute 'Bufer'"):
+        tf_tree_py.core.Bufer  # noqa: B018 - the lookup is the test

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore, ConstantTwist, core, Spline
-from tf_tree_py.beyond.corrections.blend import Limits
+from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.beyond.corrections.corrected import with_corrections
 from tf_tree_py.beyond.corrections.correction import Correction
 from tf_tree_py.beyond.curves.aided import AidedHistory
@@ -86,7 +86,7 @@ def blending(history):
     """Return a history with an increasing correction of its samples, from 20 to 45."""
     correction = Correction()
     correction.go_over(Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0), 20, pose_number(2),
-                       pose_number(2), (1.0, 0.0, 0.0), Limits(25, math.inf, math.inf, 0.0),
+                       pose_number(2), (1.0, 0.0, 0.0), BlendLimits(25, math.inf, math.inf, 0.0),
                        BEGINNING)
     return with_corrections(history, {'parent': correction})
 

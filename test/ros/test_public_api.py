@@ -50,8 +50,8 @@ def test_type_checkers_are_told_of_what_is_loaded_late():
     """They do not run ``__getattr__``: without visible imports, every class would be Any."""
     [block] = [node for node in ast.parse(inspect.getsource(tf_tree_py)).body
                if isinstance(node, ast.If) and ast.unparse(node.test) == 'TYPE_CHECKING']
-    assert {alias.name: node.module.removeprefix('tf_tree_py.ros.')
-            for node in block.body for alias in node.names} == tf_tree_py._ROS_NAMES
+    assert {alias.name: node.module.removeprefix('tf_tree_py.')
+            for node in block.body for alias in node.names} == tf_tree_py._LATER
 
 
 def test_unknown_name_is_an_attribute_error():
@@ -74,7 +74,7 @@ def test_without_ros_the_core_works_and_a_sentence_says_what_to_install():
 
         assert tf_tree_py.BufferCore().frames() == []
         sentences, names = {}, {}
-        for name in tf_tree_py._ROS_NAMES:
+        for name in filter(tf_tree_py._needs_ros, tf_tree_py._LATER):
             try:
                 getattr(tf_tree_py, name)
             except ImportError as error:
@@ -82,13 +82,14 @@ def test_without_ros_the_core_works_and_a_sentence_says_what_to_install():
         exec('from tf_tree_py import *', names)
         print((sentences, sorted(names.keys() - {'__builtins__'})))
     """, 'rclpy', 'geometry_msgs', 'tf2_msgs', 'std_msgs')
-    assert 'TransformListener' in tf_tree_py._ROS_NAMES
-    assert sentences.keys() == set(tf_tree_py._ROS_NAMES)
+    of_ros = set(filter(tf_tree_py._needs_ros, tf_tree_py._LATER))
+    assert 'TransformListener' in of_ros
+    assert sentences.keys() == of_ros
     for name, sentence in sentences.items():
         assert sentence.startswith(f'tf_tree_py.{name} needs ROS 2, and ')
         assert ' is not installed: source a ROS 2 installation, or run scripts/setup' in sentence
     assert {'BufferCore', 'Pose', 'lookup_twist', 'TransformException'} <= set(names)
-    assert set(names) == set(tf_tree_py.__all__) - set(tf_tree_py._ROS_NAMES)
+    assert set(names) == set(tf_tree_py.__all__) - of_ros
 
 
 def test_package_imports_ros_only_when_a_name_needs_it():

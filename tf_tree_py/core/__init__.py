@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The transform tree without ROS: poses, histories, the tree and its buffer."""
+"""
+tf2 in pure Python, without ROS: poses, histories, the tree and its buffer.
+
+It imports nothing else of the package: read this first. The files in no room have stamps, errors,
+locks, whole files, and the shortening of long texts.
+"""
 
 from .buffer.plain_buffer import PlainBuffer
 from .errors import (
@@ -20,13 +25,15 @@ from .errors import (
 from .geometry import se3
 from .geometry.many_poses import Poses
 from .geometry.pose import Pose
+from .messages import wire
 from .messages.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .messages.sample import Sample
-from .stamp import from_seconds, LATEST, UNLIMITED
+from .stamp import as_seconds, from_seconds, LATEST, UNLIMITED
 from .tree.outline import EdgeInfo
 from .tree.queries import PlainSnapshot
 
 __all__ = [
+    'as_seconds',
     'ClockJumpException',
     'ConnectivityException',
     'EdgeInfo',
@@ -53,4 +60,5 @@ __all__ = [
     'TransformWarning',
     'TreeFileError',
     'UNLIMITED',
+    'wire',
 ]

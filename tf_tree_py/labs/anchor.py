@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
-from tf_tree_py.beyond.corrections.blend import Limits
+from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Array
@@ -25,7 +25,7 @@ SUMMARY = '300 ms late: naive 9 m jumps, anchored 1.4 cm off and no jump'
 LATE_S, RATE_HZ, OFTEN_HZ, OUTLIERS = 0.3, 2.0, 30.0, 0.01
 SIGMA_M, SIGMA_RAD = 0.01, math.radians(0.3)
 DRIFT = 0.02
-LIMITS = Limits(from_seconds(0.3), 0.2, 0.1, 0.0)
+LIMITS = BlendLimits(from_seconds(0.3), 0.2, 0.1, 0.0)
 
 STEP = from_seconds(0.02)
 _DURATION_S = 240.0

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
-from tf_tree_py.beyond.corrections.blend import Limits
+from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Array
@@ -28,7 +28,7 @@ NOISE = 0.02
 _TRIALS, _SEED = 3, 3
 _STEP = from_seconds(0.1)
 _DURATION = from_seconds(6.0)
-_LIMITS = Limits(from_seconds(0.3), 0.1, 0.1, 0.0)
+_LIMITS = BlendLimits(from_seconds(0.3), 0.1, 0.1, 0.0)
 # Rotates the camera's axes (x right, y down, z forward) to the map's (x forward, y left, z up).
 _FORWARD = Pose.from_parts(rotation=(-0.5, 0.5, -0.5, 0.5))
 

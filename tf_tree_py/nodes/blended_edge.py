@@ -5,7 +5,7 @@
 
 from typing import Any
 
-from tf_tree_py.beyond.corrections.blend import Limits
+from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.stamp import from_seconds
 
 from .bad_input import BadInput
@@ -19,9 +19,10 @@ LIMITS = (
 )
 
 
-def limits_of(values: dict[str, Any]) -> Limits:
+def limits_of(values: dict[str, Any]) -> BlendLimits:
     """Return the limits of the blend, from the parameters in ``LIMITS``."""
-    return Limits(from_seconds(values['over']), values['max_speed'], values['max_turn_rate'], 0.0)
+    return BlendLimits(
+        from_seconds(values['over']), values['max_speed'], values['max_turn_rate'], 0.0)
 
 
 def frame_of(values: dict[str, Any], key: str) -> str:

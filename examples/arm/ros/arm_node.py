@@ -13,8 +13,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_msgs.msg import Header
-from tf_tree_py import as_pose
-from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
+from tf_tree_py import as_nanoseconds, as_pose, time_message
 
 from .wire import Grasp, Hello, Picture, State
 

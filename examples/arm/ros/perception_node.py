@@ -16,9 +16,15 @@ import numpy as np
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image as ImageMessage
-from tf_tree_py import as_pose, Buffer, MessageFilter, TransformListener
+from tf_tree_py import (
+    as_nanoseconds,
+    as_pose,
+    Buffer,
+    MessageFilter,
+    transform_stamped,
+    TransformListener,
+)
 from tf_tree_py.nodes.running import run, spin
-from tf_tree_py.ros.messages.convert import as_nanoseconds, transform_stamped
 
 from ..image import Image, Intrinsics
 from ..perception import find_block

@@ -18,7 +18,7 @@ from tf_tree_py.core.geometry.so3 import Vector3
 from tf_tree_py.core.tree.companions import Companion, storable
 from tf_tree_py.core.tree.tree import Tree
 
-from .blend import Limits
+from .blend import BlendLimits
 from .corrected import corrected, CorrectedHistory
 from .stage import Stage
 
@@ -67,7 +67,7 @@ class Transitions(Companion):
 
 
 def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
-           about: Vector3, limits: Limits) -> Transition:
+           about: Vector3, limits: BlendLimits) -> Transition:
     """Start the transition of an edge to a correction; see ``BufferCore.correct``."""
     history = corrected(tree.histories.get(child), child)
     if seen_at is not None and history.latest_stamp is not None:

@@ -21,7 +21,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
 
-from .blend import Limits
+from .blend import BlendLimits
 from .correction import Correction
 from .stage import ORIGIN
 from ..uncertainty.covariances import carried, checked_covariance
@@ -100,7 +100,7 @@ class Anchor:
     :ivar held: the estimate from the accepted sightings; None before the first two that agree.
     """
 
-    def __init__(self, limits: Limits, drift: tuple[float, float] = (0.05, 0.02),
+    def __init__(self, limits: BlendLimits, drift: tuple[float, float] = (0.05, 0.02),
                  gate: float | None = None, *, drift_by_way: tuple[float, float] = (0.0, 0.0),
                  planar: bool = False) -> None:
         """

@@ -14,7 +14,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Vector3
 from tf_tree_py.core.stamp import from_seconds
 
-from .blend import Limits
+from .blend import BlendLimits
 from .stage import ORIGIN
 
 DEFAULT_OVER = from_seconds(0.5)
@@ -32,7 +32,7 @@ def checked_motion(correction: PoseLike) -> PoseTuple:
     return motion
 
 
-def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: float) -> Limits:
+def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: float) -> BlendLimits:
     """
     Return a caller's limits of a blend.
 
@@ -50,7 +50,7 @@ def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: flo
             f'over={over!r} ns must not be negative, max_speed={max_speed!r} and '
             f'max_turn_rate={max_turn_rate!r} must be positive, and reach={reach!r} metres '
             'must be finite and not negative')
-    return Limits(span, fast, turn, near)
+    return BlendLimits(span, fast, turn, near)
 
 
 def checked_point(given: npt.ArrayLike) -> Vector3:

@@ -33,7 +33,7 @@ _ABOVE = 1e-12
 _MOST_ASIDE = math.sqrt(0.5)
 
 
-class Limits(NamedTuple):
+class BlendLimits(NamedTuple):
     """
     The maximum rate of a blend, and its minimum duration.
 
@@ -74,7 +74,7 @@ class Scale(NamedTuple):
                 + self.rotation**2 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]))
 
 
-def scale_of(limits: Limits) -> Scale:
+def scale_of(limits: BlendLimits) -> Scale:
     """Return the combined limits, such that all points within reach keep to the speed limit."""
     speed, turn_rate, seconds = limits.max_speed, limits.max_turn_rate, limits.over * 1e-9
     if limits.reach > 0.0:

@@ -24,7 +24,7 @@ from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
-from .blend import Limits
+from .blend import BlendLimits
 from .correction import Correction
 from .stage import ORIGIN, Stage
 from ..curves.aided import AidedHistory
@@ -70,7 +70,7 @@ class CorrectedHistory(DynamicHistory):
     # --- corrections
 
     def absorb(self, motion: PoseTuple, seen_at: int | None, about: Vector3,
-               limits: Limits) -> Stage:
+               limits: BlendLimits) -> Stage:
         """
         Begin the transition to another correction at the newest sample.
 
@@ -84,7 +84,7 @@ class CorrectedHistory(DynamicHistory):
         correction.measured.note(begin if seen_at is None else seen_at, motion, oldest)
         return stage
 
-    def change_source(self, raw: PoseTuple, limits: Limits) -> Stage:
+    def change_source(self, raw: PoseTuple, limits: BlendLimits) -> Stage:
         """
         Begin the transition to the samples of another source at the newest sample.
 

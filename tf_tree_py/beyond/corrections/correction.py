@@ -21,7 +21,7 @@ from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
 
-from .blend import Limits, planned, scale_of
+from .blend import BlendLimits, planned, scale_of
 from .stage import ORIGIN, Stage, stage_of, Stages
 
 _POSE_FLOATS = 7
@@ -44,7 +44,7 @@ class Correction:
     def __init__(self) -> None:
         self.stages = Stages(Stage(BEGINNING, BEGINNING, se3.IDENTITY))
         self.measured = Measured()
-        self._limits: Limits | None = None
+        self._limits: BlendLimits | None = None
 
     @property
     def stage(self) -> Stage:
@@ -58,7 +58,7 @@ class Correction:
     # --- transitions
 
     def refine(self, motion: PoseTuple, begin: int, here: PoseTuple, about: Vector3,
-               limits: Limits, oldest: int,
+               limits: BlendLimits, oldest: int,
                own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
         """
         Begin the transition to another correction of the same samples, unless it is the same.
@@ -72,7 +72,7 @@ class Correction:
         return self.go_over(motion, begin, here, raw, about, limits, oldest, own_turn)
 
     def go_over(self, motion: PoseTuple, begin: int, here: PoseTuple, raw: PoseTuple,
-                about: Vector3, limits: Limits, oldest: int,
+                about: Vector3, limits: BlendLimits, oldest: int,
                 own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
         """
         Begin a transition to another correction or samples, from the present value and rate.

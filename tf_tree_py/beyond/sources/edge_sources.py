@@ -25,7 +25,7 @@ from tf_tree_py.core.tree.tree_incidents import too_old
 
 from .source_samples import SourceSamples
 from ..corrections.absorbing import Transition, transition
-from ..corrections.blend import Limits
+from ..corrections.blend import BlendLimits
 from ..corrections.corrected import can_be_corrected, corrected
 
 
@@ -45,7 +45,7 @@ class Rule(NamedTuple):
     max_age: int
     gate: tuple[float, float] | None
     window: int
-    limits: Limits
+    limits: BlendLimits
     prefer: tuple[str, ...] = ()
     steady: int = 0
 
@@ -80,7 +80,7 @@ class EdgeSources:
         # Since when each source has been sending without a gap.
         self._steady_since: dict[str, int] = {}
         # The limits of the transition to the active source, while it has not reached the edge.
-        self._awaited: Limits | None = None
+        self._awaited: BlendLimits | None = None
         # The tree takes the active source's samples after the first stamp. Motions are compared
         # again after the second stamp.
         self._since = self._judge_after = BEGINNING - 1
@@ -128,7 +128,7 @@ class EdgeSources:
     # --- transitions
 
     def switch(self, tree: Tree, name: str,
-               limits: Limits) -> tuple[Transition | None, list[Sample]]:
+               limits: BlendLimits) -> tuple[Transition | None, list[Sample]]:
         """
         Switch to a source, at once or as soon as it has reached the edge.
 
@@ -166,7 +166,7 @@ class EdgeSources:
         self.samples.active = name
         self.samples.made_way.pop(name, None)
 
-    def begin(self, tree: Tree, limits: Limits) -> tuple[Transition | None, list[Sample]]:
+    def begin(self, tree: Tree, limits: BlendLimits) -> tuple[Transition | None, list[Sample]]:
         """Begin the transition to the active source, if it has reached the edge."""
         edge = corrected(tree.histories.get(self.child), self.child)
         history, stamp = self.histories[self.active], edge.latest_stamp

@@ -23,7 +23,7 @@ from tf_tree_py.core.tree.tree import Tree
 from .edge_sources import EdgeSources, Rule
 from .source_samples import Sources, SourceSamples
 from ..corrections.absorbing import Transition
-from ..corrections.blend import Limits
+from ..corrections.blend import BlendLimits
 
 DEFAULT_WINDOW = from_seconds(1.0)
 DEFAULT_STEADY = from_seconds(2.0)
@@ -87,7 +87,7 @@ class Switching:
             return None
         return sources
 
-    def switch(self, child: str, to: str, limits: Limits) -> Transition | None:
+    def switch(self, child: str, to: str, limits: BlendLimits) -> Transition | None:
         """Switch an edge to another of its sources; return None if the switch is pending."""
         child = checked_frame(child)
         changes: list[Transition | None] = []
@@ -133,7 +133,7 @@ def checked_source(source: Any) -> str:
     return source
 
 
-def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int, limits: Limits,
+def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int, limits: BlendLimits,
                  prefer: Sequence[str] = (), steady: int = DEFAULT_STEADY) -> Rule:
     """
     Return a caller's rule.
