@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The table of layers and rooms, and what the files in them import.
+The table of layers and rooms, what lives in each, and what the files in them import.
 
 ``test/core/test_walls.py`` holds the code to the table, and ``rooms.py`` draws it.
 """
@@ -23,22 +23,26 @@ class Layer(NamedTuple):
     """The layers that its files may import, besides their own."""
     rooms: str = ''
     """Its rooms, each of which may import those before it."""
+    needs: str | None = None
+    """The packages that it may import; None for a layer that may import ROS."""
 
 
 LAYERS = {
-    'interfaces': Layer(''),
-    'command': Layer(''),
-    'deprecation': Layer(''),
-    'core': Layer('', 'geometry edges messages tree buffer'),
-    'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources'),
-    'buffer_core': Layer('core beyond'),
-    'thinning': Layer('core'),
-    'reports': Layer('core beyond'),
-    'health': Layer('core', 'measures checks'),
-    'urdf': Layer('core buffer_core'),
-    'bag': Layer('core beyond buffer_core urdf', 'files assembly'),
-    'calibration': Layer('core beyond buffer_core bag'),
-    'fleet': Layer('core beyond buffer_core'),
+    'interfaces': Layer('', needs='numpy'),
+    'command': Layer('', needs=''),
+    'deprecation': Layer('', needs=''),
+    'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
+    'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources',
+                    needs='numpy scipy'),
+    'buffer_core': Layer('core beyond', needs=''),
+    'thinning': Layer('core', needs='numpy'),
+    'reports': Layer('core beyond', needs='numpy'),
+    'health': Layer('core', 'measures checks', needs='numpy'),
+    'urdf': Layer('core buffer_core', needs='numpy xacro'),
+    'bag': Layer('core beyond buffer_core urdf', 'files assembly',
+                 needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
+    'calibration': Layer('core beyond buffer_core bag', needs='numpy rosbags scipy'),
+    'fleet': Layer('core beyond buffer_core', needs='numpy zenoh'),
     'ros': Layer('core beyond buffer_core reports health thinning',
                  'messages threads waiting buffer topics remote filtering'),
     'nodes': Layer('command core beyond buffer_core reports health thinning bag urdf fleet ros'),
@@ -50,6 +54,20 @@ LAYERS = {
                   'live'),
     'dropin': Layer('core beyond buffer_core reports health bag ros'),
 }
+
+
+class Caption(NamedTuple):
+    """What lives in a layer or a room: the docstring of its ``__init__``, or of its file."""
+
+    summary: str
+    details: str
+
+
+def caption(place: str) -> Caption:
+    """Return what lives in ``core``, ``core/tree``; a paragraph that leads to code is left out."""
+    text = ast.get_docstring(ast.parse(modules()[tuple(place.split('/'))].read_text())) or ''
+    summary, *details = (' '.join(part.split()) for part in text.split('\n\n')[:2])
+    return Caption(summary, ' '.join(part for part in details if part.endswith('.')))
 
 
 class Import(NamedTuple):

@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of docs/design.md shows the current packages and imports."""
+"""The picture and the table of docs/design.md show the present layers and rooms."""
 
 import importlib.util
 import re
 
+import house
 from pages import REPOSITORY
 import pytest
-
-DESIGN = (REPOSITORY / 'docs' / 'design.md').read_text()
-PICTURE = (REPOSITORY / 'docs' / 'images' / 'rooms.svg').read_text()
-LAYERS = ['core', 'bag', 'ros']
 
 
 @pytest.fixture(scope='module')
@@ -24,23 +21,25 @@ def figure():
     return module
 
 
-def rooms_of(layer):
-    return sorted(path.parent.name for path in (REPOSITORY / 'tf_tree_py' / layer).glob(
-        '*/__init__.py'))
-
-
-@pytest.mark.parametrize('layer', LAYERS)
-def test_every_room_has_a_row_and_a_box(layer):
-    missing = [room for room in rooms_of(layer)
-               if f'\n| `{room}` |' not in DESIGN or f'<!-- {room} -->' not in PICTURE]
-    assert not missing
-
-
-@pytest.mark.parametrize('layer', LAYERS)
-def test_arrows_are_the_imports_and_point_down(figure, layer):
-    arrows = figure.arrows(layer)
-    drawn = re.findall(rf'id="({layer}: [^"]+)"', PICTURE)
-    assert sorted(drawn) == sorted(figure.name_of_arrow(layer, *arrow) for arrow in arrows), (
+def test_picture_shows_every_layer_and_room_with_its_caption(figure):
+    drawn = re.findall('<!-- (.*?) -->', figure.PICTURE.read_text())
+    assert drawn == [line for box in figure.boxes() for line in figure.lines_in(box)], (
         'python docs/figures/rooms.py draws it anew')
-    rooms = figure.LAYERS[layer][2]
-    assert all(rooms[lower][1] < rooms[upper][1] for upper, lower in arrows)
+    rooms = [f'{layer}/{room}' for layer, of in house.LAYERS.items() for room in of.rooms.split()]
+    assert sorted(box.place for box in figure.boxes()) == sorted([*house.LAYERS, *rooms])
+
+
+def test_captions_fit_into_their_boxes(figure):
+    for box in figure.boxes():
+        assert len(figure.lines_in(box)) * figure.LINE < box.height, box
+
+
+def test_layers_import_only_what_is_drawn_below_or_to_their_left(figure):
+    order = ' '.join(reversed(figure.ROWS)).split()
+    for layer, of in house.LAYERS.items():
+        assert not set(of.imports.split()) - set(order[:order.index(layer)]), layer
+
+
+def test_table_is_that_of_the_captions(figure):
+    assert figure.BEGIN + figure.table() + figure.END in figure.DESIGN.read_text(), (
+        'python docs/figures/rooms.py writes it anew')

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Read recorded transforms into a buffer, without ROS.
+Recorded transforms as a buffer.
 
-The tree and its lookups are in ``core``; rosbags (``pip install rosbags``) reads the files.
+No ROS is needed. The tree and its lookups are in ``core``; rosbags (``pip install rosbags``)
+reads the files.
 """
 
 from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Calibrate static edges and time offsets from observations, without ROS.
+Mountings and time offsets, estimated from observations without ROS.
 
 Reading messages of a running system, and printing results, are in ``tools``.
 """

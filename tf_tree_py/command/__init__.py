@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What every command line needs: arguments, signals, exit statuses, tables and JSON.
+What every command line needs: arguments, signals, tables, JSON.
 
 It imports only the standard library, and rich for tables. It does not depend on frames or ROS.
 """

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The health of a tree: measurements of each edge, the checks, the doctor and the monitor.
+A tree's health, measured and judged.
 
-``ingest`` decides which samples are refused; other packages display the findings.
+The doctor, the monitor and the flight recorder. ``core.messages`` decides which samples are
+refused; other packages display the findings.
 """

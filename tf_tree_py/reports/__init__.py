@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Reports of a buffer's content and use, as data and as text.
+A buffer's content and use, as data and as text.
 
-Nothing in this room changes a buffer.
+Explanations, the audit, drawings, and tf2's formats. Nothing here changes a buffer.
 """

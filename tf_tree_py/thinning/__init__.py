@@ -4,6 +4,6 @@
 """
 Outgoing transforms: which of many samples are sent, and when.
 
-The caller chooses the transport: a topic, or a link to another machine. ``ingest.wire``
+The caller chooses the transport: a topic, or a link to another machine. ``core.messages.wire``
 serializes the messages.
 """

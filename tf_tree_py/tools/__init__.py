@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Executables that a person runs to inspect a tree, live or recorded.
+Executables with which a person inspects a tree.
 
-Their results are computed in ``core``; executables that keep running are in ``nodes``.
+Live, from a bag, or from a fleet. Their results are computed below; executables that keep running
+are in ``nodes``.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Builds a tree from messages: decodes similar ones together, checks them, and summarizes anomalies.
+A tree made of messages, with summaries of their anomalies.
 
-Reading the messages, and lookups in the tree, are elsewhere.
+It decodes similar messages together. Reading the messages, and lookups in the tree, are elsewhere.
 """

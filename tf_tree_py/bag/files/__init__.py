@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Reads the recorded messages from files of any kind, intact or damaged.
+Messages out of files of any kind, intact or damaged.
 
 The contents of the messages are not interpreted here.
 """

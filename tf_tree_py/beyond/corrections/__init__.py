@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Poses that a localiser corrects: jumps that are spread over time, and anchors of maps.
+Poses that a localiser corrects, without jumps.
 
-The samples as they arrived can be restored.
+Blends with a bounded speed, and the anchor of a map. The samples as they arrived can be restored.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Edges that are functions of time instead of samples: splines, constant twists, gyroscopes.
+Edges that are functions of time instead of samples.
 
-Splines are fitted here, too.
+Splines and their fitting, constant twists, and gyroscopes between samples.
 """

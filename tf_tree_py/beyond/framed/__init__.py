@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Poses with the names of their frames, which compose only if the inner names are equal.
+Poses that know their frames.
 
-The poses of the heart have no names, and cost less.
+They compose only if the inner names are equal. The poses of the heart have no names, and cost
+less.
 """

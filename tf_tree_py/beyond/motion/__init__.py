@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What is computed from many lookups: twists, trajectories, deskewing.
+Twists, trajectories and deskewing, from many lookups.
 
 Nothing here is stored in a buffer.
 """

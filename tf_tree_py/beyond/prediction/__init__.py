@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Poses after the newest sample, each with its uncertainty.
+Poses after the newest sample, with their uncertainty.
 
 A plain lookup never predicts.
 """

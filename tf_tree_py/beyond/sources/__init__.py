@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Edges that several sources publish, and the choice of one of them.
+Edges that several sources publish, and the choice of one.
 
-Duplicate publishers that nobody asked for are in health.
+Duplicate publishers that nobody asked for are in ``health``.
 """

@@ -4,5 +4,6 @@
 """
 Covariances of edges, and the uncertainty of lookups.
 
-Covariances of poses from callers are checked here, too.
+Along a path, of several lookups together, and for large angles; gates for measurements.
+Covariances from callers are checked here, too.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A tree with a lock: inserting transforms, and waiting until a lookup can succeed.
+A tree with a lock: insertion, and waiting for an answer.
 
 ``tree`` stores the edges and computes the answers.
 """

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The data of one edge over time.
+The samples of one edge over time, in the kinds of history.
 
-The tree defines which edges exist.
+Also how each kind is stored in a file, and copied for lookups at many stamps. The tree defines
+which edges exist.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Rotations and poses: formulas for plain floats, and the same formulas for arrays.
+Rotations and poses, as formulas for floats and for arrays.
 
 They are independent of frames and time.
 """

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The structure of the tree, the paths between frames, and the lookups.
+The structure of the tree, the paths in it, and the lookups.
 
-Nothing here waits for data.
+Also snapshots, frozen files, and companions: data beside the samples. Nothing here waits for
+data.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The measurements of each edge since its first arrival: rates, delays and steps.
+Rates, delays, steps and jumps of each edge, and its clock.
 
-``checks`` judges them.
+They are measured on arrival; ``checks`` judges them.
 """

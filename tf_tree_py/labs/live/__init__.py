@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The labs over DDS: only these import rclpy and ``tf_tree_py.ros``.
+The labs over DDS: only these import rclpy.
 
 All other labs run without ROS.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The buffer of tf2: the core with messages, clocks and timeouts.
+tf2's buffer: the core with messages, clocks and timeouts.
 
 The listeners that fill it are in ``topics``.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The message filter: it holds messages until their transforms are available.
+Messages that are held until their transforms are available.
 
 The buffer runs its lookups, which wait in the same way as those of a future.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Conversions between messages and numbers, and messages transformed to another frame.
+Messages as plain numbers, and messages in another frame.
 
 Topics and the buffer are elsewhere.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Threads and small nodes of this package, which a user's busy callback cannot delay.
+Threads and small nodes that a user's callback cannot delay.
 
 They pass messages on without reading their contents.
 """

@@ -4,5 +4,5 @@
 """
 The subscriptions and publishers of /tf and /tf_static.
 
-The stored samples are in the buffer.
+Also topics of covariances and gyroscopes, and duplicate publishers. The samples are in the buffer.
 """

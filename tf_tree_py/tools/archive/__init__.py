@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Many bags at once, on dask: a task, a row and some files for each.
+Many bags at once, on dask: a task, a row and files for each.
 
 The result for each bag is the doctor's report, or an export.
 """

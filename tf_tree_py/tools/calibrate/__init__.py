@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The parts of ``tf_calibrate``: its report, its picture, its files, and the live recording.
+The report, the picture and the files of ``tf_calibrate``.
 
 The estimate itself is computed in ``tf_tree_py.calibration``.
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The layout of the picture: the camera, the sizes of axes, and the places of names.
+The camera, the sizes of axes, and the places of names.
 
 These are pure functions, without viser and without a browser.
 """

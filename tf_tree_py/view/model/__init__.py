@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a page shows, as plain data: its moment, the poses of all frames, and facts about one.
+What a page shows, as plain data.
 
-This code depends on neither viser nor a browser.
+Its moment, the poses of all frames, and facts about one. This code depends on neither viser nor a
+browser.
 """

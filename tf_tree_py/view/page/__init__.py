@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-One page: its scene and panels put together, and the browser that it is open in.
+One page: its scene and panels put together.
 
 The rooms below compute what it shows. ``serving`` has the list of open pages.
 """

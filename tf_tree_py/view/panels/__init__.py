@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The controls of a page: time, frames, the chosen frame, sensors, findings, and the look.
+The controls of a page.
 
-They show data, and report what a person does with them; ``page`` reacts to that.
+Time, frames, the chosen frame, sensors, findings, and the look. They show data, and report what a
+person does with them; ``page`` reacts to that.
 """

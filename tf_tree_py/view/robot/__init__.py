@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A robot from its description: its links as triangles, and its pose without transforms.
+A robot's links as triangles, and its poses by its description.
 
 The package ``urdf`` reads descriptions. This code depends on neither viser nor a browser.
 """

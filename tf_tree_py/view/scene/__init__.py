@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The three-dimensional part of a page, drawn by viser: axes, names, lines, links, points.
+The three-dimensional part of a page, drawn by viser.
 
 ``model``, ``robot``, ``framing`` and ``sensors`` compute what to draw.
 """

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Sensor data from topics or from a bag, in the sensors' frames and at their stamps.
+Sensor data in the sensors' frames, at their stamps.
 
-Only ``live_sensors`` depends on ROS. This code depends on neither viser nor a browser.
+From topics or from a bag. Only ``live_sensors`` depends on ROS. This code depends on neither viser
+nor a browser.
 """
