@@ -5,14 +5,19 @@
 The transform tree of ROS 2 in pure Python, with tf2's names and additional queries.
 
 ``BufferCore``, ``Pose`` and the exceptions do not need ROS. ``Buffer``, ``TransformListener``
-and the broadcasters need rclpy. They, and what takes time to import, are loaded when they are
-first used (PEP 562), so that this import is quick and works without ROS.
+and the broadcasters need rclpy. They, and what ``BufferCore`` does not need, are loaded when they
+are first used (PEP 562), so that this import is quick and works without ROS.
 """
 
 import importlib
 from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
+from tf_tree_py.beyond.corrections.blend import BlendLimits
+from tf_tree_py.beyond.curves.constant_twist import ConstantTwist
+from tf_tree_py.beyond.curves.curve import Curve
+from tf_tree_py.beyond.curves.spline import Spline
+from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
 from tf_tree_py.buffer_core import BufferCore, load, Snapshot
 from tf_tree_py.core import (
     as_seconds,
@@ -43,12 +48,7 @@ from tf_tree_py.deprecation import moved, renamed
 
 if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these names
     from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
-    from tf_tree_py.beyond.corrections.blend import BlendLimits
-    from tf_tree_py.beyond.curves.constant_twist import ConstantTwist
-    from tf_tree_py.beyond.curves.curve import Curve
-    from tf_tree_py.beyond.curves.spline import Spline
     from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
-    from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
     from tf_tree_py.beyond.motion.deskew import deskew
     from tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS, stamps_at_rate, trajectory
     from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
@@ -92,7 +92,8 @@ _MOVED_FROM_CORE = {
     'BufferCore', 'ConstantTwist', 'Curve', 'FramedPoints', 'FramedPose', 'FrameMismatchError',
     'load', 'lookup_twist', 'lookup_twist_many', 'Snapshot', 'Spline', 'SplineFitter'}
 
-# The module of each name that is loaded on first use: it takes ROS, or time.
+# The module of each name that is loaded on first use, because it needs ROS, or because BufferCore
+# does not need it.
 _LATER = {
     'agreement': 'beyond.uncertainty.gating',
     'Anchor': 'beyond.corrections.anchor',
@@ -101,24 +102,18 @@ _LATER = {
     'as_nanoseconds': 'ros.messages.convert',
     'as_points': 'ros.messages.arrays',
     'as_pose': 'ros.messages.convert',
-    'BlendLimits': 'beyond.corrections.blend',
     'Buffer': 'ros.buffer.buffer',
     'BufferClient': 'ros.remote.buffer_client',
     'BufferInterface': 'ros.buffer.interface',
     'BufferServer': 'ros.remote.buffer_server',
-    'ConstantTwist': 'beyond.curves.constant_twist',
     'convert': 'ros.messages.registry',
     'ConvertRegistration': 'ros.messages.registry',
     'CovarianceListener': 'ros.topics.covariances',
-    'Curve': 'beyond.curves.curve',
     'deskew': 'beyond.motion.deskew',
     'deskew_cloud': 'ros.messages.deskew_cloud',
     'Doctor': 'health.doctor',
     'Drop': 'ros.filtering.message_filter',
     'FlightRecorder': 'health.flight_recorder',
-    'FramedPoints': 'beyond.framed.framed_pose',
-    'FramedPose': 'beyond.framed.framed_pose',
-    'FrameMismatchError': 'beyond.framed.framed_pose',
     'from_gtsam': 'beyond.uncertainty.gating',
     'GyroListener': 'ros.topics.gyro',
     'lookup_twist': 'beyond.motion.twist',
@@ -128,7 +123,6 @@ _LATER = {
     'POSE_COLUMNS': 'beyond.motion.trajectory',
     'shared_buffer': 'ros.topics.shared_buffer',
     'Sighting': 'beyond.corrections.anchor',
-    'Spline': 'beyond.curves.spline',
     'SplineFitter': 'beyond.curves.spline_fitter',
     'Stamped': 'ros.messages.registry',
     'stamps_at_rate': 'beyond.motion.trajectory',

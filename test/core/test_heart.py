@@ -54,7 +54,6 @@ def test_copied_alone_it_answers_what_tf2_answered(tmp_path):
 
 # --- a room taken away
 
-WITHOUT_EXTRAS = {'numpy', 'scipy'}
 ROOMS = [f'beyond/{room}' for room in house.LAYERS['beyond'].rooms.split()]
 # The files that put the package together, from which the names of a room are taken out.
 ASSEMBLED = {'buffer_core.py', '__init__.py'}
@@ -117,8 +116,12 @@ def copy_without(gone, folder):
         tree = ast.parse((copy / name).read_text())
         change = Without(dotted(gone))
         (copy / name).write_text(ast.unparse(change.visit(tree)))
-    return [place for place in house.modules() if place not in gone
-            and set((house.LAYERS[place[0]].needs or 'ROS').split()) <= WITHOUT_EXTRAS]
+    return [place for place in house.modules().keys() - gone if needs_no_extras(place[0])]
+
+
+def needs_no_extras(layer):
+    needs = house.LAYERS[layer].needs
+    return needs is not None and set(needs.split()) <= {'numpy', 'scipy'}
 
 
 LEFT = """
@@ -171,5 +174,5 @@ def test_without_a_room_what_does_not_use_it_imports_and_passes(room, tmp_path):
     left = copy_without(gone, tmp_path)
     tests = chosen_without(room, gone, left)
     assert {'test_conformance.py', 'test_tree.py'} <= set(tests)
-    run(LEFT.format(left=dotted(left), options=['-q', '-n', '0', '-p', 'no:cacheprovider'],
+    run(LEFT.format(left=dotted(left), options=['-q', '-p', 'no:xdist', '-p', 'no:cacheprovider'],
                     tests=[str(TESTS / 'core' / name) for name in tests]), tmp_path, TESTS)

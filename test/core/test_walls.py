@@ -5,6 +5,7 @@
 
 import ast
 import graphlib
+from importlib.util import find_spec
 from pathlib import Path
 import subprocess
 import sys
@@ -117,8 +118,10 @@ def run_without_ros(program):
 
 
 def test_layers_without_ros_import_where_there_is_none():
+    # All layers but bag import what they need, besides numpy and scipy, when they first use it.
+    layers = WITHOUT_ROS.keys() - ({'bag'} if find_spec('rosbags') is None else set())
     modules = ['.'.join(('tf_tree_py', *house.parts(path))) for path in house.files()
-               if house.parts(path)[0] in WITHOUT_ROS]
+               if house.parts(path)[0] in layers]
     assert len(modules) >= 40
     result = run_without_ros(f'for name in {modules}: importlib.import_module(name)')
     assert result.returncode == 0, result.stderr

@@ -54,6 +54,16 @@ def test_type_checkers_are_told_of_what_is_loaded_late():
             for node in block.body for alias in node.names} == tf_tree_py._LATER
 
 
+def test_what_is_loaded_on_first_use_is_not_loaded_before():
+    loaded = run("""
+        import sys, tf_tree_py
+
+        print([name for name, module in tf_tree_py._LATER.items()
+               if f'tf_tree_py.{module}' in sys.modules])
+    """)
+    assert loaded == []
+
+
 def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'tf_tree_py' has no attribute 'Bufer'"):
         _ = tf_tree_py.Bufer
@@ -175,8 +185,8 @@ def test_a_buffer_is_what_users_take_it_for_and_no_heap_of_parts():
     for kind in Buffer.__mro__:
         declared = vars(kind).get('__annotations__', {})
         assert declared.keys() <= vars(kind).keys(), f'{kind} declares what another class sets'
-    # help() groups related methods by class: lookups, the tree, and insertion; of each feature
-    # that tf2 has not its queries and its insertion; tf2_py's methods, the interface that the
+    # help() groups related methods by class: lookups, the tree, and insertion; the queries and the
+    # insertion of each feature that tf2 does not have; tf2_py's methods, the interface that the
     # client shares, tf2's buffer. Only the class that assembles them adds nothing.
     empty = [kind for kind in Buffer.__mro__
              if all(name.startswith('_') for name in vars(kind))]

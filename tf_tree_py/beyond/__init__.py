@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What tf2 has not: a room for each feature.
+Features that tf2 does not have, each in a room of its own.
 
-Each room holds all of its feature, and imports the heart; the heart imports none of them.
+A room contains all of its feature. The rooms import ``core``, which imports none of them.
 """

@@ -41,7 +41,8 @@ _MAX_LINES = 1_000
 _LONGEST_NAME = 200
 _PACKAGE = __name__.partition('.')[0]
 _data_stamp: ContextVar[int | None] = ContextVar('data_stamp', default=None)
-_LIBRARY = {'core', 'beyond', 'buffer_core', 'reports', 'health', 'ros', 'bag', 'dropin'}
+# The executables of this package call lookups themselves; its other layers do it for a caller.
+_EXECUTABLES = {'nodes', 'tools', 'view', 'labs'}
 
 
 class Caller(NamedTuple):
@@ -277,4 +278,4 @@ def _caller() -> Caller:
 
 def _is_library(module: str) -> bool:
     package, *inside = module.split('.')
-    return package == _PACKAGE and not _LIBRARY.isdisjoint(inside[:1])
+    return package == _PACKAGE and _EXECUTABLES.isdisjoint(inside[:1])

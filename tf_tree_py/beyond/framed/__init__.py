@@ -4,6 +4,5 @@
 """
 Poses that know their frames.
 
-They compose only if the inner names are equal. The poses of the heart have no names, and cost
-less.
+They compose only if the inner names are equal. Plain poses have no names, and cost less.
 """

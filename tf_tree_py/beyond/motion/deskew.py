@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Moving points that were measured over time to one time.
+Deskewing: the points of a scan, moved to one time.
 
 A spinning lidar takes a tenth of a second for a scan. On a moving robot, it measures each
 point from a different pose. ``deskew`` moves all points to one time, through a frame that does

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Edges that several sources publish, and the choice of one.
+Edges with several sources, and the choice between them.
 
-Duplicate publishers that nobody asked for are in ``health``.
+``health`` detects publishers that send the same edge by mistake.
 """
