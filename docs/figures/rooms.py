@@ -31,8 +31,8 @@ ROWS = ('view', 'tools nodes labs dropin', 'ros', 'urdf bag calibration fleet',
         'buffer_core thinning reports health interfaces', 'beyond', 'core command deprecation')
 
 # Inches.
-WIDTH, HEIGHT, GAP, TITLE, LINE = 1.62, 0.78, 0.08, 0.22, 0.145
-LETTERS = 23  # of a caption in a line
+WIDTH, HEIGHT, GAP, TITLE, LINE, MARGIN = 1.62, 0.84, 0.08, 0.22, 0.145, 0.05
+LETTERS = 23  # of a caption in a line; bold ones are wider
 
 
 class Box(NamedTuple):
@@ -70,7 +70,7 @@ def lines_in(box: Box) -> list[str]:
     summary = house.caption(box.place).summary.replace('``', '')
     if box.place == name and rooms_of(name):
         title = f'{name}: {summary}'
-        return [title if len(title) < LETTERS * box.width / WIDTH else name]
+        return [title if len(title) < 0.9 * LETTERS * box.width / WIDTH else name]
     return [name, *textwrap.wrap(summary, LETTERS)]
 
 
@@ -80,7 +80,7 @@ def draw(axes: Axes, box: Box) -> None:
     axes.add_patch(FancyBboxPatch(
         (box.x, box.y), box.width, box.height, boxstyle='round,pad=0,rounding_size=0.06',
         facecolor='white' if is_room else '0.9', edgecolor='0.3' if is_room else 'none'))
-    top = box.y + box.height - 0.05
+    top = box.y + box.height - MARGIN
     for number, line in enumerate(lines_in(box)):
         axes.text(box.x + 0.07, top - number * LINE - 0.02 * (number > 0), line, ha='left',
                   va='top', fontsize=8.5 if number else 9.5,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A tree's health, measured and judged.
+The health of a tree.
 
 The doctor, the monitor and the flight recorder. ``core.messages`` decides which samples are
 refused; other packages display the findings.
