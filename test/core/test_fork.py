@@ -12,7 +12,7 @@ from programs import PATIENCE_S
 # A child that hangs is killed by its alarm, after it has printed its stack.
 PROGRAM = """
 import faulthandler, os, signal, sys, threading
-from tf_tree_py.core import BufferCore, Pose, TransformException
+from tf_tree_py import BufferCore, Pose, TransformException
 from tf_tree_py.health.doctor import Doctor
 
 FORKS = int(sys.argv[1])

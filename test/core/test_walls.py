@@ -76,6 +76,13 @@ def test_rooms_import_only_rooms_before_them(layer):
     assert not wrong
 
 
+def test_core_imports_nothing_by_its_name_in_a_text():
+    """The rules above do not see such imports, by which other layers load what is above them."""
+    late = [named(path) for path in house.files() if house.parts(path)[0] == 'core'
+            for _, module in house.imports_of(path) if module.split('.')[0] == 'importlib']
+    assert not late
+
+
 def test_a_room_says_what_lives_there_and_what_does_not():
     rooms = [house.PACKAGE / layer / room
              for layer, of in house.LAYERS.items() for room in of.rooms.split()]
