@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from tf_tree_py import BufferCore
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.doctor import Doctor
 

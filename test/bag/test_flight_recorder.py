@@ -13,7 +13,7 @@ from tf_tree_py import BufferCore
 from tf_tree_py.bag import Bag, Decoder, open_bag
 from tf_tree_py.core import Pose, TransformException
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.flight_recorder import FlightRecorder, Happened, LOOKUP_FAILED
 from tf_tree_py.health.recent_messages import RecentMessages

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 import pytest
-from tf_tree_py.core.callbacks import call_all
+from tf_tree_py.core.buffer.waiting import call_all
 
 
 def test_everything_is_called_in_order_and_the_first_error_raised():

@@ -7,7 +7,7 @@ import pytest
 from tf_tree_py import BufferCore, load
 from tf_tree_py.core import Pose, TreeFileError
 from tf_tree_py.core.edges.protocol import moves
-from tf_tree_py.core.tree.companions import Companion, KINDS
+from tf_tree_py.core.tree.companions import Companion, COMPANIONS
 
 SECOND = 10**9
 
@@ -53,7 +53,7 @@ class Cache(Companion):
 
 @pytest.fixture
 def storable(monkeypatch):
-    monkeypatch.setitem(KINDS, Notes.key, Notes)
+    monkeypatch.setitem(COMPANIONS, Notes.key, Notes)
 
 
 @pytest.fixture
@@ -116,8 +116,8 @@ def test_file_does_not_contain_an_empty_one(buffer, tmp_path):
 
 def test_file_with_a_kind_that_is_not_installed_is_refused_by_name(
         buffer, tmp_path, monkeypatch):
-    monkeypatch.setitem(KINDS, Notes.key, Notes)
+    monkeypatch.setitem(COMPANIONS, Notes.key, Notes)
     buffer.save(tmp_path / 'run.tftree')
-    monkeypatch.delitem(KINDS, Notes.key)
+    monkeypatch.delitem(COMPANIONS, Notes.key)
     with pytest.raises(TreeFileError, match="it contains 'notes', which is not installed here"):
         load(tmp_path / 'run.tftree')

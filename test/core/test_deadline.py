@@ -5,7 +5,7 @@ import math
 import threading
 
 import pytest
-from tf_tree_py.core.buffer.deadline import WallDeadline
+from tf_tree_py.core.buffer.waiting import WallDeadline
 
 
 def test_wait_ends_when_the_event_is_set():

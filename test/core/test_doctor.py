@@ -11,7 +11,7 @@ from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.incidents import candidates, one_of
-from tf_tree_py.core.messages.received_message import Endpoint, ReceivedMessage
+from tf_tree_py.core.messages.observers import Endpoint, ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Severity

@@ -23,7 +23,7 @@ from strategies import waving_poses
 from tf_tree_py import BufferCore, load, Spline
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core import Pose, TransformException, TreeFileError, UNLIMITED
-from tf_tree_py.core.edges.discrete import HeldHistory
+from tf_tree_py.core.edges.histories import HeldHistory
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.tree.frozen import freeze, thaw
 

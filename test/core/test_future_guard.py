@@ -9,7 +9,7 @@ import pytest
 from tf_tree_py import BufferCore, Pose
 from tf_tree_py.core import Kind, Sample
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.messages.future_guard import FAR
+from tf_tree_py.core.messages.guards import FAR
 from tf_tree_py.core.messages.sample import Batch
 
 SECOND = 10**9

@@ -13,7 +13,7 @@ import pytest
 from tf_tree_py.core import Kind
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.doctor import Doctor
 

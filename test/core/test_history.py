@@ -16,8 +16,7 @@ from tf_tree_py.core import (
     NoDataException,
     PastExtrapolationException,
 )
-from tf_tree_py.core.edges.discrete import DynamicHistory
-from tf_tree_py.core.edges.static import StaticHistory
+from tf_tree_py.core.edges.histories import DynamicHistory, StaticHistory
 from tf_tree_py.core.geometry import se3, so3
 
 SECOND = 1_000_000_000

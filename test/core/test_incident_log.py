@@ -10,8 +10,8 @@ from hand_clock import HandClock
 import pytest
 from tf_tree_py import Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.core.messages import incident_log
-from tf_tree_py.core.messages.incident_log import IncidentLog
+from tf_tree_py.core.messages import incidents
+from tf_tree_py.core.messages.incidents import IncidentLog
 
 REFUSED = "Refused transform 'map' -> 'odom' from '/somebody' "
 
@@ -19,7 +19,7 @@ REFUSED = "Refused transform 'map' -> 'odom' from '/somebody' "
 @pytest.fixture
 def clock(monkeypatch):
     clock = HandClock(1000.0)
-    monkeypatch.setattr(incident_log, 'time', clock)
+    monkeypatch.setattr(incidents, 'time', clock)
     return clock
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore, ClockJumpException, LATEST, Pose
 from tf_tree_py.core import Kind
-from tf_tree_py.core.buffer.deadline import WallDeadline
+from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.sample import Batch
 

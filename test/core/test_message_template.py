@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from strategies import random_poses
 from tf_tree_py.core import InvalidArgumentException
-from tf_tree_py.core.messages.message_template import MessageTemplate
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.core.messages.wire import write
+from tf_tree_py.core.messages.wire import MessageTemplate, write
 
 names = st.text(max_size=9)
 

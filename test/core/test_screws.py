@@ -8,9 +8,9 @@ import math
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from strategies import poses, random_poses
+from strategies import poses
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.screws import adjoint, carry, carry_many
+from tf_tree_py.core.geometry.se3 import adjoint, carry
 
 screws = st.tuples(*[st.floats(-100.0, 100.0, allow_subnormal=False)] * 6)
 
@@ -44,11 +44,3 @@ def test_the_power_of_a_wrench_is_the_same_in_every_frame(pose, twist, wrench):
     reach = 1.0 + math.hypot(*pose[:3])
     assert power(carry(pose, twist), carry(pose, wrench)) == pytest.approx(
         power(twist, wrench), abs=1e-9 * reach)
-
-
-def test_many_screws_are_carried_as_one_by_one():
-    rng = np.random.default_rng(1)
-    several, values = random_poses(rng, 50, 10.0), rng.normal(size=(50, 6))
-    one_by_one = [carry(tuple(pose), tuple(screw)) for pose, screw in zip(several, values,
-                                                                          strict=True)]
-    assert carry_many(several, values) == pytest.approx(np.array(one_by_one), abs=1e-13)

@@ -297,6 +297,7 @@ ARGUMENTS = {
     (se3, 'log'): 'p',
     (se3, 'as_matrix'): 'p',
     (se3, 'from_matrix'): 'T',
+    (se3, 'carry'): 'pt',
 }
 
 

@@ -23,7 +23,7 @@ from tf_tree_py.core import (
     RefusedException,
     TransformWarning,
 )
-from tf_tree_py.core.geometry import screws, se3
+from tf_tree_py.core.geometry import se3
 
 SECOND = 1_000_000_000
 PERIOD = 5_000_000
@@ -131,7 +131,7 @@ def test_motion_bounds_what_a_polynomial_deviates(turn):
 def test_twist_of_a_spline_is_its_own_and_not_an_average(buffer, spline):
     stamp = 1_500_000_001
     pose = spline.pose(stamp)
-    expected = screws.carry((0.0, 0.0, 0.0, *pose.rotation), spline.twist(stamp))
+    expected = se3.carry((0.0, 0.0, 0.0, *pose.rotation), spline.twist(stamp))
     found = lookup_twist(buffer, 'imu', 'odom', stamp, 500_000_000)
     assert (*found.linear, *found.angular) == pytest.approx(expected, abs=1e-12)
     # The inverse: the parent as seen from the child, in the child's axes.

@@ -18,8 +18,7 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
-from tf_tree_py.core.edges.discrete import DynamicHistory
-from tf_tree_py.core.edges.static import StaticHistory
+from tf_tree_py.core.edges.histories import DynamicHistory, StaticHistory
 
 SECOND = 1_000_000_000
 

@@ -34,7 +34,7 @@ from tf_tree_py.core import (
     Pose,
 )
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.screws import carry
+from tf_tree_py.core.geometry.se3 import carry
 from tf_tree_py.core.tree.queries import Queries
 
 # --- known motions

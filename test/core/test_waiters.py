@@ -21,8 +21,7 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.buffer import waiting
-from tf_tree_py.core.buffer.waiters import Waiter, Waiters
-from tf_tree_py.core.buffer.waiting import Inquiry
+from tf_tree_py.core.buffer.waiting import Inquiry, Waiter, Waiters
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
 from tf_tree_py.core.messages.sample import Batch

@@ -13,7 +13,7 @@ from fleet_helpers import message, robot_of, send_first, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore
-from tf_tree_py.core.messages.incident_log import IncidentLog
+from tf_tree_py.core.messages.incidents import IncidentLog
 from tf_tree_py.fleet import FleetError, RobotQuota, transform_decoder
 from tf_tree_py.fleet.quota import Allowance
 from tf_tree_py.fleet.reception import Reception

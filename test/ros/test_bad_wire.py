@@ -15,7 +15,6 @@ from ros_helpers import at, LATEST, PATIENCE, Talker, transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer
 from tf_tree_py.core import Kind
-from tf_tree_py.core.messages import incident_log
 from tf_tree_py.core.messages.incidents import REMARKS
 
 NAN, INF = math.nan, math.inf
@@ -32,7 +31,7 @@ def no_warnings():
 
 @pytest.fixture(autouse=True)
 def no_period_of_the_log_ends(monkeypatch):
-    monkeypatch.setattr(incident_log, 'time', HandClock(1000.0))
+    monkeypatch.setattr('tf_tree_py.core.messages.incidents.time', HandClock(1000.0))
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from typing import NamedTuple, TYPE_CHECKING
 
 from tf_tree_py.core.edges.packed import POSE_BYTES, unpack_pose
 from tf_tree_py.core.edges.protocol import moves, MovingHistory
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import WireWriter, write as as_bytes
 from tf_tree_py.core.stamp import LATEST

@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Time in tf_tree_py: integer nanoseconds, never float seconds.
+Time in tf_tree_py: integer nanoseconds, never float seconds; and the rule of silence.
 
 A float64 of seconds since 1970 has a resolution of about 240 ns, which is enough to put a
 stamp on the wrong side of a sample; an int is exact. ROS types are not used here:
 ``tf_tree_py.ros.messages.convert`` converts them to these integers.
+
+One rule decides when an edge is silent, and when two clocks are different. All tools, and the
+tree itself, apply it. Silence is measured from the last arrival, or, if only stamps are known,
+from the newest stamp.
 """
 
 from collections.abc import Sequence
@@ -128,3 +132,46 @@ def format_span(nanoseconds: int) -> str:
     if size < NANOSECONDS_PER_SECOND:
         return f'{nanoseconds / 1e6:.4g} ms'
     return f'{nanoseconds / 1e9:.3f} s'
+
+
+SILENCE = from_seconds(1.0)
+"""The minimum silence of a silent edge, regardless of its rate."""
+
+MISSED = 3.0
+"""The minimum silence of a silent edge, in multiples of its usual interval."""
+
+DEAD_SILENCE, DEAD_MISSED = from_seconds(5.0), 10.0
+"""
+The same for an edge that will not return: such a silence is an error instead of a warning.
+
+The nodes of a robot that is shut down end within these seconds, one after the other.
+"""
+
+ANOTHER_CLOCK = from_seconds(30.0)
+"""Stamps that are further apart than this at the same moment come from different clocks."""
+
+_UNKNOWN_INTERVAL = from_seconds(1.0)
+
+
+def mean_interval(span: float, samples: int) -> float:
+    """Return the mean time between samples; 0 for fewer than two."""
+    return span / max(samples - 1, 1)
+
+
+def silence_allowed(interval: float) -> float:
+    """
+    Return how long an edge may be without samples before it is silent.
+
+    :param interval: the usual time between two samples; 0: only one sample is known.
+    """
+    return max(SILENCE, MISSED * (interval or _UNKNOWN_INTERVAL))
+
+
+def is_silent(silence: float, interval: float) -> bool:
+    """Return whether the next sample of an edge is overdue; parameters as above."""
+    return silence > silence_allowed(interval)
+
+
+def is_dead(silence: float, interval: float) -> bool:
+    """Return whether the next sample is so long overdue that it will not arrive."""
+    return silence > max(DEAD_SILENCE, DEAD_MISSED * (interval or _UNKNOWN_INTERVAL))

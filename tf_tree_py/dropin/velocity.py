@@ -13,7 +13,7 @@ import numpy as np
 from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.screws import carry
+from tf_tree_py.core.geometry.se3 import carry
 from tf_tree_py.core.geometry.so3 import Quaternion, Vector3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.tree.queries import Queries

@@ -12,7 +12,7 @@ from typing import Final
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.messages.frame_names import as_published
-from tf_tree_py.core.messages.incident_log import IncidentLog
+from tf_tree_py.core.messages.incidents import IncidentLog
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.text import shorten

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.messages.frame_names import Rename
-from tf_tree_py.core.messages.incident_log import IncidentLog
-from tf_tree_py.core.messages.incidents import Incident, Kind
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.incidents import Incident, IncidentLog, Kind
+from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader
 

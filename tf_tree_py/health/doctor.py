@@ -9,8 +9,7 @@ from itertools import islice
 
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.messages.incidents import Incident, Kind, REMARKS
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import Endpoint, ReceivedMessage
+from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.text import shorten
 

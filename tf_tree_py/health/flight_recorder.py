@@ -16,8 +16,7 @@ from typing import Any
 
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException, TreeFileError
-from tf_tree_py.core.messages.observers import End, Observer
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import End, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.whole_files import write_whole
 

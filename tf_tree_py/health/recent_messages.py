@@ -7,7 +7,7 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 
 # The approximate memory of a message, of each of its transforms, and of each edge's names; all
 # messages of one layout share the names.

@@ -9,8 +9,7 @@ import logging
 from typing import Any
 
 from rclpy.node import Node
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.fleet import FleetError, FleetListener
 from tf_tree_py.fleet.trust import without_others
 from tf_tree_py.fleet.uplink import Uplink

@@ -13,7 +13,7 @@ from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
-from tf_tree_py.core.suggestions import nearest
+from tf_tree_py.core.text import nearest
 
 from .bad_input import BadInput
 

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.messages.message_template import MessageTemplate
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.core.messages.wire import write
+from tf_tree_py.core.messages.wire import MessageTemplate, write
 from tf_tree_py.urdf import Joint, Robot
 from tf_tree_py.urdf.joint_states import JointStates, Rows
 from tf_tree_py.urdf.joints import FIXED

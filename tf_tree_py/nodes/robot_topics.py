@@ -10,8 +10,7 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.messages.frame_names import Rename
-from tf_tree_py.core.messages.incident_log import IncidentLog
-from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.incidents import Incident, IncidentLog
 from tf_tree_py.core.messages.sample import bad_name, Batch, checked, Sample
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.ros.threads.internal_node import internal_node

@@ -12,7 +12,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.suggestions import nearest
+from tf_tree_py.core.text import nearest
 from tf_tree_py.core.tree.outline import EdgeInfo
 
 from .certainty import Certainty, certainty_of

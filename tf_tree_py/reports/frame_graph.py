@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from tf_tree_py.core.liveness import ANOTHER_CLOCK, is_silent
-from tf_tree_py.core.stamp import format_span, LATEST
+from tf_tree_py.core.stamp import ANOTHER_CLOCK, format_span, is_silent, LATEST
 from tf_tree_py.core.text import listed
 from tf_tree_py.core.tree.outline import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries

@@ -16,9 +16,8 @@ from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from tf_tree_py.beyond.sources.source_samples import EdgeSource
-from tf_tree_py.core.liveness import DEAD_SILENCE
 from tf_tree_py.core.messages.incidents import Kind, REMARKS
-from tf_tree_py.core.stamp import as_seconds, format_span, format_stamp
+from tf_tree_py.core.stamp import as_seconds, DEAD_SILENCE, format_span, format_stamp
 from tf_tree_py.core.text import listed
 from tf_tree_py.core.tree.outline import EdgeInfo
 from tf_tree_py.health.checks.publishers import late_joiner, qos_mismatch

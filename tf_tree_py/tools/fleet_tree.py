@@ -10,8 +10,7 @@ import time
 
 from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.core.messages.observers import Endpoint, Observer
 from tf_tree_py.core.text import shorten
 from tf_tree_py.fleet import FleetError, FleetListener
 

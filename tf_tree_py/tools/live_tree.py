@@ -16,9 +16,8 @@ from rclpy.utilities import try_shutdown
 from tf_tree_py.beyond.uncertainty.edge_estimate import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.buffer.deadline import WallDeadline
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.core.buffer.waiting import WallDeadline
+from tf_tree_py.core.messages.observers import Endpoint, Observer
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.internal_node import node_of_its_own

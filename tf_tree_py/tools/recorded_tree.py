@@ -17,8 +17,7 @@ from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import Endpoint, ReceivedMessage
+from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 

@@ -13,8 +13,8 @@ from typing import Any
 from tf_tree_py.command.arguments import add_number, Parser
 from tf_tree_py.command.endings import entry_point, FINE, FOUND
 from tf_tree_py.command.output import console, fits, print_json_line, shown, table
-from tf_tree_py.core.buffer.deadline import WallDeadline
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME
+from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
 from tf_tree_py.core.text import listed

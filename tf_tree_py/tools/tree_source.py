@@ -15,8 +15,7 @@ from typing import Protocol
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot, needs_ros
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.core.messages.observers import Endpoint, Observer
 from tf_tree_py.core.stamp import UNLIMITED
 
 from .tree_arguments import check_source

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.core.suggestions import known_names
+from tf_tree_py.core.text import known_names
 
 from .joints import FIXED
 from .mimic import followers

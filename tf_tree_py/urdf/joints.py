@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Vector3
-from tf_tree_py.core.suggestions import nearest
+from tf_tree_py.core.text import nearest
 
 from .xml_elements import DescriptionError, Element, quoted
 from .xml_values import number, numbers, origin_of

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.suggestions import nearest
+from tf_tree_py.core.text import nearest
 
 from .joints import FIXED, Joint, Mimic
 from .xml_elements import Element, quoted

@@ -9,7 +9,7 @@ import warnings
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.messages.sample_track import SampleTrack
+from tf_tree_py.core.messages.sample import SampleTrack
 from tf_tree_py.core.times import checked_stamp, Stamps
 
 from .joint_states import JointStates

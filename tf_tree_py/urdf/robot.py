@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.suggestions import known_names
+from tf_tree_py.core.text import known_names
 
 from .joints import FIXED, Joint, joint_of
 from .mimic import check_mimics, followers

@@ -5,7 +5,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from tf_tree_py.core.suggestions import nearest
+from tf_tree_py.core.text import nearest
 
 from .joints import Joint
 from .xml_elements import Element, listed, quoted

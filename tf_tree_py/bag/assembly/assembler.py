@@ -19,11 +19,10 @@ from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.messages.future_guard import FutureGuard
+from tf_tree_py.core.messages.guards import FutureGuard
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Observers
-from tf_tree_py.core.messages.sample import Batch, checked, Sample
-from tf_tree_py.core.messages.sample_track import SampleTrack
+from tf_tree_py.core.messages.sample import Batch, checked, Sample, SampleTrack
 from tf_tree_py.core.stamp import FOREVER, LATEST
 from tf_tree_py.core.tree.tree import Tree
 

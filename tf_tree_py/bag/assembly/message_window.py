@@ -17,7 +17,7 @@ import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.message_layout import Key, key_of
-from tf_tree_py.core.messages.sample_track import SampleTrack
+from tf_tree_py.core.messages.sample import SampleTrack
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.core.times import Stamps
 

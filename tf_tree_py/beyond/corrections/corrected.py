@@ -12,8 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeGuard, TypeVar
 
 import numpy as np
-from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
-from tf_tree_py.core.edges.kinds import storable
+from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.packed import pack_pose, unpack_pose
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
@@ -23,6 +22,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.tree.frozen import storable
 
 from .blend import BlendLimits
 from .correction import Correction

@@ -14,8 +14,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.core.edges.discrete import DynamicHistory, HeldHistory
-from tf_tree_py.core.edges.kinds import storable
+from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.packed import POSE_BYTES, unpack_pair
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
@@ -25,6 +24,7 @@ from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.tree.frozen import storable
 
 from .gyro import Gyro, rotation_of
 

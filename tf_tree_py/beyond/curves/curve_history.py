@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from typing import Protocol, TypeGuard
 
 import numpy as np
-from tf_tree_py.core.edges.columns import Columns
-from tf_tree_py.core.edges.kinds import storable
+from tf_tree_py.core.edges.packed import Columns
 from tf_tree_py.core.edges.protocol import History, Stretch
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
 from tf_tree_py.core.edges.track import EdgeTrack
@@ -28,6 +27,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import FOREVER, UNLIMITED
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.tree.frozen import storable
 
 from .constant_twist import ConstantTwist
 from .curve import as_edge_curve, Curve, EdgeCurve

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
-from tf_tree_py.core.edges.discrete import DynamicHistory
+from tf_tree_py.core.edges.histories import DynamicHistory
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple

@@ -15,8 +15,7 @@ from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.poses import PosesLike
-from tf_tree_py.core.geometry.screws import Screw
-from tf_tree_py.core.geometry.se3 import distance_many, PoseTuple
+from tf_tree_py.core.geometry.se3 import distance_many, PoseTuple, Screw
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike

@@ -18,7 +18,7 @@ from tf_tree_py.core.errors import (
     InvalidArgumentException,
 )
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.geometry.screws import carry, carry_many, Screw
+from tf_tree_py.core.geometry.se3 import carry, carry_many, Screw
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, Stamp, Stamps, StampsLike

@@ -6,7 +6,7 @@
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.messages.observers import asked
 from tf_tree_py.core.times import Stamp
-from tf_tree_py.core.tree.lookups import Naming
+from tf_tree_py.core.tree.queries import Naming
 
 from .prediction import checked_horizon, predicted, Prediction
 from ..uncertainty.queries import UncertainQueries

@@ -12,16 +12,15 @@ defines when a source is replaced.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tf_tree_py.core.edges.discrete import DynamicHistory
+from tf_tree_py.core.edges.histories import DynamicHistory
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, format_span
-from tf_tree_py.core.suggestions import known_names
-from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.core.tree.tree_incidents import too_old
+from tf_tree_py.core.text import known_names
+from tf_tree_py.core.tree.tree import too_old, Tree
 
 from .source_samples import SourceSamples
 from ..corrections.absorbing import Transition, transition

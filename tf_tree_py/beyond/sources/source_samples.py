@@ -6,7 +6,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tf_tree_py.core.edges.discrete import DynamicHistory
+from tf_tree_py.core.edges.histories import DynamicHistory
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
 from tf_tree_py.core.messages.incidents import Incident, Kind

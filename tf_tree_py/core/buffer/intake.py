@@ -15,13 +15,10 @@ from typing import Any
 from .waiting import Waiting
 from ..edges.packed import pack_pose
 from ..errors import ClockJumpException
-from ..messages.future_guard import FutureGuard
+from ..messages.guards import CURE, FutureGuard, JumpBack, WHY_OLD
 from ..messages.incidents import Incident, Kind, Statistics
-from ..messages.jump_back import CURE, JumpBack, WHY_OLD
-from ..messages.observers import Observers
-from ..messages.received_message import ReceivedMessage
-from ..messages.sample import Batch, checked, Sample, sound_poses
-from ..messages.sample_track import JudgedTrack, SampleTrack
+from ..messages.observers import Observers, ReceivedMessage
+from ..messages.sample import Batch, checked, JudgedTrack, Sample, SampleTrack, sound_poses
 from ..stamp import LATEST
 from ..tree.tree import Tree
 

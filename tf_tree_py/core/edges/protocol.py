@@ -11,7 +11,7 @@ The tree, the paths and the lookups at many stamps use only these protocols.
 from collections.abc import Iterator
 from typing import Protocol, TypeGuard
 
-from .columns import Columns
+from .packed import Columns
 from .track import EdgeTrack
 from ..errors import ExtrapolationException
 from ..geometry.se3 import PoseTuple

@@ -7,20 +7,99 @@ The positions of the numbers in the bytes of a TFMessage with certain names.
 A TFMessage is a uint32 count, then for each transform int32 sec, uint32 nanosec, string
 frame_id, string child_frame_id and 7 doubles (translation x y z, rotation x y z w). ROS 1 has
 a uint32 seq before each stamp, and its seconds are unsigned. ``byte_cursor`` reads the numbers
-and strings of both.
+and strings of both. Many messages with the same names are read together, as one numpy array
+of their bytes.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 import struct
 import sys
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from .byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
 from .frame_names import Rename
-from .message_block import MessageBlock, TransformPlace
 from .sample import Batch
-from ..edges.packed import pack_pose, POSE_BYTES
+from ..edges.packed import pack_pose, POSE_BYTES, POSE_FLOATS
+from ..geometry.so3 import Array
 from ..stamp import NANOSECONDS_PER_SECOND
+from ..times import Stamps
+
+# struct's letters for numbers, as numpy writes them.
+_TYPES = {'i': 'i4', 'I': 'u4'}
+
+# Bytes of messages that are read at a time; they fit into the cache of any processor.
+_CACHED_BYTES = 500_000
+
+Bools = npt.NDArray[np.bool_]
+
+
+class TransformPlace(NamedTuple):
+    """The positions of one transform: its stamp, its names with their lengths, its pose."""
+
+    stamp: int
+    parent: slice
+    child: slice
+    pose: int
+
+
+class MessageBlock:
+    """Reads messages of one size, and finds those that contain the given names."""
+
+    def __init__(self, size: int, fixed: Iterable[slice], names: bytes,
+                 places: Sequence[TransformPlace], order: str, stamp: str) -> None:
+        """
+        Prepare to read.
+
+        :param size: of a message, bytes.
+        :param fixed: the positions of the bytes that all messages share: the head, the names.
+        :param names: the bytes at these positions.
+        :param places: of the wanted transforms.
+        :param order: struct's letter for the byte order.
+        :param stamp: struct's format of a stamp.
+        """
+        self._fixed = np.concatenate([np.arange(part.start, part.stop) for part in fixed])
+        self._names = np.frombuffer(names, dtype=np.uint8)
+        # A stamp consists of two adjacent numbers of four bytes.
+        self._stamps = np.concatenate(
+            [np.arange(place.stamp, place.stamp + 8) for place in places] or [self._fixed[:0]])
+        self._stamp = np.dtype([(name, order + _TYPES[letter]) for name, letter
+                                in zip(('sec', 'nanosec'), stamp, strict=True)])
+        pose = np.dtype((f'{order}f8', POSE_FLOATS))
+        self._type = np.dtype({
+            'names': ['bytes', *(f'pose{number}' for number in range(len(places)))],
+            'formats': [np.dtype((np.uint8, size)), *(pose for _ in places)],
+            'offsets': [0, *(place.pose for place in places)], 'itemsize': size})
+        self._count = len(places)
+
+    def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
+        """
+        Return which messages contain the names, and the samples of these messages.
+
+        :param messages: n messages, all of the same size.
+        :return: (n,) booleans, and for the k wanted transforms in the m messages with the names
+            the stamps (k, m) and the poses (k, m, 7), not checked yet.
+        """
+        count = len(messages)
+        fits = np.empty(count, dtype=np.bool_)
+        stamps = np.empty((self._count, count), dtype=np.int64)
+        poses = np.empty((self._count, count, POSE_FLOATS))
+        step = max(_CACHED_BYTES // self._type.itemsize, 1)
+        for begin in range(0, count, step):
+            some = slice(begin, begin + step)
+            rows = np.frombuffer(b''.join(messages[some]), dtype=self._type)
+            fits[some] = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
+            pairs = rows['bytes'].take(self._stamps, axis=1).view(self._stamp).T
+            np.multiply(pairs['sec'], NANOSECONDS_PER_SECOND, out=stamps[:, some], dtype=np.int64)
+            stamps[:, some] += pairs['nanosec']
+            for number in range(self._count):
+                poses[number, some] = rows[f'pose{number}']
+        if fits.all():
+            return fits, stamps, poses
+        return fits, stamps[:, fits], poses[:, fits]
+
 
 # Positions of the first parent's name, equal in both formats: the seq of ROS 1 is as long as
 # the encapsulation of CDR.

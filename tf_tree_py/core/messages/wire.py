@@ -11,11 +11,16 @@ A publisher sends the same frame names repeatedly. So only the first message is 
 field. Its ``MessageLayout`` is kept: one struct for the whole message, and the names that a
 message must contain. A later message with the same names takes one comparison of the names
 and one unpacking of the numbers.
+
+Repeated TFMessages of the same edges, in which only the stamp and the poses change.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
+from itertools import accumulate
 import struct
 import sys
+
+import numpy as np
 
 from .byte_cursor import ENCAPSULATION_BYTES, WireError
 from .frame_names import as_published, Rename
@@ -24,6 +29,7 @@ from .message_layout import find_layout, FindLayout, Key, key_of, MessageLayout
 from .sample import as_sec_nanosec, Batch, Sample
 from ..edges.packed import POSE_BYTES
 from ..geometry import se3
+from ..geometry.so3 import Array
 from ..stamp import LATEST
 
 _HEAD_BYTES = 8  # encapsulation and count
@@ -179,3 +185,41 @@ def read(data: bytes) -> Batch:
     :raises WireError: the bytes are not a TFMessage.
     """
     return WireReader().read(data)
+
+
+class MessageTemplate:
+    """
+    One serialized message whose numbers are overwritten, at a tenth of the cost of ``write``.
+
+    Each transform begins where the previous one ends, with its stamp, and ends with its pose.
+    """
+
+    def __init__(self, edges: Iterable[tuple[str, str]]) -> None:
+        """
+        Write the constant parts.
+
+        :param edges: (parent, child) of each transform.
+        """
+        samples = [Sample(parent, child, LATEST, se3.IDENTITY) for parent, child in edges]
+        self._data = bytearray(write(samples))
+        # All transforms but the first begin at the same alignment.
+        first = len(write(samples[:1]))
+        ends = list(accumulate((len(write([samples[0], sample])) - first
+                                for sample in samples[1:]), initial=first))[:len(samples)]
+        self._words, self._doubles = (
+            np.frombuffer(self._data, kind, (len(self._data) - ENCAPSULATION_BYTES) // width,
+                          ENCAPSULATION_BYTES) for kind, width in (('<i4', 4), ('<f8', 8)))
+        begins = np.array([_HEAD_BYTES, *ends][:len(samples)], np.intp)
+        self._stamps = (begins - ENCAPSULATION_BYTES) // 4
+        poses = np.array(ends, np.intp) - POSE_BYTES
+        self._poses = (poses[:, None] - ENCAPSULATION_BYTES) // 8 + np.arange(7)
+
+    def fill(self, stamp: int, poses: Array) -> bytes:
+        """
+        Return the message with one stamp, and with poses (edges, 7).
+
+        :raises InvalidArgumentException: a stamp that no message can hold.
+        """
+        self._words[self._stamps], self._words[self._stamps + 1] = as_sec_nanosec(stamp)
+        self._doubles[self._poses] = poses
+        return bytes(self._data)

@@ -55,7 +55,7 @@ class Companion:
         raise ValueError(f'{cls.key!r} cannot be stored')
 
 
-KINDS: dict[str, type[Companion]] = {}
+COMPANIONS: dict[str, type[Companion]] = {}
 """The kinds that files can contain, by key."""
 
 _Kind = TypeVar('_Kind', bound=type[Companion])
@@ -63,5 +63,5 @@ _Kind = TypeVar('_Kind', bound=type[Companion])
 
 def storable(kind: _Kind) -> _Kind:
     """Register a kind of companion that files can contain: a decorator of its class."""
-    KINDS[kind.key] = kind
+    COMPANIONS[kind.key] = kind
     return kind

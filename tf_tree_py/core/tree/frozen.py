@@ -5,8 +5,9 @@
 A tree as a file whose arrays are used in place: freezing it, and thawing it at once.
 
 A file consists of a magic word, the version, the length and the CRC-32 of the header; then the
-header, a JSON description of the tree; then the arrays. Each kind of history (``edges.kinds``)
-and of companion defines its part of both. Expired samples are not written.
+header, a JSON description of the tree; then the arrays. Each kind of history and of companion
+defines its part of both. The basic kinds of history are listed here; every other kind
+registers itself. Expired samples are not written.
 
 A sample is not read until a lookup needs it; only the parents of edges that changed their
 parent are read at once. So the time for opening does not depend on the size, and processes
@@ -15,23 +16,82 @@ caller requests a comparison with the arrays' CRC-32, which a saved file has in 
 reads everything.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import json
 import mmap
 import os
 from pathlib import Path
 import struct
 import sys
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 import zlib
 
-from .companions import KINDS
+from .companions import COMPANIONS
 from .tree import Tree
-from ..edges.kinds import frozen, thawed
-from ..edges.storage import ALIGNMENT, Arrays, Bytes, Stored
+from ..edges.histories import DynamicHistory, HeldHistory, StaticHistory
+from ..edges.protocol import History
+from ..edges.storage import ALIGNMENT, Arrays, Bytes, Facts, Stored
 from ..errors import TreeFileError
 from ..text import shorten
 from ..whole_files import write_whole
+
+
+class Freezable(History, Protocol):
+    """A history that can be frozen; its class is in ``KINDS``."""
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return facts for ``thawed``, of types that JSON supports, and add its arrays."""
+
+    @classmethod
+    def thawed(cls, child: str, stored: Stored) -> History:
+        """
+        Return the frozen history from its facts and arrays; it need not take samples.
+
+        :raises ValueError: they are not valid for such a history.
+        """
+
+
+KINDS: dict[str, type[Freezable]] = {
+    'static': StaticHistory, 'interpolated': DynamicHistory, 'held': HeldHistory}
+
+_Kind = TypeVar('_Kind', bound=type[Freezable])
+
+
+def storable(name: str) -> Callable[[_Kind], _Kind]:
+    """Return a decorator that registers a class of histories under a name."""
+    def register(kind: _Kind) -> _Kind:
+        KINDS[name] = kind
+        return kind
+    return register
+
+
+def frozen(history: History, arrays: Arrays) -> Facts:
+    """
+    Return the facts of a history for ``thawed``, and add its arrays.
+
+    :raises TreeFileError: it is of a kind that cannot be frozen.
+    """
+    for name, kind in KINDS.items():
+        if type(history) is kind:  # a subclass would be thawed as its base class
+            return {'kind': name, 'child': history.child, 'authority': history.authority,
+                    **kind.frozen(history, arrays)}
+    raise TreeFileError(f'the edge above {history.child!r} cannot be frozen: it is a '
+                        f'{type(history).__name__}')
+
+
+def thawed(stored: Stored) -> History:
+    """
+    Return the frozen history.
+
+    :raises ValueError: the kind is unknown, or the data is invalid.
+    """
+    name = stored.one('kind', str)
+    if name not in KINDS:
+        raise ValueError(f'it contains an edge of the kind {name!r}, which is not installed here')
+    history = KINDS[name].thawed(stored.one('child', str), stored)
+    history.authority = stored.one('authority', str)
+    return history
+
 
 _MAGIC = b'tf_tree\0'
 _VERSION = 2
@@ -71,7 +131,7 @@ def freeze(tree: Tree, *, checksum: bool = False) -> Frozen:
         'frames': list(tree.frames),
         'edges': [frozen(history, arrays) for history in tree.histories.values()]}
     for kind, companion in tree.companions.items():
-        part = companion.frozen(arrays) if kind.key in KINDS else None  # others are caches
+        part = companion.frozen(arrays) if kind.key in COMPANIONS else None  # others are caches
         if part:
             facts[kind.key] = part
     if checksum:
@@ -150,9 +210,9 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
         tree.histories[history.child] = history
     for key in stored.names():
         if key not in _FACTS:
-            if key not in KINDS:
+            if key not in COMPANIONS:
                 raise ValueError(f'it contains {key!r}, which is not installed here')
-            companion = KINDS[key].thawed(stored)
+            companion = COMPANIONS[key].thawed(stored)
             tree.companions[type(companion)] = companion
     stored.check_used_up()
     return tree

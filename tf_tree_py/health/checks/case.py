@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.core.liveness import silence_allowed
 from tf_tree_py.core.messages.incidents import Kind
-from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.core.messages.observers import Endpoint
+from tf_tree_py.core.stamp import silence_allowed
 
 from ..measures.clock_steps import ClockStep
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents

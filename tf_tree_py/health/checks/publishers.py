@@ -6,7 +6,7 @@
 from collections.abc import Iterator
 
 from tf_tree_py.core.messages.incidents import Kind
-from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.text import listed, times
 
 from .case import Case

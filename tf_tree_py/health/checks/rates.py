@@ -6,8 +6,14 @@
 from collections.abc import Iterator, Sequence
 import math
 
-from tf_tree_py.core.liveness import is_dead, is_silent, mean_interval, SILENCE
-from tf_tree_py.core.stamp import format_span, format_stamp
+from tf_tree_py.core.stamp import (
+    format_span,
+    format_stamp,
+    is_dead,
+    is_silent,
+    mean_interval,
+    SILENCE,
+)
 from tf_tree_py.core.text import times
 
 from .case import Case, timing_of

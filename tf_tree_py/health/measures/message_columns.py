@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 
 from .sample_rows import Rows
 

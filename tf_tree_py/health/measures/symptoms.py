@@ -6,7 +6,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tf_tree_py.core.liveness import is_silent
+from tf_tree_py.core.stamp import is_silent
 
 from .edge_record import EdgeRecord
 from .timebase import Timebase

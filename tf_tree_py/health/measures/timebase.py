@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.liveness import ANOTHER_CLOCK
+from tf_tree_py.core.stamp import ANOTHER_CLOCK
 
 from .spread import median, quantiles
 from .timing import Timing

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.liveness import mean_interval
-from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import from_seconds, mean_interval, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
 from .clock_steps import clock_steps, ClockStep

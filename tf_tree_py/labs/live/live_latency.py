@@ -14,8 +14,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST, TransformException
-from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose, transform_stamped

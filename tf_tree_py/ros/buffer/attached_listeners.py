@@ -12,8 +12,7 @@ from rclpy.clock import Clock
 from rclpy.context import Context
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
-from tf_tree_py.core.messages.incident_log import IncidentLog
-from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.incidents import Incident, IncidentLog
 
 from ..waiting.clock import ClockWatch
 

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.core.geometry.screws import adjoint
-from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.se3 import adjoint, PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion
 
 

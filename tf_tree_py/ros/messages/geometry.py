@@ -34,8 +34,7 @@ from geometry_msgs.msg import (
 import numpy as np
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.poses import is_sound
-from tf_tree_py.core.geometry.screws import carry, Screw
-from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.se3 import carry, PoseTuple, Screw
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.sample import unit_poses
 

@@ -22,7 +22,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.node import Node
 from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
-from tf_tree_py.core.callbacks import call_all
+from tf_tree_py.core.buffer.waiting import call_all
 from unique_identifier_msgs.msg import UUID
 
 from .goal_state import Action, Event, Goals, State, UNACCEPTED, WANTED

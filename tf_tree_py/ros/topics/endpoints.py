@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from tf_tree_py.core.messages.received_message import Endpoint
+from tf_tree_py.core.messages.observers import Endpoint
 
 from .publisher_names import node_name
 

@@ -17,7 +17,7 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.received_message import ReceivedMessage
+from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.wire import WireReader
 
 from .duplicate_publishers import DuplicatePublishers

@@ -9,8 +9,7 @@ import threading
 import time
 
 from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.liveness import is_silent
-from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.stamp import is_silent, LATEST
 
 Edge = tuple[str, str]
 

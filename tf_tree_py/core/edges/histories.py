@@ -2,18 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The history of a moving edge, sampled at stamps and interpolated or held between them.
+The histories of an edge: static; or sampled at stamps, and interpolated or held between them.
 
 ``tree`` handles frame names, the structure, and the rules for insertion.
 """
 
+from array import array
 from bisect import bisect_right
 from collections.abc import Iterator
 
-from .columns import POSE_FLOATS
-from .packed import PackedSamples, POSE_BYTES, unpack_pair, unpack_pose
+import numpy as np
+
+from .packed import PackedSamples, POSE_BYTES, POSE_FLOATS, unpack_pair, unpack_pose
 from .protocol import Stretch
-from .track import EdgeTrack, HeldTrack, InterpolatedTrack
+from .storage import Arrays, Facts, Stored
+from .track import ConstantTrack, EdgeTrack, HeldTrack, InterpolatedTrack
 from ..errors import (
     ExtrapolationException,
     FutureExtrapolationException,
@@ -21,9 +24,111 @@ from ..errors import (
     PastExtrapolationException,
 )
 from ..geometry.se3 import interpolate_pair, PoseTuple
-from ..liveness import mean_interval, SILENCE, silence_allowed
-from ..stamp import FOREVER, format_span, unit_that_fits
+from ..geometry.so3 import Array
+from ..stamp import (
+    BEGINNING,
+    FOREVER,
+    format_span,
+    LATEST,
+    mean_interval,
+    SILENCE,
+    silence_allowed,
+    unit_that_fits,
+)
 from ..times import Stamps
+
+
+class StaticHistory:
+    """One edge that never moves; see ``History``."""
+
+    __slots__ = ('child', 'parent', 'pose', 'authority')
+
+    kind = 'static'
+    is_static = True
+    takes_samples = True
+    fixed_parent = True
+    oldest_stamp = LATEST
+    latest_stamp = LATEST
+
+    def __init__(self, child: str, parent: str, pose: PoseTuple, authority: str = '') -> None:
+        self.child = child
+        self.parent = parent
+        self.pose = pose
+        self.authority = authority
+
+    def __len__(self) -> int:
+        return 1
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """Return ``parent_T_child``, the same at every stamp."""
+        return self.pose
+
+    def neighbours(self, first: int, last: int) -> tuple[float, ...]:
+        """Return the pose twice."""
+        return self.pose + self.pose
+
+    def track(self, first: int, last: int) -> ConstantTrack:
+        """Return a track with the pose for any stamps."""
+        return ConstantTrack(self.pose)
+
+    def twists(self, stamps: Stamps) -> Array:
+        """Return zeros, because it does not move."""
+        return np.zeros((len(stamps), 6))
+
+    def parent_at(self, stamp: int) -> str:
+        """Return the parent, the same at every stamp."""
+        return self.parent
+
+    def possible_parents(self, stamp: int) -> set[str]:
+        """Return the only parent."""
+        return {self.parent}
+
+    def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
+        """Yield the only parent, for all time."""
+        yield self.parent, BEGINNING, FOREVER
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether this is the parent."""
+        return parent == self.parent
+
+    def append(self, stamp: int, pose: bytes) -> bool:
+        """Return False: a static edge has no next sample."""
+        return False
+
+    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+        """Return whether a sample equals the stored one, as static broadcasters repeat it."""
+        return parent == self.parent and pose == self.pose
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """Replace the stored sample, regardless of the stamp."""
+        self.parent, self.pose = parent, pose
+        return True
+
+    def is_too_old(self, stamp: int) -> bool:
+        """Return False: it is valid at all times."""
+        return False
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return ``FOREVER``: there is no newer sample."""
+        return FOREVER
+
+    def clear(self) -> None:
+        """Keep the sample: a static edge stays, as in tf2."""
+
+    def copy(self) -> 'StaticHistory':
+        """Return an independent copy."""
+        return StaticHistory(self.child, self.parent, self.pose, self.authority)
+
+    def frozen(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``thawed``, and add the pose to arrays."""
+        arrays.add(array('d', self.pose))
+        return {'parent': self.parent}
+
+    @classmethod
+    def thawed(cls, child: str, stored: Stored) -> 'StaticHistory':
+        """Return the frozen history."""
+        x, y, z, qx, qy, qz, qw = stored.floats(7)
+        return cls(child, stored.one('parent', str), (x, y, z, qx, qy, qz, qw))
 
 
 class DynamicHistory(PackedSamples):
