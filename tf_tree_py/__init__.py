@@ -14,8 +14,7 @@ from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
 from tf_tree_py.beyond.corrections.blend import BlendLimits
-from tf_tree_py.beyond.curves.constant_twist import ConstantTwist
-from tf_tree_py.beyond.curves.curve import Curve
+from tf_tree_py.beyond.curves.curve import ConstantTwist, Curve
 from tf_tree_py.beyond.curves.spline import Spline
 from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
 from tf_tree_py.buffer_core import BufferCore, load, Snapshot

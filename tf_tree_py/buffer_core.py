@@ -12,13 +12,11 @@ import importlib
 import os
 from typing import cast
 
-from tf_tree_py.beyond.corrections.correcting import CorrectedBuffer
-from tf_tree_py.beyond.corrections.queries import CorrectionQueries
+from tf_tree_py.beyond.corrections.absorbing import CorrectedBuffer, CorrectionQueries
 from tf_tree_py.beyond.curves.insertion import CurveBuffer
-from tf_tree_py.beyond.framed.queries import FramedQueries
-from tf_tree_py.beyond.prediction.queries import PredictionQueries
-from tf_tree_py.beyond.sources.insertion import SourceBuffer
-from tf_tree_py.beyond.sources.queries import SourceQueries
+from tf_tree_py.beyond.framed.framed_pose import FramedQueries
+from tf_tree_py.beyond.prediction.prediction import PredictionQueries
+from tf_tree_py.beyond.sources.switching import SourceBuffer, SourceQueries
 from tf_tree_py.beyond.uncertainty.insertion import UncertainBuffer
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
@@ -104,7 +102,7 @@ class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, Uncerta
             max_future=max_future, clear_on_jump_back=clear_on_jump_back)
         if AUDIT_FOLDER in os.environ:
             # tf_audit runs this program. A normal import of the audit would go up the layers.
-            importlib.import_module('tf_tree_py.reports.audit_file').watch(self)
+            importlib.import_module('tf_tree_py.reports.audit').watch(self)
 
 
 class Snapshot(AllQueries, PlainSnapshot):

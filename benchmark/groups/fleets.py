@@ -17,7 +17,7 @@ from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import configuration, open_session, RobotPublisher
-from tf_tree_py.thinning.thinner import Thinner
+from tf_tree_py.thinning import Thinner
 import zenoh
 
 from .listening import start

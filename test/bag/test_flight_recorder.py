@@ -15,8 +15,12 @@ from tf_tree_py.core import Pose, TransformException
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.health.flight_recorder import FlightRecorder, Happened, LOOKUP_FAILED
-from tf_tree_py.health.recent_messages import RecentMessages
+from tf_tree_py.health.flight_recorder import (
+    FlightRecorder,
+    Happened,
+    LOOKUP_FAILED,
+    RecentMessages,
+)
 
 SECOND = 10**9
 ASKED = Happened('asked', 'by a test')

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from strategies import random_pose
-from tf_tree_py.beyond.uncertainty import covariances, large_angles
+from tf_tree_py.beyond.uncertainty import covariances, propagation
 from tf_tree_py.core import InvalidArgumentException, se3
 from tf_tree_py.core.geometry import so3
 from uncertain_trees import (
@@ -135,14 +135,14 @@ def test_left_jacobian_is_the_derivative_of_exp(rng):
 
 
 def test_draws_have_exact_moments():
-    draws = large_angles._draws(18)
+    draws = propagation._draws(18)
     np.testing.assert_allclose(draws.mean(axis=1), 0.0, atol=1e-15)
     np.testing.assert_allclose(draws @ draws.T / draws.shape[1], np.eye(18), atol=1e-12)
 
 
 @pytest.mark.parametrize('edges', [1, 2, 5, 10])
 def test_cubature_is_exact_to_the_fifth_degree(edges):
-    values, chosen, weights = large_angles._cubature(edges)
+    values, chosen, weights = propagation._cubature(edges)
     points = values[:, chosen].swapaxes(0, 1).reshape(3 * edges, -1)
     first, second, last = points[0], points[1], points[-1]
     for moment, expected in ((1.0, 1), (first, 0), (first ** 2, 1), (first * second, 0),
@@ -162,7 +162,7 @@ def several_errors(seed, degrees):
 @pytest.mark.parametrize('seed', range(3))
 def test_cubature_and_draws_agree_and_nothing_jumps_between_them(seed, degrees, tolerance):
     errors = several_errors(seed, degrees)
-    cubature, draws = large_angles._by_cubature(*errors), large_angles._by_draws(*errors)
+    cubature, draws = propagation._by_cubature(*errors), propagation._by_draws(*errors)
     scale = np.sqrt(np.outer(draws.diagonal(), draws.diagonal()))
     assert (np.abs(cubature - draws) / scale).max() < tolerance
 
@@ -172,5 +172,5 @@ def test_cubature_takes_edges_whose_rotation_is_certain():
     covariances[1, 3:] = covariances[1, :, 3:] = 0.0
     covariances[2, 5] = covariances[2, :, 5] = 0.0
     errors = places, covariances, upwards, point
-    np.testing.assert_allclose(large_angles._by_cubature(*errors),
-                               large_angles._by_draws(*errors), atol=1e-5)
+    np.testing.assert_allclose(propagation._by_cubature(*errors),
+                               propagation._by_draws(*errors), atol=1e-5)

@@ -11,9 +11,8 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.reports import explanation_text
-from tf_tree_py.reports.explanation import explain
-from tf_tree_py.reports.missing_transform import what_is_missing
-from tf_tree_py.reports.pose_text import FORMS
+from tf_tree_py.reports.explanation import explain, what_is_missing
+from tf_tree_py.reports.plain_text import FORMS
 
 SECOND = 10**9
 

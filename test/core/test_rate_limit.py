@@ -8,7 +8,7 @@ import itertools
 
 from hypothesis import given, strategies as st
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.thinning.rate_limit import RateLimit
+from tf_tree_py.thinning import RateLimit
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 PERIOD = 100

@@ -5,7 +5,7 @@ from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
-from tf_tree_py.reports import frames_text
+from tf_tree_py.reports import plain_text
 
 SECOND = 1_000_000_000
 
@@ -19,7 +19,7 @@ def buffer_of_a_robot():
 
 
 def as_yaml(buffer):
-    return frames_text.as_yaml(buffer.edges(), buffer.frames())
+    return plain_text.as_yaml(buffer.edges(), buffer.frames())
 
 
 def test_yaml_is_that_of_tf2():
@@ -41,21 +41,21 @@ def test_yaml_is_that_of_tf2():
 
 
 def test_yaml_of_nothing_is_an_empty_list():
-    assert frames_text.as_yaml([], []) == '[]'
+    assert plain_text.as_yaml([], []) == '[]'
     assert as_yaml(BufferCore()) == '[]'
 
 
 def test_string_is_a_line_for_each_frame_with_a_parent():
-    assert frames_text.as_string(buffer_of_a_robot().edges()) == (
+    assert plain_text.as_string(buffer_of_a_robot().edges()) == (
         'Frame base exists with parent odom.\n'
         'Frame camera exists with parent base.\n')
-    assert frames_text.as_string([]) == ''
+    assert plain_text.as_string([]) == ''
 
 
 def test_cleared_edge_is_not_reported():
     buffer = buffer_of_a_robot()
     buffer.clear()
-    assert frames_text.as_string(buffer.edges()) == 'Frame camera exists with parent base.\n'
+    assert plain_text.as_string(buffer.edges()) == 'Frame camera exists with parent base.\n'
 
 
 # --- odd names in YAML

@@ -12,7 +12,7 @@ from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose, waving_poses
 from tf_tree_py import BufferCore, lookup_twist, lookup_twist_many, Spline, SplineFitter
-from tf_tree_py.beyond.curves.spline_track import SplineTrack
+from tf_tree_py.beyond.curves.spline import SplineTrack
 from tf_tree_py.core import (
     FutureExtrapolationException,
     InvalidArgumentException,

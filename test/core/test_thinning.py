@@ -18,9 +18,7 @@ from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import IDENTITY
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.thinning.dead_band import DeadBand
-from tf_tree_py.thinning.senders import MovingSender
-from tf_tree_py.thinning.thinner import Thinner
+from tf_tree_py.thinning import DeadBand, MovingSender, Thinner
 
 SECOND = 1_000_000_000
 MIN_MOVE, MIN_TURN, SILENCE = 0.01, 0.02, 10

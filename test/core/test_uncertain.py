@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from strategies import random_pose
 from tf_tree_py import BufferCore
+from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
 from tf_tree_py.beyond.uncertainty.covariances import carried, composed
-from tf_tree_py.beyond.uncertainty.edge_covariances import EdgeCovariances
 from tf_tree_py.beyond.uncertainty.insertion import take_covariance
 from tf_tree_py.core import ExtrapolationException, Kind, Pose, se3
 from tf_tree_py.core.errors import InvalidArgumentException, LookupException

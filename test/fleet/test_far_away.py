@@ -31,7 +31,7 @@ ROBOT = f"""
     import threading
     import time
     from tf_tree_py.core import Pose, Sample
-    from tf_tree_py.thinning.senders import StaticSender
+    from tf_tree_py.thinning import StaticSender
     from tf_tree_py.fleet.uplink import Uplink
 
     uplink = Uplink('tcp/10.0.0.2:{PORT}', 'robot7', history=400,

@@ -12,7 +12,7 @@ from ros_helpers import until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, CovarianceListener, load, UNLIMITED
 from tf_tree_py.bag import Covariances, open_bag
-from tf_tree_py.beyond.uncertainty.edge_covariances import EdgeCovariances
+from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
 from tf_tree_py.core import Kind
 
 bags = pytest.importorskip('bags', reason='rosbags is not installed', exc_type=ImportError)

@@ -12,7 +12,7 @@ from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Severity
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.health.measures import message_columns
+from tf_tree_py.health.measures import sample_rows
 from tf_tree_py.tools.diagnostic_bytes import read_statuses
 from tf_tree_py.tools.tree_source import open_source
 
@@ -54,8 +54,8 @@ def test_fault_is_found_and_nothing_else(code, tmp_path):
     'duplicate_stamps', 'out_of_order', 'pose_jump'])
 def test_it_makes_no_difference_when_messages_are_looked_at(code, tmp_path, monkeypatch):
     """A fault across the border between two blocks is also detected."""
-    monkeypatch.setattr(message_columns, '_ENOUGH', 40)
-    monkeypatch.setattr(message_columns, '_OF_EACH', 1)
+    monkeypatch.setattr(sample_rows, '_ENOUGH', 40)
+    monkeypatch.setattr(sample_rows, '_OF_EACH', 1)
     found = worth_reporting(findings_of(FAULTY[code], tmp_path / 'blocks'))
     monkeypatch.undo()
     assert list(found) == [code]

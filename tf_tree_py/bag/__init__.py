@@ -8,7 +8,7 @@ No ROS is needed. The tree and its lookups are in ``core``; rosbags (``pip insta
 reads the files.
 """
 
-from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances
+from tf_tree_py.beyond.uncertainty.insertion import Covariances
 
 from .assembly.anomalies import Anomaly, BagWarning
 from .assembly.covariances import CovarianceTopics

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 import warnings
 
-from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances
+from tf_tree_py.beyond.uncertainty.insertion import Covariances
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.messages.frame_names import FrameFilter, rename

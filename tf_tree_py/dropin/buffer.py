@@ -17,7 +17,7 @@ from rclpy.node import Node
 from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 from tf_tree_py.core.geometry.so3 import Vector3
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.reports import frames_text
+from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds
@@ -142,7 +142,7 @@ class BufferCore(OurBuffer):
         return velocity.linear, velocity.angular
 
     def _allFramesAsDot(self, time: Any = None) -> str:
-        return frames_text.as_dot(self.edges())
+        return plain_text.as_dot(self.edges())
 
     def _frameExists(self, frame_id: str) -> bool:
         return frame_id in self.frames()

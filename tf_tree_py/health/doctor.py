@@ -17,10 +17,8 @@ from .checks.case import Case, Trouble
 from .checks.catalogue import CHECKS, CODES
 from .checks.check import Check
 from .checks.finding import Finding
-from .measures.edge_record import Edge, EdgeRecord, Parents
-from .measures.lately import Lately
-from .measures.message_columns import MessageColumn, MessageColumns
-from .measures.symptoms import is_stale, Symptoms, symptoms_of
+from .measures.edge_record import Edge, EdgeRecord, is_stale, Parents, Symptoms, symptoms_of
+from .measures.sample_rows import Lately, MessageColumn, MessageColumns
 from .measures.thresholds import Thresholds
 
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing is added.

@@ -10,8 +10,7 @@ from typing import Any
 
 from .checks.finding import Finding, Severity
 from .doctor import Doctor
-from .measures.edge_record import Edge
-from .measures.symptoms import Symptoms
+from .measures.edge_record import Edge, Symptoms
 
 # Rates are averaged over at least this time, seconds; over a shorter time they fluctuate.
 _WINDOW_S = 5.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import textwrap
 from typing import Any, NamedTuple
 
-from tf_tree_py.reports.text_table import as_lines
+from tf_tree_py.reports.plain_text import as_lines
 
 _WIDTH = 96
 

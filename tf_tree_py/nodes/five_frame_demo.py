@@ -14,7 +14,7 @@ from tf_tree_py.command.arguments import Parser, positive_number
 from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.reports.pose_text import as_line
+from tf_tree_py.reports.plain_text import as_line
 
 from .five_frame_listener import ASKING, FiveFrameListener, say
 from .five_frame_publisher import FiveFramePublisher, SETTINGS as PUBLISHER_SETTINGS

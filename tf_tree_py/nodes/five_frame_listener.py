@@ -14,8 +14,8 @@ from rclpy.task import Future
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import format_stamp, from_seconds
-from tf_tree_py.reports.missing_transform import what_is_missing
-from tf_tree_py.reports.pose_text import as_line
+from tf_tree_py.reports.explanation import what_is_missing
+from tf_tree_py.reports.plain_text import as_line
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import as_pose
 from tf_tree_py.ros.topics.listener import TransformListener

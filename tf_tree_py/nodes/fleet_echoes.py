@@ -9,7 +9,7 @@ import threading
 
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.thinning.senders import Send
+from tf_tree_py.thinning import Send
 
 # Samples that are remembered: sixteen seconds of 25 frames at 50 Hz.
 _REMEMBERED = 20_000

@@ -14,7 +14,7 @@ from tf_tree_py.fleet import FleetError, FleetListener
 from tf_tree_py.fleet.trust import without_others
 from tf_tree_py.fleet.uplink import Uplink
 from tf_tree_py.fleet.worker_threads import log
-from tf_tree_py.thinning.senders import MovingSender, StaticSender
+from tf_tree_py.thinning import MovingSender, StaticSender
 
 from .bad_input import BadInput
 from .robot_topics import fit_samples

@@ -8,7 +8,7 @@ from typing import Any
 
 from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
-from tf_tree_py.thinning.thinner import Thinner
+from tf_tree_py.thinning import Thinner
 
 from .parameters import FRAME_PREFIX, Setting
 

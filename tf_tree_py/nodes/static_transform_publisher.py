@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Header
-from tf_tree_py.beyond.uncertainty.edge_estimate import STATIC_COVARIANCE_TOPIC
+from tf_tree_py.beyond.uncertainty.insertion import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.command.arguments import number, Parser
 from tf_tree_py.ros.messages.convert import transform_message
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped

@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
-from tf_tree_py.thinning.senders import MovingSender, Send, StaticSender
+from tf_tree_py.thinning import MovingSender, Send, StaticSender
 
 from .bad_input import BadInput
 from .closing_node import ClosingNode

@@ -7,16 +7,20 @@ The lookup audit: which line of code looked up which time, and the resulting err
 A lookup of the latest transform, or of a stamp that was taken too late, returns a valid pose
 of the wrong moment without an error. An audit observes a buffer's lookups. For each calling
 line it compares the stamps with the newest data and with the current time, and measures how
-far the source moved in the target in between: in centimetres and degrees.
+far the source moved in the target in between: in centimetres and degrees. ``watch`` audits an
+unchanged program, and writes a file to a folder when the program ends.
 """
 
+import atexit
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass
+from itertools import count
 import json
 import math
-from pathlib import PurePath
+import os
+from pathlib import Path, PurePath
 import sys
 import time
 from typing import Any, NamedTuple
@@ -25,12 +29,13 @@ from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.messages.observers import End, Observer
+from tf_tree_py.core.messages.observers import AUDIT_FOLDER, End, Observer
 from tf_tree_py.core.stamp import from_seconds, LATEST
 from tf_tree_py.core.text import shorten
 from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.core.whole_files import write_whole
 
-from .text_table import as_lines
+from .plain_text import as_lines
 
 ASSUMED_AGE = from_seconds(0.1)
 """The assumed age of data whose pose was looked up with ``LATEST``, if it is not known."""
@@ -279,3 +284,21 @@ def _caller() -> Caller:
 def _is_library(module: str) -> bool:
     package, *inside = module.split('.')
     return package == _PACKAGE and _EXECUTABLES.isdisjoint(inside[:1])
+
+
+_numbers = count()
+
+
+def watch(buffer: Queries) -> None:
+    """Audit a buffer's lookups until the process ends, then write the audit to the folder."""
+    audit = LookupAudit(buffer, getattr(buffer, 'now', time.time_ns))
+    buffer.observers.add(audit)
+    path = Path(os.environ[AUDIT_FOLDER], f'{os.getpid()}-{next(_numbers)}.json')
+    atexit.register(lambda: write_whole(path, [audit.as_json().encode()]))
+
+
+def read(folder: Path) -> list[Line] | None:
+    """Return the lines of all programs, the worst first; None if no buffer was made."""
+    files = list(folder.glob('*.json'))
+    return worst_first(line for file in files for line in lines_of(file.read_text())
+                       ) if files else None

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from tf_tree_py.core.text import shorten
 
 from .frame_graph import FrameGraph, GraphEdge
-from .frames_text import quoted
+from .plain_text import quoted
 
 # Characters of a name in a drawing.
 _LONGEST = 48

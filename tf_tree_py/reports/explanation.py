@@ -1,22 +1,125 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The explanation of a lookup's answer, or of its failure, as data and as JSON."""
+"""
+The explanation of a lookup's answer, or of its failure, as data and as JSON.
+
+It includes the uncertainty of the answer with the contribution of each edge, and, if there is
+no answer, the reason in words for the operator of a robot.
+"""
 
 from dataclasses import dataclass
 from itertools import islice
+from math import degrees
 from typing import Any
 
+import numpy as np
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
-from tf_tree_py.core.errors import TransformException
+from tf_tree_py.beyond.uncertainty.uncertain import Share
+from tf_tree_py.core.errors import ExtrapolationException, TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
-from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import format_span, from_seconds, LATEST
 from tf_tree_py.core.text import nearest
 from tf_tree_py.core.tree.outline import EdgeInfo
+from tf_tree_py.core.tree.queries import Queries
 
-from .certainty import Certainty, certainty_of
-from .missing_transform import what_is_missing
+# Data this far behind is not late: its stamps come from another clock.
+_ANOTHER_CLOCK = from_seconds(3600.0)
+
+
+def what_is_missing(tree: Queries, error: TransformException) -> str:
+    """
+    Return why a lookup failed; for a stamp, all edges that ended before it.
+
+    The error itself names one of them.
+    """
+    if not isinstance(error, ExtrapolationException) or error.requested is None:
+        return str(error)
+    asked = error.requested
+    late = [edge for edge in _moving_edges(tree, error) if edge.latest < asked]
+    if late:
+        edges = ', '.join(f'{edge.parent} -> {edge.child}' for edge in late)
+        senders = ', '.join(sorted({edge.authority for edge in late if edge.authority}))
+        gap = asked - min(edge.latest for edge in late)
+        by = f', sent by {senders}' if senders else ''
+        fact = f'{edges}{by}, ended {format_span(gap)} before'
+    elif error.oldest is not None and error.oldest > asked:
+        gap = error.oldest - asked
+        fact = f'{error.parent} -> {error.child} begins {format_span(gap)} after'
+    else:  # the data has arrived since
+        return str(error)
+    hint = '; do both use the same clock (use_sim_time)?' if gap > _ANOTHER_CLOCK else ''
+    return f'{fact} the requested stamp{hint}'
+
+
+def _moving_edges(tree: Queries, error: TransformException) -> list[EdgeInfo]:
+    """Return the moving edges between the two frames, beginning at the target."""
+    if error.source_frame is None or error.target_frame is None:
+        return []
+    try:
+        edges = tree.edges_between(error.source_frame, error.target_frame)
+    except TransformException:  # they are no longer connected
+        return []
+    return [edge for edge in edges if not edge.static]
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """
+    The uncertainty of ``target_T_source``.
+
+    :ivar covariance: (6, 6), see ``lookup_uncertain``.
+    :ivar shares: the contribution of each edge that has a covariance, the largest part of the
+        position first.
+    """
+
+    covariance: Array
+    shares: tuple[Share, ...]
+
+    @property
+    def position_sigma(self) -> float:
+        """Return the standard deviation of the position in its worst direction, metres."""
+        return _worst(self.covariance[:3, :3])
+
+    @property
+    def rotation_sigma(self) -> float:
+        """Return the standard deviation of the rotation about its worst axis, radians."""
+        return _worst(self.covariance[3:, 3:])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {'sigma_m': self.position_sigma, 'sigma_deg': degrees(self.rotation_sigma),
+                'covariance': self.covariance.tolist(),
+                'shares': [{'parent': share.parent, 'child': share.child,
+                            'position': share.position, 'rotation': share.rotation}
+                           for share in self.shares]}
+
+
+def _worst(covariance: Array) -> float:
+    # Rounding may make an eigenvalue of a nearly singular covariance negative.
+    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+
+
+def certainty_of(tree: UncertainQueries, target: str, source: str, stamp: int) -> Certainty | None:
+    """
+    Return the uncertainty of a lookup's answer.
+
+    :param stamp: of the answer, nanoseconds.
+    :return: None if no edge between the two has a covariance.
+    """
+    if not tree.has_covariances:
+        return None
+    try:
+        shares = tree.lookup_budget(target, source, stamp)
+        # A buffer of ROS returns a message.
+        covariance = (UncertainQueries.lookup_uncertain(tree, target, source, stamp)[1]
+                      if shares else None)
+    except TransformException:  # the data has expired since the lookup
+        return None
+    return None if covariance is None else Certainty(covariance, tuple(shares))
+
 
 # If a frame is missing, no more than this number of known frames are listed.
 _MAX_FRAMES = 100

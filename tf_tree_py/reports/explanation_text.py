@@ -7,8 +7,7 @@ from math import degrees
 
 from tf_tree_py.core.stamp import format_span
 
-from .certainty import Certainty
-from .explanation import ExplainedEdge
+from .explanation import Certainty, ExplainedEdge
 
 
 def kind_of(edge: ExplainedEdge) -> str:

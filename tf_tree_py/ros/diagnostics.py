@@ -20,13 +20,11 @@ from tf_tree_py.core.messages.incidents import Kind, REMARKS
 from tf_tree_py.core.stamp import as_seconds, DEAD_SILENCE, format_span, format_stamp
 from tf_tree_py.core.text import listed
 from tf_tree_py.core.tree.outline import EdgeInfo
-from tf_tree_py.health.checks.publishers import late_joiner, qos_mismatch
-from tf_tree_py.health.checks.structure import two_parents
+from tf_tree_py.health.checks.case import are_robots, pieces_of
+from tf_tree_py.health.checks.structure import late_joiner, qos_mismatch, two_parents
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.health.measures.edge_record import Edge
-from tf_tree_py.health.measures.lately import Lately
-from tf_tree_py.health.measures.pieces import are_robots, pieces_of
-from tf_tree_py.health.measures.symptoms import Symptoms
+from tf_tree_py.health.measures.edge_record import Edge, Symptoms
+from tf_tree_py.health.measures.sample_rows import Lately
 from tf_tree_py.reports.switch_status import as_values, DIAGNOSTICS_TOPIC
 
 from .buffer.buffer import Buffer

@@ -13,7 +13,7 @@ import rclpy
 from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
-from tf_tree_py.beyond.uncertainty.edge_estimate import STATIC_COVARIANCE_TOPIC
+from tf_tree_py.beyond.uncertainty.insertion import STATIC_COVARIANCE_TOPIC
 from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.buffer.waiting import WallDeadline

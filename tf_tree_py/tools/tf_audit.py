@@ -20,8 +20,7 @@ from tf_tree_py.command.output import console, fields, print_json, styled
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER
 from tf_tree_py.core.stamp import format_span
 from tf_tree_py.core.text import times
-from tf_tree_py.reports.audit import Line
-from tf_tree_py.reports.audit_file import read
+from tf_tree_py.reports.audit import Line, read
 
 NAME = 'tf_audit'
 VERSION = 1

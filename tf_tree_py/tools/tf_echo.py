@@ -19,9 +19,8 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
 from tf_tree_py.core.text import listed
 from tf_tree_py.reports import explanation_text
-from tf_tree_py.reports.certainty import Certainty
-from tf_tree_py.reports.explanation import explain, ExplainedEdge, Explanation
-from tf_tree_py.reports.pose_text import FORMS
+from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Explanation
+from tf_tree_py.reports.plain_text import FORMS
 
 from .tree_arguments import add_source, frame, stamp
 from .tree_source import nothing_arrived, open_source, TreeSource

@@ -12,8 +12,7 @@ in order, one by one.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 
-from tf_tree_py.beyond.uncertainty.edge_estimate import EdgeEstimate
-from tf_tree_py.beyond.uncertainty.insertion import take_estimate
+from tf_tree_py.beyond.uncertainty.insertion import EdgeEstimate, take_estimate
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES

@@ -6,8 +6,8 @@
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TypeAlias
 
-from tf_tree_py.beyond.uncertainty.edge_covariances import EdgeCovariances
-from tf_tree_py.beyond.uncertainty.edge_estimate import Covariances, EdgeEstimate, not_moved
+from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
+from tf_tree_py.beyond.uncertainty.insertion import Covariances, EdgeEstimate, not_moved
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.byte_cursor import WireError

@@ -9,7 +9,7 @@ the pose (translation x y z, rotation x y z w) and 36 of its covariance. The vel
 Odometry is not read.
 """
 
-from tf_tree_py.beyond.uncertainty.edge_estimate import EdgeEstimate
+from tf_tree_py.beyond.uncertainty.insertion import EdgeEstimate
 from tf_tree_py.core.messages.byte_cursor import cdr_cursor, ros1_cursor
 
 

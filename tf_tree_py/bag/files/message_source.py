@@ -6,7 +6,7 @@
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple, Protocol, TYPE_CHECKING
 
-from tf_tree_py.beyond.uncertainty.edge_estimate import STATIC_COVARIANCE_TOPIC
+from tf_tree_py.beyond.uncertainty.insertion import STATIC_COVARIANCE_TOPIC
 
 if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition

@@ -29,8 +29,7 @@ from tf_tree_py.core.stamp import FOREVER, UNLIMITED
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.frozen import storable
 
-from .constant_twist import ConstantTwist
-from .curve import as_edge_curve, Curve, EdgeCurve
+from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve
 from .spline import Spline
 
 

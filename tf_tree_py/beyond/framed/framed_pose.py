@@ -17,6 +17,9 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.times import Stamp
+from tf_tree_py.core.tree.queries import Queries
 
 Target = TypeVar('Target', bound=str)
 Source = TypeVar('Source', bound=str)
@@ -129,3 +132,17 @@ class FramedPose(Generic[Target, Source]):
 
     def __str__(self) -> str:
         return f'{self.name}: {self.pose}'
+
+
+class FramedQueries(Queries):
+    """Lookups whose results have the names of their frames."""
+
+    def lookup_framed(self, target_frame: Target, source_frame: Source,
+                      stamp: Stamp = LATEST) -> FramedPose[Target, Source]:
+        """
+        Return the pose of ``lookup`` with its frames and its stamp.
+
+        ``a @ b`` composes such poses only if their inner frame names are equal.
+        """
+        found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
+        return FramedPose(target_frame, source_frame, Pose._make(pose), found)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Several sources of one edge in a live buffer, and switching between them.
+Several sources of one edge in a live buffer: inserting, switching between them, and queries.
 
-``tree.sources`` describes sources and the rule.
+``edge_sources`` has the rule.
 """
 
 from collections.abc import Sequence
@@ -13,16 +13,19 @@ import operator
 from typing import Any
 
 from tf_tree_py.core.buffer.intake import Intake
+from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry.poses import checked_pose, PoseLike
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.sample import checked, checked_frame, Sample
+from tf_tree_py.core.messages.sample import admitted, checked, checked_frame, Sample
 from tf_tree_py.core.stamp import format_span, from_seconds
+from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.tree import Tree
 
 from .edge_sources import EdgeSources, Rule
-from .source_samples import Sources, SourceSamples
-from ..corrections.absorbing import Transition
+from .source_samples import EdgeSource, smoothed, Sources, SourceSamples
+from ..corrections.absorbing import checked_limits, CorrectionQueries, DEFAULT_OVER, Transition
 from ..corrections.blend import BlendLimits
 
 DEFAULT_WINDOW = from_seconds(1.0)
@@ -169,3 +172,105 @@ def _gate(given: Any) -> tuple[float, float] | None:
         raise InvalidArgumentException(
             f'gate must be metres and radians, or None, not {given!r}')
     return metres, radians
+
+
+class SourceBuffer(PlainBuffer):
+    """A buffer whose edges may have several sources."""
+
+    _known_switching: Switching | None = None
+
+    def _switching(self) -> Switching:
+        """Return the sources of the edges; created when the first sample of a source arrives."""
+        with self._lock:
+            if self._known_switching is None:
+                self._known_switching = Switching(self._tree, self.waiting, self.intake)
+            return self._known_switching
+
+    def insert_from(self, source: str, parent: str, child: str, stamp: Stamp,
+                    pose: PoseLike) -> list[Incident]:
+        """
+        Insert a transform from one of several sources of an edge.
+
+        The samples of all sources are kept. Lookups use one source: the first that sent a
+        sample, until ``switch`` or the rule selects another one.
+
+        :param source: its name, such as 'wheels'; also the authority.
+        :return: the incidents, including a source that was replaced.
+        :raises InvalidArgumentException: an invalid stamp, pose or name, or a parent
+            that differs from that of the other sources.
+
+        The other parameters are those of ``insert``.
+        """
+        source = checked_source(source)
+        sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
+        return self._switching().take(source, sample)
+
+    def switch(self, child: str, to: str, over: int = DEFAULT_OVER, *,
+               max_speed: float = math.inf, max_turn_rate: float = math.inf,
+               reach: float = 0.0) -> Transition | None:
+        """
+        Switch an edge to another of its sources, with a blend like that of a correction.
+
+        The blend begins at the edge's current pose and ends at the poses of the other source.
+        The edge's corrections are removed, because they were measured for the previous source.
+
+        :param to: the name of a source that has sent samples.
+        :return: when the blend begins and ends; None if the switch is pending: a source that
+            lags behind becomes active when it has reached the edge's newest sample.
+        :raises InvalidArgumentException: an unknown source, the active source, a source that
+            began after the edge's newest sample, or one that fell silent long before it.
+
+        The other parameters are those of ``correct``.
+        """
+        return self._switching().switch(
+            child, to, checked_limits(over, max_speed, max_turn_rate, reach))
+
+    def switch_by_rule(self, child: str, *, max_age: int, gate: tuple[float, float] | None = None,
+                       window: int = DEFAULT_WINDOW, over: int = DEFAULT_OVER,
+                       max_speed: float = math.inf, max_turn_rate: float = math.inf,
+                       reach: float = 0.0, prefer: Sequence[str] = (),
+                       steady: int = DEFAULT_STEADY) -> None:
+        """
+        Replace the active source of an edge when it fails; each replacement is an incident.
+
+        A source that falls silent is replaced by the oldest of the others. A source whose
+        motion differs from that of the others is replaced by one of the largest group of
+        sources that agree; of groups of equal size, the one with the oldest source. The oldest
+        source is the one that sent its first sample first. The rule is evaluated whenever a
+        sample of any source arrives, without polling.
+
+        :param max_age: how far a source's newest sample may lie behind that of another,
+            nanoseconds.
+        :param gate: by how many metres and radians the motions of two sources over the
+            window may differ; None: no limit.
+        :param window: nanoseconds; with a gate it must be shorter than ``cache_time``.
+        :param prefer: sources, the best first: the edge returns to a better source that is
+            steady again. Sources that are not listed come last.
+        :param steady: how long a better source must have sent without a pause of max_age before
+            the edge returns to it, nanoseconds; with a gate it must also agree.
+        :raises InvalidArgumentException: an edge without sources, or an invalid limit.
+
+        One stamp in the far future makes all other sources silent: set ``max_future`` to
+        refuse such stamps.
+
+        The other parameters are those of ``correct``.
+        """
+        limits = checked_limits(over, max_speed, max_turn_rate, reach)
+        self._switching().switch_by_rule(child, checked_rule(
+            max_age, gate, window, limits, prefer, steady))
+
+
+class SourceQueries(CorrectionQueries):
+    """The sources of edges, thread-safe."""
+
+    def sources_of(self, child: str) -> list[EdgeSource]:
+        """Return the sources of an edge, in order of their first samples."""
+        with self._lock:
+            known = self._tree.companion(Sources)
+            sources = known.by_child.get(child) if known is not None else None
+            return sources.listed() if sources is not None else []
+
+    def _smoothed(self) -> Tree:
+        twin = super()._smoothed()
+        smoothed(self._tree, twin)
+        return twin

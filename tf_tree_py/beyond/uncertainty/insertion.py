@@ -1,20 +1,175 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Insertion of covariances into a buffer."""
+"""
+Insertion of covariances into a buffer, also of poses with covariances from other topics.
 
+Which edges such a pose belongs to is decided here, by the same rules for live and for recorded
+topics.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_AUTHORITY, PlainBuffer
+from tf_tree_py.core.errors import InvalidArgumentException, TransformException
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.poses import checked_pose, PoseLike
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.sample import admitted, Sample
+from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.sample import admitted, checked, Sample
 from tf_tree_py.core.times import Stamp
 
-from .covariances import checked_covariance
-from .edge_covariances import set_covariance
-from .edge_estimate import EdgeEstimate
+from .covariance_history import set_covariance
+from .covariances import carried, checked_covariance
+
+STATIC_COVARIANCE_TOPIC = '/tf_static_covariance'
+"""Where ``static_transform_publisher`` sends static edges' covariances, as Odometry."""
+
+Edge = tuple[str, str]
+
+# Whether the messages of a type name the frame whose pose they contain.
+_NAMES_ITS_CHILD = {'nav_msgs/Odometry': True, 'geometry_msgs/PoseWithCovarianceStamped': False}
+
+# A rotation with a larger variance than this, radians^2, is completely unknown.
+_UNKNOWN = np.pi ** 2
+_OFF_THE_FLOOR = [2, 3, 4]
+
+
+class EdgeEstimate(NamedTuple):
+    """
+    The pose of a frame in another at a stamp, with its covariance.
+
+    :ivar child: '' if the message does not name it.
+    :ivar pose: ``parent_T_child``.
+    :ivar covariance: (6, 6), see ``geometry.covariances``; (36,) as in the message before it
+        has been checked.
+    """
+
+    parent: str
+    child: str
+    stamp: int
+    pose: PoseTuple
+    covariance: Array
+
+    def of(self, other: str, child_T_other: PoseTuple) -> 'EdgeEstimate':
+        """Return the estimate of another frame that is rigidly attached to the child."""
+        pose = se3.compose(self.pose, child_T_other)
+        lever = np.subtract(pose[:3], self.pose[:3])
+        return EdgeEstimate(self.parent, other, self.stamp, pose,
+                            carried(np.eye(3), lever, self.covariance))
+
+
+@dataclass(frozen=True)
+class Covariances:
+    """
+    The edge that the covariances of a topic belong to.
+
+    The messages are Odometry or PoseWithCovarianceStamped. By default, the edge is the one
+    between the message's two frames.
+
+    :ivar child: the frame whose pose the messages contain; Odometry names it.
+    :ivar edge: (parent, child) of another edge that the covariances belong to. For example,
+        amcl_pose contains the robot's pose in map, but the uncertain edge is
+        ('map', 'odom'). The covariance is then moved to the origin of odom at that time.
+        The parent is the message's frame.
+    :ivar with_poses: insert the pose too, for an edge that is not on ``/tf``.
+    :ivar planar: use only x, y and the rotation about z. Drivers of robots on a floor give
+        the other components a variance of 1e6, although these are fixed, not unknown.
+    :raises ValueError: arguments that contradict each other.
+    """
+
+    child: str | None = None
+    edge: Edge | None = None
+    with_poses: bool = False
+    planar: bool = False
+
+    def __post_init__(self) -> None:
+        child, edge = self.child, self.edge
+        if not isinstance(child, str | None):
+            raise ValueError(f'child is the name of a frame, not {child!r}')
+        if edge is None:
+            return
+        if not isinstance(edge, tuple | list) or len(edge) != 2 or not all(
+                isinstance(frame, str) for frame in edge):
+            raise ValueError(f"edge is (parent, child), such as ('map', 'odom'), not {edge!r}")
+        if self.with_poses:
+            raise ValueError('with_poses applies to the edge between the two frames of the '
+                             f'message; {edge} is another edge')
+
+    def check_type(self, type_name: str) -> bool:
+        """
+        Return whether messages of a type contain the name of their child frame.
+
+        :param type_name: in the form of ROS 2 or ROS 1, such as ``nav_msgs/msg/Odometry``.
+        :raises ValueError: another type, or neither the messages nor ``child`` name the frame.
+        """
+        names_its_child = _NAMES_ITS_CHILD.get(type_name.replace('/msg/', '/'))
+        if names_its_child is None:
+            raise ValueError(f'{type_name} is neither Odometry nor PoseWithCovarianceStamped')
+        if not (names_its_child or self.child):
+            raise ValueError('a PoseWithCovarianceStamped does not name the frame whose pose it '
+                             "contains: pass child=..., such as 'base_link' for amcl_pose")
+        return names_its_child
+
+    def judged(self, received: EdgeEstimate, authority: str) -> EdgeEstimate | Incident:
+        """
+        Return the checked estimate of a message, or an incident if it cannot be used.
+
+        :param received: the estimate as the message contains it.
+        :param authority: the sender.
+        """
+        sample = checked(Sample(
+            received.parent.removeprefix('/'),
+            (self.child or received.child).removeprefix('/'),
+            received.stamp, received.pose), authority)
+        if isinstance(sample, Incident):
+            return sample
+        try:
+            covariance = checked_covariance(received.covariance)
+        except InvalidArgumentException as error:
+            return _refused(sample, authority, str(error))
+        if self.planar:
+            covariance[_OFF_THE_FLOOR] = covariance[:, _OFF_THE_FLOOR] = 0.0
+        fault = _fault_of(covariance) or self._fault_of_edge(sample.parent)
+        return _refused(sample, authority, fault) if fault else EdgeEstimate(*sample, covariance)
+
+    def _fault_of_edge(self, parent: str) -> str:
+        if self.edge is None or self.edge[0] == parent:
+            return ''
+        return f'it is a pose in {parent!r}, which is not the parent of the edge {self.edge}'
+
+    def carrier(self, estimate: EdgeEstimate) -> str | None:
+        """Return the frame to whose origin to move an estimate; None if it is there already."""
+        if self.edge is None or self.edge[1] == estimate.child:
+            return None
+        return self.edge[1]
+
+
+def not_moved(estimate: EdgeEstimate, frame: str, error: TransformException | None,
+              authority: str) -> Incident:
+    """Return an incident: the pose of the frame to move an estimate to is not available."""
+    return _refused(estimate, authority,
+                    f'the pose of {frame!r} at that time is not available: {error}')
+
+
+def _refused(about: Sample | EdgeEstimate, authority: str, why: str) -> Incident:
+    return Incident(Kind.BAD_COVARIANCE, about.parent, about.child, about.stamp, authority, why)
+
+
+def _fault_of(covariance: Array) -> str:
+    """Return why a covariance contains no information, or ''."""
+    if not covariance.any():
+        return 'it is all zero: the sender did not set it, and the edge keeps its covariance'
+    widest = float(covariance.diagonal()[3:].max())
+    if widest > _UNKNOWN:
+        return (f'the variance of a rotation is {widest:g} rad^2, wider than a full turn: the '
+                'rotation is unknown. For a robot on a floor, planar=True uses only x, y and yaw')
+    return ''
 
 
 class UncertainBuffer(PlainBuffer):

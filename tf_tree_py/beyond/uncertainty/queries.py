@@ -15,10 +15,17 @@ from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamp, StampsLike
 from tf_tree_py.core.tree.queries import Queries
 
-from .edge_covariances import EdgeCovariances
+from .covariance_history import EdgeCovariances
 from .shared_errors import Piece, SharedErrors
-from .uncertain import covariances_at, Share, shares, Uncertain
-from .uncertain_lookup import EdgeErrors, errors_at, errors_on_fixed_path
+from .uncertain import (
+    covariances_at,
+    EdgeErrors,
+    errors_at,
+    errors_on_fixed_path,
+    Share,
+    shares,
+    Uncertain,
+)
 
 
 class UncertainQueries(Queries):

@@ -20,12 +20,10 @@ from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.tree import Tree
 
-from .covariance_history import Uncertainty
+from .covariance_history import known_covariances, Uncertainty
 from .covariances import ends_turned, rows_of, SKEW, unpack
-from .edge_covariances import known_covariances
-from .large_angles import with_shared_errors
-from .propagation import SMALL_ANGLES, steps_between
-from .uncertain_lookup import pending_error
+from .propagation import SMALL_ANGLES, steps_between, with_shared_errors
+from .uncertain import pending_error
 
 # The child and the parent of an edge.
 _Edge = tuple[str, str]

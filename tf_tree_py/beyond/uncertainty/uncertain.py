@@ -6,23 +6,223 @@ Lookups with a covariance, and the share of each edge in it.
 
 Edges without a covariance are certain. An edge above the meeting point of the two frames is
 not on the path, so its errors have no effect.
+
+For one stamp this file does what ``propagation`` does for arrays of stamps: edge by edge with
+plain floats, and then with a few products for all edges at once, because numpy takes as long
+for one edge as for all of them.
 """
 
 from collections.abc import Sequence
+import struct
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.edges.storage import Bytes
+from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.tree import Tree
 
-from .covariance_history import Around, has_pending, interpolated
-from .covariances import pack
-from .edge_covariances import known_covariances
-from .propagation import is_certain, placed, steps_between, total
-from .uncertain_lookup import EdgeErrors, errors_at
+from .covariance_history import (
+    Around,
+    has_pending,
+    interpolated,
+    known_covariances,
+    Term,
+    whole_term,
+)
+from .covariances import (
+    carried_by,
+    pack,
+    PACKED_FLOATS,
+    SKEW,
+    Terms,
+    turned_by,
+    unpack,
+)
+from .propagation import is_certain, placed, SMALL_ANGLES, steps_between, total, with_large_angles
+
+
+class EdgeErrors:
+    """
+    The errors of the uncertain edges on a path, at one stamp.
+
+    An edge has one or more terms w M C M^T; see ``edges.uncertainty.Term``. The numbers are
+    stored in rows until they are evaluated, without the lock.
+
+    :ivar steps: the edges, from the target to the source.
+    """
+
+    __slots__ = ('steps', '_poses', '_firsts', '_owners', '_terms', '_packed')
+
+    def __init__(self) -> None:
+        self.steps: list[Step] = []
+        # 12 numbers for each edge: the matrix from its errors' axes to the target's, row by row,
+        # and the position of the errors in the target.
+        self._poses: list[float] = []
+        # The index of each edge's first term.
+        self._firsts: list[int] = []
+        # For each term the index of its edge, ten numbers w and M, and C.
+        self._owners: list[int] = []
+        self._terms: list[float] = []
+        self._packed: list[Bytes] = []
+
+    def add_edge(self, step: Step, before: PoseTuple, here: PoseTuple,
+                 terms: Sequence[Term]) -> None:
+        """
+        Add the errors of an edge, if it has any.
+
+        :param before: the pose in the target of the edge's first frame on the path; ``here``: of
+            its second frame.
+        """
+        if terms:
+            parent, child = (here, before) if step.upwards else (before, here)
+            self.add(step, parent[3:], child[:3], terms)
+
+    def add(self, step: Step, axes: so3.Quaternion, place: so3.Vector3,
+            terms: Sequence[Term]) -> None:
+        """
+        Add errors of an edge.
+
+        :param axes: of the errors, in the target; ``place``: the point that they move, likewise.
+        """
+        if not terms:
+            return
+        owner = len(self.steps)
+        self.steps.append(step)
+        self._firsts.append(len(self._owners))
+        first, second, third = so3.as_matrix(axes)
+        self._poses += (*first, *second, *third, *place)
+        for weight, turn, packed in terms:
+            self._owners.append(owner)
+            self._terms += (weight, *turn)
+            self._packed.append(packed)
+
+    def shares(self, point: so3.Vector3) -> Array:
+        """Return the share of each edge at a point of the target, (E, 6, 6)."""
+        if not self.steps:
+            return np.zeros((0, 6, 6))
+        return self._summed(_parts(point, *self._axes_and_places(), *self._covariances()))
+
+    def total(self, point: so3.Vector3) -> Array:
+        """Return the covariance (6, 6) of a point of the target behind all edges."""
+        if not self.steps:
+            return np.zeros((6, 6))
+        axes, places = self._axes_and_places()
+        terms, covariances = self._covariances()
+        total = np.asarray(np.add.reduce(_parts(point, axes, places, terms, covariances)))
+        # The sum of the three variances is invariant under rotations.
+        if total.item(3, 3) + total.item(4, 4) + total.item(5, 5) <= SMALL_ANGLES:
+            return total
+        return with_large_angles(
+            axes, places, self._summed(turned_by(terms and terms.turns, covariances)),
+            [step.upwards for step in self.steps], np.array(point))
+
+    def _axes_and_places(self) -> tuple[Array, Array]:
+        """Return the errors' axes (E, 3, 3) and places (E, 3), in the target."""
+        poses = _array(self._poses).reshape(-1, 12)
+        return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
+
+    def _covariances(self) -> tuple[Terms | None, Array]:
+        """Return the rotations of the terms, None if there are none, and w C (n, 6, 6)."""
+        covariances = unpack(np.frombuffer(b''.join(self._packed)).reshape(-1, PACKED_FLOATS))
+        if len(self._owners) == len(self.steps):
+            return None, covariances
+        numbers = _array(self._terms).reshape(-1, 10)
+        covariances *= numbers[:, 0, None, None]
+        return Terms(np.array(self._owners), numbers[:, 1:].reshape(-1, 3, 3)), covariances
+
+    def _summed(self, parts: Array) -> Array:
+        """Return the sums of the terms (n, 6, 6) of each edge."""
+        if len(parts) == len(self.steps):
+            return parts
+        return np.asarray(np.add.reduceat(parts, self._firsts, axis=0))
+
+
+def _parts(point: so3.Vector3, axes: Array, places: Array, terms: Terms | None,
+           covariances: Array) -> Array:
+    """Return the share of each term at a point, (n, 6, 6)."""
+    crossed = ((places - point) @ SKEW).reshape(-1, 3, 3) @ axes
+    return carried_by(axes, crossed, terms, covariances)
+
+
+def _array(numbers: Sequence[float]) -> Array:
+    """Return ``np.array(numbers)``, read-only, in less than half of its time."""
+    return np.frombuffer(struct.pack(f'{len(numbers)}d', *numbers))
+
+
+def errors_on_fixed_path(tree: Tree, target: str, source: str, stamp: int,
+                         independent: bool) -> tuple[int, PoseTuple, EdgeErrors] | None:
+    """
+    Return the stamp, with ``LATEST`` resolved, the pose, and its errors; the tree is locked.
+
+    :return: None if the path changes with the stamp, or there is no answer: then ``lookup`` finds
+        the path, or raises an error with the reason.
+    """
+    if target == source:
+        return None
+    try:
+        path = tree.ways.fixed_path(target, source)
+        if path is None:
+            return None
+        found = path.latest_common_time() if stamp == LATEST else stamp
+        pose, poses = path.poses_at(found)
+    except TransformException:
+        return None
+    return found, pose, _errors_along(tree, path.steps(), poses, found, independent)
+
+
+def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
+              independent: bool) -> EdgeErrors:
+    """
+    Return the errors of a lookup that has an answer; the tree is locked.
+
+    :param newest: whether the lookup was for ``LATEST``; that stays unresolved if all edges are
+        static.
+    """
+    if target == source or is_certain(tree):
+        return EdgeErrors()
+    steps = steps_between(tree, target, source, None if newest and stamp == LATEST else stamp)
+    return _errors_along(tree, steps, [step.history.sample(stamp) for step in steps], stamp,
+                         independent)
+
+
+def _errors_along(tree: Tree, steps: Sequence[Step], poses: Sequence[PoseTuple], stamp: int,
+                  independent: bool) -> EdgeErrors:
+    errors = EdgeErrors()
+    here: PoseTuple = se3.IDENTITY
+    for step, pose in zip(steps, poses, strict=True):
+        before, here = here, se3.compose(here, se3.inverse(pose) if step.upwards else pose)
+        errors.add_edge(step, before, here, terms_of(tree, step, stamp, pose, independent))
+    return errors
+
+
+def terms_of(tree: Tree, step: Step, stamp: int, pose: PoseTuple,
+             independent: bool) -> Sequence[Term]:
+    """Return the errors of an edge with its pose at a stamp; empty if it is certain."""
+    history = step.history
+    known = known_covariances(tree, step.parent, history.child)
+    terms: Sequence[Term] = ()
+    if known is not None:
+        terms = known.terms_at(stamp, history, independent)
+    error = pending_error(history, stamp, pose)
+    if error is not None:
+        terms = [*terms, whole_term(np.outer(error, error))]
+    return terms
+
+
+def pending_error(history: History, stamp: int, pose: PoseTuple) -> Array | None:
+    """Return the pending correction, d (6,); None if there is none."""
+    if not has_pending(history):
+        return None
+    error = history.pending(np.array([stamp]), np.array([pose]))
+    return None if error is None or not error.any() else error[0]
+
 
 # Stamps per block: a covariance takes 288 bytes, and each stamp needs several.
 _BLOCK = 2048

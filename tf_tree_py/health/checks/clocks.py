@@ -11,8 +11,8 @@ from tf_tree_py.core.text import times
 from .case import Case, Delays, is_frozen
 from .check import check, of_edge, publishers_of, Remark
 from .finding import Severity
-from ..measures.clock_steps import ClockStep
 from ..measures.edge_record import EdgeRecord, MovingEdge
+from ..measures.timing import ClockStep
 
 # Two clocks that chrony synchronises may differ by this much.
 _AHEAD = from_seconds(0.05)

@@ -19,8 +19,7 @@ from tf_tree_py.core.text import times
 from .case import Case, timing_of
 from .check import check, of_edge, publishers_of, Remark
 from .finding import Severity
-from ..measures.edge_record import EdgeRecord, MovingEdge
-from ..measures.symptoms import is_stale, silence_of
+from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
 from ..measures.timing import Timing
 
 # How old an edge's newest sample may be, nanoseconds, and the edge.

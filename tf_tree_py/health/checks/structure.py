@@ -1,20 +1,210 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Checks of the structure of the tree."""
+"""Checks of the structure of the tree: frame names, parents, publishers, and sources."""
 
 from collections.abc import Iterator
+import re
 
 from tf_tree_py.core.messages.incidents import Kind
+from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.text import listed, shorten, times
 
-from .case import Case
-from .check import check, of_trouble, publishers_of, Remark
+from .case import are_robots, Case
+from .check import check, names_of, of_edge, of_trouble, publishers_of, Remark
+from .clocks import was_short
 from .finding import Severity
-from .frame_name_checks import likeness
-from ..measures.edge_record import EdgeRecord
-from ..measures.pieces import are_robots
+from ..measures.edge_record import EdgeRecord, MovingEdge
+
+_SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
+
+
+def likeness(name: str) -> str:
+    """Return a name in lower case, without blanks and separators."""
+    # A separator between two digits is kept: link_1_1 is not link_11.
+    return _SEPARATOR.sub('', name.casefold())
+
+
+@check(Severity.WARNING,
+       catches='names that differ only in case, separators or blanks: base_link and baselink',
+       cause='the same frame is spelled in two ways, such as in a URDF and in a parameter file',
+       fix='use one spelling; if they are two frames, give them names that differ')
+def similar_names(case: Case) -> Iterator[Remark]:
+    """Find frames whose names have the same likeness."""
+    alike: dict[str, list[str]] = {}
+    for frame in case.frames:
+        alike.setdefault(likeness(frame), []).append(frame)
+    for names in alike.values():
+        if len(names) > 1:
+            edges = [edge for edge in case.edges if {*edge.frames} & {*names}]
+            told = listed([repr(name) for name in names])
+            pieces = sum(any(name in tree for name in names) for tree in case.trees)
+            yield Remark(
+                f'{told} look like one frame' + (
+                    ', and their trees are not connected' if pieces > 1 else ''),
+                tuple(names), publishers_of(*edges), {'names': len(names), 'trees': pieces},
+                severity=Severity.ERROR if pieces > 1 else None)
+
+
+@check(Severity.WARNING,
+       catches='names that are published with a leading slash',
+       cause='a node or a tf_prefix that was written for ROS 1',
+       fix='omit the slash: buffers remove it from received names, and refuse it in a lookup')
+def leading_slash(case: Case) -> Iterator[Remark]:
+    """Find names that were received with a leading slash."""
+    if case.slashed:
+        names = tuple(sorted(case.slashed))
+        bare = {name.removeprefix('/') for name in names}
+        edges = [edge for edge in case.edges if {*edge.frames} & bare]
+        yield Remark(f'published with a leading slash: {listed(names)}', names,
+                     publishers_of(*edges), {'names': len(names)})
+
+
+@check(Severity.ERROR,
+       catches='a transform with an empty frame name',
+       cause='a message whose header.frame_id or child_frame_id was not set',
+       fix='set both names; every buffer refuses such a transform')
+def empty_name(case: Case) -> Iterator[Remark]:
+    """Find transforms that the buffer refused for an empty name."""
+    for (parent, child), trouble in case.of_kind(Kind.EMPTY_FRAME):
+        frames = tuple(name for name in (parent, child) if name)
+        beside = f'beside {frames[0]}' if frames else 'on both sides'
+        yield of_trouble(frames, f'an empty frame name {beside}, {times(trouble.count)}', trouble)
+
+
+# Two publishers that disagree make the frame alternate between two poses. Noise does so too, but
+# the next step reverses few of its steps. A vibration, or a toggling last digit, looks the same.
+# But the stamps of one publisher are regular, while those of two interleave: a sample of the
+# second lies between two of the first, whereas an outlier replaces a sample.
+_TURNS = 5
+_PART = 0.35
+_INTERLEAVED = 0.3
+_BETWEEN = 1.5
+# Two publishers that alternate exactly differ by a nearly constant amount; the amplitude of a
+# similar vibration varies.
+_ALWAYS, _SAME_SIZE, _APART = 0.7, 0.5, 0.02
+
+
+@check(Severity.ERROR, textbook=True,
+       explains=('pose_jump', 'interpolated_jump', 'out_of_order', 'duplicate_stamps',
+                 'irregular_rate', 'gap', 'static_changed', 'outlier', 'too_fast'),
+       catches='one edge that two publishers send',
+       cause='a node that was started twice, or two nodes that both publish the edge, such as '
+             'wheel odometry and a filter that publishes its result',
+       fix='stop one of them: every lookup depends on which message came last')
+def two_publishers(case: Case) -> Iterator[Remark]:
+    """Find edges of two publishers by their message numbers or by alternating values."""
+    known = set()
+    for frames, trouble in case.of_kind(Kind.TWO_PUBLISHERS):
+        known.add(frames)
+        yield of_trouble(frames, f'{frames[0]} -> {frames[1]}: {trouble.detail}', trouble)
+    for edge, moving in case.moving():
+        if edge.frames not in known and _goes_to_and_fro(moving):
+            turns = moving.motion.turns
+            yield of_edge(
+                edge, f'alternates between two poses {times(turns.count)}, by '
+                f'{turns.sizes.median:.3g} (metres and radians together), as if it had two '
+                f'publishers; {moving.timing.rate_hz:.1f} Hz in all',
+                {'count': turns.count, 'samples': moving.timing.count,
+                 'apart_m': turns.sizes.median, 'rate_hz': moving.timing.rate_hz})
+
+
+def _goes_to_and_fro(moving: MovingEdge) -> bool:
+    turns, timing = moving.motion.turns, moving.timing
+    if turns.count < _TURNS or turns.count < _PART * turns.large or was_short(moving):
+        return False
+    small, large = turns.sizes.at(0.1, 0.9)
+    if (turns.count > _ALWAYS * moving.motion.steps and small > _SAME_SIZE * large
+            and turns.sizes.median > _APART):
+        return True
+    short, usual, long = timing.intervals.at(0.1, 0.5, 0.9)
+    return timing.differing >= _TURNS or (
+        long - short > _INTERLEAVED * usual and turns.spans.median < _BETWEEN * long)
+
+
+@check(Severity.ERROR, textbook=True,
+       catches='a publisher of static transforms that is not transient local',
+       cause='a node that publishes on /tf_static by hand, or a bridge or a player with its own '
+             'quality of service',
+       fix='let it publish transient local, as StaticTransformBroadcaster does. All listeners of '
+           'tf2 request that, so they never match this publisher, even if they start earlier')
+def late_joiner(case: Case) -> Iterator[Remark]:
+    """Find volatile publishers of static topics."""
+    for one in case.endpoints:
+        if one.publishes and _is_late_joiners(one):
+            edges = [edge for edge in case.edges if edge.fixed is not None
+                     and (not one.node or one.node in names_of(edge.authorities))]
+            frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
+            told = f', with {listed([str(edge) for edge in edges])}' if edges else ''
+            yield Remark(f'{_named(one)} publishes {one.topic} as volatile{told}: listeners '
+                         'of tf2 do not receive it', tuple(frames), names_of([one.node]),
+                         {'publishers': 1, 'edges': len(edges)})
+
+
+@check(Severity.ERROR,
+       catches='a publisher and a subscription of transforms whose quality of service does not '
+               'match, so that nothing arrives',
+       cause='a publisher that is best effort, where tf2 listens reliably',
+       fix='let it publish reliably: /tf reliable and volatile, /tf_static reliable and '
+           'transient local')
+def qos_mismatch(case: Case) -> Iterator[Remark]:
+    """Compare publishers with their subscriptions, and with tf2's standard requests."""
+    for publisher in case.endpoints:
+        if not publisher.publishes or _is_late_joiners(publisher):
+            continue
+        deaf = [other for other in case.endpoints if _is_deaf(other, publisher)]
+        standard = Endpoint(publisher.topic, publisher.static, '', False, True, publisher.static)
+        if deaf or _is_deaf(standard, publisher):
+            heard = (f', and {len(deaf)} subscription{"s do" if len(deaf) > 1 else " does"} not '
+                     'receive it' if deaf else '')
+            yield Remark(
+                f'{_named(publisher)} publishes {publisher.topic} '
+                f'{"reliably" if publisher.reliable else "as best effort"}'
+                f'{"" if publisher.transient_local else " and volatile"}{heard}', (),
+                names_of([publisher.node, *(other.node for other in deaf)]),
+                {'deaf': len(deaf)})
+
+
+def _is_late_joiners(publisher: Endpoint) -> bool:
+    return publisher.static and not publisher.transient_local
+
+
+def _is_deaf(hearer: Endpoint, publisher: Endpoint) -> bool:
+    return (hearer.topic == publisher.topic and not hearer.publishes
+            and (hearer.reliable > publisher.reliable
+                 or hearer.transient_local > publisher.transient_local))
+
+
+def _named(endpoint: Endpoint) -> str:
+    return endpoint.node or 'an unknown node'
+
+
+@check(Severity.WARNING, explains=('gap', 'irregular_rate', 'skew', 'delayed'),
+       catches='a source of an edge that fell silent and was replaced by another',
+       cause='its node or its sensor has died, or hangs; or its clock is behind the others',
+       fix='check that source. The edge continued without a jump; when the source works again, '
+           'switch back to it, because this is not automatic')
+def source_silent(case: Case) -> Iterator[Remark]:
+    """Find the incidents of a buffer, here or from the diagnostics of another process."""
+    yield from _made_way(case, Kind.SOURCE_SILENT)
+
+
+@check(Severity.WARNING, explains=('pose_jump',),
+       catches='a source that moved differently from the others of its edge, and was replaced',
+       cause='wheels that slip, a camera that lost its features, a calibration that is off',
+       fix='check that source. Its earlier errors stay in the pose until a localisation corrects '
+           'them')
+def source_diverged(case: Case) -> Iterator[Remark]:
+    """Find the incidents, as ``source_silent`` does."""
+    yield from _made_way(case, Kind.SOURCE_DIVERGED)
+
+
+def _made_way(case: Case, kind: Kind) -> Iterator[Remark]:
+    for frames, trouble in case.of_kind(kind):
+        yield of_trouble(frames, f'{frames[0]} -> {frames[1]} changed its source '
+                         f'{times(trouble.count)}: {trouble.detail}', trouble)
+
 
 # A frame that is handed over has one parent for a while, and then another. In a conflict its
 # parent changes with every other message.

@@ -18,7 +18,7 @@ from tf_tree_py.core.errors import (
 )
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.reports import frames_text
+from tf_tree_py.reports import plain_text
 
 from .twists import velocity_stamped
 from ..messages.convert import as_nanoseconds, as_stamp, transform_stamped
@@ -130,8 +130,8 @@ class CoreApi(BufferCore):
 
     def all_frames_as_yaml(self) -> str:
         """Return the stored data of every edge, in tf2's format."""
-        return frames_text.as_yaml(self.edges(), self.frames())
+        return plain_text.as_yaml(self.edges(), self.frames())
 
     def all_frames_as_string(self) -> str:
         """Return every frame and its parent, one a line, in tf2's format."""
-        return frames_text.as_string(self.edges())
+        return plain_text.as_string(self.edges())

@@ -10,14 +10,14 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from tf_tree_py.beyond.uncertainty.edge_estimate import (
+from tf_tree_py.beyond.uncertainty.insertion import (
     Covariances,
     Edge,
     EdgeEstimate,
     not_moved,
     STATIC_COVARIANCE_TOPIC,
+    take_estimate,
 )
-from tf_tree_py.beyond.uncertainty.insertion import take_estimate
 from tf_tree_py.core.messages.incidents import Incident
 
 from .qos import sensor_qos, static_listener_qos

@@ -1,13 +1,81 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The content of a buffer as text: pure functions of ``Queries.edges()``."""
+"""
+Tables, poses and the content of a buffer as plain text.
 
-from collections.abc import Collection, Iterable
+These are pure functions; those of a buffer take ``Queries.edges()``.
+"""
+
+from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
+from math import degrees
 import re
 
+from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.core.tree.outline import EdgeInfo
+
+
+def as_lines(rows: Sequence[Sequence[str]], right: Container[int],
+             rule: bool = False) -> list[str]:
+    """
+    Return rows as lines with aligned columns.
+
+    :param rows: the headings first; all of one length.
+    :param right: the indexes of the columns that are aligned right, such as those of numbers.
+    :param rule: whether to write a line of dashes below the headings.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ['  '.join(
+        cell.rjust(width) if number in right else cell.ljust(width)
+        for number, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()
+        for row in rows]
+    if rule:
+        lines.insert(1, '  '.join('-' * width for width in widths))
+    return lines
+
+
+def as_line(pose: Pose) -> str:
+    """Return translation and roll, pitch, yaw, in columns of constant width."""
+    return f'{_translation(pose)}  {_rpy(pose)}'
+
+
+def as_quaternion_line(pose: Pose) -> str:
+    """Return translation and quaternion x y z w, in columns of constant width."""
+    return f'{_translation(pose)}  q {" ".join(f"{part:9.6f}" for part in pose.rotation)}'
+
+
+def as_matrix_lines(pose: Pose) -> str:
+    """Return the 4x4 matrix, one row on each line."""
+    return '\n'.join(' '.join(f'{_whole(number, 6):10.6f}' for number in row)
+                     for row in pose.as_matrix().tolist())
+
+
+def as_all(pose: Pose) -> str:
+    """Return the pose in all notations."""
+    radians = ' '.join(f'{_whole(angle, 4):7.4f}' for angle in pose.as_rpy())
+    return '\n'.join([as_quaternion_line(pose), f'{_rpy(pose)} ({radians} rad)',
+                      as_matrix_lines(pose)])
+
+
+FORMS: Mapping[str, Callable[[Pose], str]] = {
+    'rpy': as_line, 'quaternion': as_quaternion_line, 'matrix': as_matrix_lines, 'all': as_all}
+"""The notations of a pose, by name."""
+
+
+def _translation(pose: Pose) -> str:
+    return f'xyz {pose.x:7.3f} {pose.y:7.3f} {pose.z:7.3f} m'
+
+
+def _rpy(pose: Pose) -> str:
+    roll, pitch, yaw = (_whole(degrees(angle), 2) for angle in pose.as_rpy())
+    return f'rpy {roll:7.2f} {pitch:7.2f} {yaw:7.2f} deg'
+
+
+def _whole(number: float, digits: int) -> float:
+    # Adding 0.0 turns -0.0 into 0.0.
+    return round(number, digits) + 0.0
+
 
 # tf2 divides by the stored span, but never by less than this many seconds.
 _SHORTEST_SPAN_S = 1e-4
