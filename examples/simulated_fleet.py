@@ -13,7 +13,7 @@ import signal
 import threading
 
 from tf_tree_py.core import Pose, Sample
-from tf_tree_py.fleet.simulated import drive, SimulatedRobot
+from tf_tree_py.fleet.robot_publisher import drive, SimulatedRobot
 from tf_tree_py.nodes.five_frame_motion import FiveFrameMotion
 import zenoh
 

@@ -14,7 +14,7 @@ import threading
 
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.fleet import configuration, open_session
-from tf_tree_py.fleet.simulated import drive, SimulatedRobot
+from tf_tree_py.fleet.robot_publisher import drive, SimulatedRobot
 import zenoh
 
 from ..worker import serve

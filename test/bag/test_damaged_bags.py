@@ -25,7 +25,7 @@ from hypothesis import example, given, HealthCheck, strategies as st
 import pytest
 from rosbags.rosbag2 import storage_mcap
 from tf_tree_py.bag import BagError, BagWarning, open_bag
-from tf_tree_py.bag.files import size_limit, unpacking
+from tf_tree_py.bag.files import message_source, rosbags_file
 from tf_tree_py.bag.files.mcap_scan import McapScan
 from tf_tree_py.bag.files.message_source import MessageSource
 from tf_tree_py.bag.files.rosbags_file import zstd
@@ -217,7 +217,7 @@ def test_quality_of_service_that_is_no_yaml_costs_nothing_else(tmp_path, storage
 
 def test_file_that_unpacks_to_a_thousand_times_its_size_is_refused_and_the_limit_can_be_set(
         tmp_path, monkeypatch):
-    monkeypatch.setattr(size_limit, '_ALWAYS', 2**20)
+    monkeypatch.setattr(message_source, '_ALWAYS', 2**20)
     file = tmp_path / 'zeros.db3.zstd'
     file.write_bytes(zstd.compress(bytes(8 * 2**20)))
     with pytest.raises(BagError, match='unpacks to more than 1,048,576; TF_TREE_PY_MAX_UNPACKED'):
@@ -269,15 +269,15 @@ def test_mcap_chunk_whose_header_lies_about_its_size_is_left_out(
     file.write_bytes(re.sub(b'(?<!\x04\x22\x4d\x18..)' + re.escape(size.to_bytes(8, 'little')),
                             said.to_bytes(8, 'little'), file.read_bytes(), flags=re.DOTALL))
     assert file.stat().st_size < len(ZEROS) / 100
-    monkeypatch.setattr(size_limit, '_ALWAYS', 2**20)
-    sizes, unpack = [], unpacking._unpacked
+    monkeypatch.setattr(message_source, '_ALWAYS', 2**20)
+    sizes, unpack = [], rosbags_file._unpacked
 
     def noted(*arguments):
         unpacked = unpack(*arguments)
         sizes.append(len(unpacked))
         return unpacked
 
-    monkeypatch.setattr(unpacking, '_unpacked', noted)
+    monkeypatch.setattr(rosbags_file, '_unpacked', noted)
     buffer, told = warned(file)
     assert 'Chunk size mismatch' in told or 'unpacks to more than ' in told
     assert max(sizes, default=0) <= min(said, 2**20) + 1
@@ -299,7 +299,7 @@ def test_chunk_of_zeros_is_not_looked_through(tmp_path):
 def test_rosbags_without_a_place_for_the_limit_is_warned_of():
     with pytest.warns(RuntimeWarning, match=r'rosbags [0-9.]+ has no place for a limit on chunks '
                       'of MCAP.*TF_TREE_PY_MAX_UNPACKED has no effect'):
-        unpacking.limit_mcap(None)
+        rosbags_file.limit_mcap(None)
 
 
 @pytest.mark.parametrize('compression', ['bz2', 'lz4'])
@@ -308,7 +308,7 @@ def test_ros1_chunk_that_unpacks_to_more_than_the_limit_is_left_out(
     huge = Message(MANY[-1].received + 1, '/tf', [], data=ZEROS)
     file = write_ros1(tmp_path / 'run.bag', [*MANY[:10], huge], compression)
     assert file.stat().st_size < len(ZEROS) / 100
-    monkeypatch.setattr(size_limit, '_ALWAYS', 2**20)
+    monkeypatch.setattr(message_source, '_ALWAYS', 2**20)
     buffer, told = warned(file)
     assert 'unpacks to more than ' in told and 'TF_TREE_PY_MAX_UNPACKED' in told
     assert buffer.frames() == []

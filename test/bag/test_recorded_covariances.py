@@ -22,7 +22,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py.bag import BagError, BagWarning, Covariances, open_bag
-from tf_tree_py.bag.assembly.estimate_bytes import read_estimate
+from tf_tree_py.bag.assembly.covariances import read_estimate
 from tf_tree_py.core import Kind, Pose
 from tf_tree_py.core.messages.byte_cursor import WireError
 

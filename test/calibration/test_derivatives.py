@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from tf_tree_py import BufferCore
 from tf_tree_py.calibration import Observations
-from tf_tree_py.calibration.model import Model
-from tf_tree_py.calibration.unknowns import between_many, moved_many, State
+from tf_tree_py.calibration.model import between_many, Model, moved_many, State
 from tf_tree_py.core import Pose, UNLIMITED
 
 STEP = 1e-6

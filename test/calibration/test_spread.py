@@ -6,8 +6,7 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from tf_tree_py.calibration.jitter import Scatter, scatter
-from tf_tree_py.calibration.spread import correlation_time
+from tf_tree_py.calibration.spread import correlation_time, Scatter, scatter
 
 
 @pytest.fixture

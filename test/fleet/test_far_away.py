@@ -32,7 +32,7 @@ ROBOT = f"""
     import time
     from tf_tree_py.core import Pose, Sample
     from tf_tree_py.thinning import StaticSender
-    from tf_tree_py.fleet.uplink import Uplink
+    from tf_tree_py.fleet.connection import Uplink
 
     uplink = Uplink('tcp/10.0.0.2:{PORT}', 'robot7', history=400,
                     config=os.environ['ZENOH_FILE'])

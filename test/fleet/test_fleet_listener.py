@@ -13,7 +13,7 @@ import pytest
 from tf_tree_py.bag import open_bag
 from tf_tree_py.core import LookupException, UNLIMITED
 from tf_tree_py.core.messages.observers import Observer
-from tf_tree_py.fleet import FleetError, FleetListener, roster, worker_threads
+from tf_tree_py.fleet import connection, FleetError, FleetListener, roster
 from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
 from zenoh import ext, handlers, Locality, Timestamp
 
@@ -75,7 +75,7 @@ def test_more_of_the_past_than_a_channel_holds_does_not_stop_a_late_listener(
                 allowed_origin=Locality.SESSION_LOCAL):
             return declare(session, key, *arguments, **options)
 
-    monkeypatch.setattr(worker_threads, '_WAITING', 1)
+    monkeypatch.setattr(connection, '_WAITING', 1)
     monkeypatch.setattr(ext, 'declare_advanced_subscriber', declare_slowly)
     with session.declare_queryable(f'{hall}/echo', handlers.Callback(
             lambda query: query.reply(query.key_expr, b''), indirect=False)):
@@ -87,7 +87,7 @@ def test_more_of_the_past_than_a_channel_holds_does_not_stop_a_late_listener(
 def test_program_that_ends_while_the_past_arrives_can_close_the_listener(
         listen, robot, monkeypatch, caplog):
     """Python starts no more threads then, so nothing takes the messages out of the channel."""
-    one, begin = robot('robot7', history=100), worker_threads.WorkerThreads.take_all
+    one, begin = robot('robot7', history=100), connection.WorkerThreads.take_all
     for number in range(100):
         one.send(message(('map', 'base', number), stamp=SECOND + number))
 
@@ -96,8 +96,8 @@ def test_program_that_ends_while_the_past_arrives_can_close_the_listener(
             raise RuntimeError("can't create new thread at interpreter shutdown")
         begin(self, handler, take, what)
 
-    monkeypatch.setattr(worker_threads, '_WAITING', 1)
-    monkeypatch.setattr(worker_threads.WorkerThreads, 'take_all', take_all)
+    monkeypatch.setattr(connection, '_WAITING', 1)
+    monkeypatch.setattr(connection.WorkerThreads, 'take_all', take_all)
     listener = listen(cache_time=UNLIMITED)
     until(lambda: 'cannot receive' in caplog.text)
     listener.close()

@@ -6,7 +6,7 @@
 import threading
 
 from hypothesis import given, strategies as st
-from tf_tree_py.fleet.inbox import Inbox
+from tf_tree_py.fleet.transform_decoder import Inbox
 
 ROBOTS = st.sampled_from('abcd')
 PUTS = st.tuples(ROBOTS, st.integers(0, 3_000))

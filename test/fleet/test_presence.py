@@ -4,7 +4,7 @@
 """The presence of robots, by tokens, and by a clock that a test sets."""
 
 import pytest
-from tf_tree_py.fleet.presence import Presence, RETURN_S, SETTLE_S
+from tf_tree_py.fleet.roster import Presence, RETURN_S, SETTLE_S
 
 
 class Clock:

@@ -15,12 +15,11 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core.messages.incidents import IncidentLog
 from tf_tree_py.fleet import FleetError, RobotQuota, transform_decoder
-from tf_tree_py.fleet.quota import Allowance
+from tf_tree_py.fleet.connection import log
 from tf_tree_py.fleet.reception import Reception
 from tf_tree_py.fleet.roster import Roster
 from tf_tree_py.fleet.transform_decoder import FleetMessage, RobotPlace, TransformDecoder
-from tf_tree_py.fleet.trust import names_below
-from tf_tree_py.fleet.worker_threads import log
+from tf_tree_py.fleet.trust import Allowance, names_below
 import zenoh
 
 

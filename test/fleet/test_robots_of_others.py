@@ -11,8 +11,8 @@ from fleet_helpers import kept, message, Visits, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.fleet import FleetListener
-from tf_tree_py.fleet.attachment import Attachment, read_attachment
 from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
+from tf_tree_py.fleet.reception import Attachment, read_attachment
 from zenoh import ext
 
 

@@ -12,8 +12,8 @@ from conditions import until
 from fleet_helpers import kept, message, PATIENCE_S, Router, SECOND, session_at, Visits, x_of
 import pytest
 from tf_tree_py.fleet import FleetListener, RobotPublisher, roster
-from tf_tree_py.fleet.quota import RobotQuota
 from tf_tree_py.fleet.roster import Roster
+from tf_tree_py.fleet.trust import RobotQuota
 
 NOW = 1_700_000_000 * SECOND
 

@@ -13,7 +13,7 @@ import pytest
 from tf_tree_py.core import Sample
 from tf_tree_py.core.geometry.se3 import IDENTITY
 from tf_tree_py.fleet import FleetError, RobotPublisher
-from tf_tree_py.fleet.uplink import Uplink
+from tf_tree_py.fleet.connection import Uplink
 
 MOVING, STATIC = 'robot7/tf', 'robot7/tf_static'
 CAMERA = Sample('base', 'camera', 0, (0.25, *IDENTITY[1:]))

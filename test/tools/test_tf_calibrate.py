@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import get_types_from_msg
 from tf_tree_py.bag import open_bag
-from tf_tree_py.bag.files.message_types import _DEFINITIONS
+from tf_tree_py.bag.files.message_source import _DEFINITIONS
 from tf_tree_py.calibration import Observations, recorded_observations
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core import Pose

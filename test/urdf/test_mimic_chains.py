@@ -10,7 +10,7 @@ from descriptions import joint, parsed
 import numpy as np
 import pytest
 from tf_tree_py.core import InvalidArgumentException
-from tf_tree_py.urdf import mimic
+from tf_tree_py.urdf import joints
 from tf_tree_py.urdf.joint_states import JointStates
 
 
@@ -27,7 +27,7 @@ def lines_run(length):
 
     def trace(frame, *_):
         nonlocal count
-        if frame.f_code.co_filename != mimic.__file__:
+        if frame.f_code.co_filename != joints.__file__:
             return None
         count += 1
         return trace

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.bag import MessageSource
-from tf_tree_py.bag.files import message_types
+from tf_tree_py.bag.files import message_source
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
 from tf_tree_py.view.page.sensor_view import SensorView
@@ -189,7 +189,7 @@ def test_recorded_message_that_is_damaged_costs_only_itself(tmp_path):
 
 
 def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_path):
-    store = message_types._types(False)
+    store = message_source._types(False)
     types = store.types
     head = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](5, 0), 'camera')
     pose = types['geometry_msgs/msg/Pose'](types['geometry_msgs/msg/Point'](1.0, 2.0, 3.0),

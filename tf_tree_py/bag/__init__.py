@@ -10,14 +10,13 @@ reads the files.
 
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
 
-from .assembly.anomalies import Anomaly, BagWarning
+from .assembly.assembler import Anomaly, BagWarning
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder
 from .errors import BagError
 from .files.bag_reader import Bag, read_messages
 from .files.message_source import MessageSource, RecordedMessage
-from .opening import open_bag, Recording
-from .stamps import stamps_of
+from .opening import open_bag, Recording, stamps_of
 
 __all__ = [
     'Anomaly',

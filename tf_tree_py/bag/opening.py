@@ -1,32 +1,145 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Read a bag into a buffer."""
+"""Read a bag into a buffer: its transforms, its joint states, and the stamps of other topics."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+import os
 from pathlib import Path
+import struct
 from typing import Any
 import warnings
 
+import numpy as np
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
-from tf_tree_py.core.messages.frame_names import FrameFilter, rename
+from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.messages.incidents import Statistics
-from tf_tree_py.core.stamp import format_stamp, UNLIMITED
-from tf_tree_py.core.times import checked_cache_time, checked_stamp
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.stamp import (
+    BEGINNING,
+    FOREVER,
+    format_stamp,
+    LATEST,
+    NANOSECONDS_PER_SECOND,
+    UNLIMITED,
+)
+from tf_tree_py.core.text import listed
+from tf_tree_py.core.times import checked_cache_time, checked_stamp, Stamps
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.urdf import Robot
+from tf_tree_py.urdf import joint_tracks, JointState, Robot
+from tf_tree_py.urdf.joints import FIXED
 
-from .assembly.anomalies import Anomaly, as_text, BagWarning
-from .assembly.assembler import Assembler
+from .assembly.assembler import Anomalies, Anomaly, as_text, Assembler, BagWarning
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder, prefixed, renames
 from .errors import BagError
 from .files.bag_reader import Bag, PathLike
-from .joints import robot_of, take_joints, topic_of_joints
-from .no_transforms import no_transforms
+from .files.joint_states import JointStateReader
+from .files.message_source import MessageSource
 from .progress import progress_bar
+
+JOINT_STATES = 'sensor_msgs/JointState'
+
+
+def robot_of(robot: PathLike | Robot) -> Robot:
+    """
+    Return a robot, or read it from a file.
+
+    :raises BagError: the file cannot be read.
+    :raises DescriptionError: the file does not describe a robot.
+    """
+    if isinstance(robot, Robot):
+        return robot
+    try:
+        return Robot.load(os.fspath(robot))
+    except OSError as error:
+        raise BagError(f'{robot} cannot be read: {error.strerror}') from error
+
+
+def topic_of_joints(bag: Bag, topic: str | None) -> str:
+    """
+    Return the topic of a bag's joint states.
+
+    :param topic: the topic to check; None: the only topic of joint states.
+    :raises BagError: there is none, there are several, or it has messages of another type.
+    """
+    found = sorted({source.topic for source in bag.everything
+                    if source.type_name.replace('/msg/', '/') == JOINT_STATES})
+    if topic is None and len(found) == 1:
+        return found[0]
+    if topic in found:
+        return topic
+    there = ', '.join(found) or 'none'
+    if topic is not None:
+        raise BagError(f'{bag.path} has no joint states on {topic}; topics with some: {there}')
+    raise BagError(f'{bag.path} has joint states on {there}: choose those of the robot with '
+                   'joint_topic' if found else f'{bag.path} has no topic with joint states')
+
+
+def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int | None,
+                rename: Rename, assembly: Assembler) -> None:
+    """
+    Add the edges of a robot, except those whose child has recorded transforms.
+
+    :param start: skip messages that were received earlier, nanoseconds; None: none.
+    :param stop: skip messages that were received at this time or later.
+    :param rename: the new names of the edges.
+    :raises BagError: the joint states do not move the robot.
+    """
+    recorded = set(assembly.tree.histories)
+    tracks = joint_tracks(robot, _states(bag, topic, start, stop, assembly.oddities),
+                          lambda sentence: assembly.oddities.note('joint states', sentence))
+    if not tracks:
+        raise BagError(f'{bag.path}: what was recorded on {topic} moves no joint of the robot '
+                       f'{robot.name!r}, which has {", ".join(robot.variables) or "none"}')
+    for joint in robot.joints:
+        edge = rename(*joint.edge)
+        if joint.kind == FIXED and edge and edge[1] not in recorded:
+            assembly.oddities.note_incidents(assembly.intake.take(
+                [Sample(*edge, LATEST, joint.origin)], topic, static=True))
+    for track in tracks:
+        edge = rename(track.parent, track.child)
+        if edge and edge[1] not in recorded:
+            assembly.take_track(track._replace(parent=edge[0], child=edge[1]), topic)
+
+
+def _states(bag: Bag, topic: str, start: int | None, stop: int | None,
+            oddities: Anomalies) -> Iterator[JointState]:
+    """Yield the messages that were received from start to stop and can be read."""
+    readers = {source: JointStateReader(source.ros1) for source in bag.sources_of(topic)}
+    begin, end = BEGINNING if start is None else start, FOREVER if stop is None else stop
+    for arrival in bag.messages(topic):
+        if not begin <= arrival.received < end:
+            continue
+        try:
+            yield readers[arrival.source].read(arrival.data)
+        except ValueError as error:
+            oddities.note('unreadable joint states', f'on {topic}: {error}',
+                          first=arrival.received)
+
+
+_ODOMETRY, _TF_MESSAGE = 'nav_msgs/Odometry', 'tf2_msgs/TFMessage'
+
+
+def no_transforms(bag: Bag) -> str:
+    """Return the error in one sentence; the bag must be open and not yet read."""
+    types = {source.topic: source.type_name.replace('/msg/', '/') for source in bag.everything}
+    there = listed(sorted(types), most=20) or 'nothing'
+    hints = [f'{topic} has messages of type {kind}, not {_TF_MESSAGE}'
+             for topic, kind in types.items()
+             if topic.rpartition('/')[2] in ('tf', 'tf_static')
+             and kind not in (_TF_MESSAGE, 'tf/tfMessage')]
+    for topic, kind in types.items():
+        if kind == _ODOMETRY:
+            hints.append(f'open_bag(..., odometry={topic!r}) makes an edge of its odometry, as '
+                         'Covariances(with_poses=True) does')
+        elif kind == JOINT_STATES:
+            hints.append(f'open_bag(..., robot="robot.urdf") makes edges of the joint states '
+                         f'of {topic}')
+    return '; '.join([f'{bag.path} has no topic with transforms; it has: {there}', *hints,
+                      *bag.damage])
 
 
 class Recording(Snapshot):
@@ -137,3 +250,45 @@ def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str |
         there = ', '.join(sorted({source.topic for source in bag.everything}))
         raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
                        f'transforms are read; the bag has: {there}')
+
+
+_HEADER, _TIME = 'std_msgs/msg/Header', 'builtin_interfaces/msg/Time'
+# The offset of sec and nanosec: after CDR's encapsulation, or the seq of ROS 1's Header.
+_PLACES = {(False, _HEADER): 4, (False, _TIME): 4, (True, _HEADER): 4, (True, _TIME): 0}
+
+
+def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
+    """
+    Return the stamps in the headers of a topic's messages, in order of arrival.
+
+    The messages may have any type that begins with a Header or a Time. ``lookup_many`` accepts
+    these stamps.
+
+    :param bag: a path as for ``open_bag``, or its result.
+    :return: (N,) nanoseconds.
+    :raises BagError: the bag cannot be read, does not have the topic, or its messages do not
+        begin with a stamp.
+    """
+    with Bag(bag.path if isinstance(bag, Recording) else bag, []) as opened:
+        read = {source: _stamp_reader(source, opened) for source in opened.sources_of(topic)}
+        stamps = [read[arrival.source](arrival.data) for arrival in opened.messages(topic)]
+    return np.array(stamps, dtype=np.int64)
+
+
+def _stamp_reader(source: MessageSource, bag: Bag) -> Callable[[bytes], int]:
+    first = bag.first_field(source)
+    place = _PLACES.get((source.ros1, first))
+    what = f'{bag.path}: a message of {source.topic} ({source.type_name})'
+    if place is None:
+        raise BagError(f'{what} begins with {first or "an unknown field"}, and not with '
+                       'a header')
+
+    def read(data: bytes) -> int:
+        form = '<II' if source.ros1 else ('<iI' if data[1:2] == b'\1' else '>iI')
+        try:
+            sec, nanosec = struct.unpack_from(form, data, place)
+        except struct.error:
+            raise BagError(f'{what} ends before its stamp') from None
+        return int(sec * NANOSECONDS_PER_SECOND + nanosec)
+
+    return read

@@ -8,12 +8,10 @@ Reading messages of a running system, and printing results, are in ``tools``.
 """
 
 from .calibrating import calibrate
-from .errors import CalibrationError
+from .detections import recorded_observations
 from .observability import Limits, Unobservable
-from .observations import Observations
-from .recorded import recorded_observations
-from .result import Calibration, EdgeEstimate, Outlier, TimeOffset
-from .verdict import Explanation, Verdict
+from .observations import CalibrationError, Observations
+from .verdict import Calibration, EdgeEstimate, Explanation, Outlier, TimeOffset, Verdict
 
 __all__ = [
     'calibrate',

@@ -11,8 +11,7 @@ import numpy as np
 from tf_tree_py.core import Pose
 
 from .chain import check_edges, Edge, Tree
-from .errors import CalibrationError
-from .model import Model
+from .model import Model, State
 from .observability import (
     at_the_tree,
     covariance_of,
@@ -21,13 +20,11 @@ from .observability import (
     held_directions,
     Limits,
 )
-from .observations import Array, Observations
-from .result import Calibration, EdgeEstimate, Outlier, TimeOffset, Trace
+from .observations import Array, CalibrationError, Observations
 from .solve import Fit, fitted, Precision, precision, roughly, settled
 from .spread import are_outliers
 from .start import some_of, starts
-from .unknowns import State
-from .verdict import explanations, judged
+from .verdict import Calibration, EdgeEstimate, explanations, judged, Outlier, TimeOffset, Trace
 
 _LEAST = 3
 _LEAST_REACH_S = 0.01

@@ -15,8 +15,7 @@ import numpy as np
 from tf_tree_py.buffer_core import BufferCore, Snapshot
 from tf_tree_py.core import se3, TransformException
 
-from .errors import CalibrationError
-from .observations import Array, Mask, Stamps
+from .observations import Array, CalibrationError, Mask, Stamps
 
 Edge = tuple[str, str]
 Tree = BufferCore | Snapshot

@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from tf_tree_py.core.geometry import so3
 
-from .model import Model
+from .model import Model, State, Unknowns
 from .observations import Array, Mask
-from .unknowns import State, Unknowns
 
 _AXES = 'xyz'
 _MOSTLY = 0.9

@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import CalibrationError
+
+class CalibrationError(ValueError):
+    """A calibration is not possible: one sentence with the reason and the remedy."""
+
 
 Array = npt.NDArray[np.float64]
 Stamps = npt.NDArray[np.int64]

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from .jitter import Scatter, scatter
-from .model import by_rigid_motion, Model
+from .model import by_rigid_motion, Model, State
 from .observations import Array, Mask
 from .spread import (
     correlation_time,
@@ -17,10 +16,11 @@ from .spread import (
     floored,
     inefficiency,
     loss,
+    Scatter,
+    scatter,
     weight,
     whitening,
 )
-from .unknowns import State
 
 _ROUNDS = 12
 _SETTLED = 0.1

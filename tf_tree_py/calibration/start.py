@@ -17,9 +17,8 @@ from scipy.spatial.transform import Rotation
 from tf_tree_py.core import se3
 from tf_tree_py.core.geometry import so3
 
-from .model import Model, Placed
+from .model import between_many, Model, Placed, State
 from .observations import Array
-from .unknowns import between_many, State
 
 _DRAWS, _OF = 40, 5
 _MOST = 150

@@ -10,10 +10,10 @@ eclipse-zenoh``).
 
 from .errors import FleetError
 from .listener import FleetListener
-from .quota import RobotQuota
 from .robot_publisher import RobotPublisher
 from .roster import FleetRobot
 from .session import configuration, open_session
+from .trust import RobotQuota
 
 __all__ = [
     'configuration',

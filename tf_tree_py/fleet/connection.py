@@ -1,20 +1,106 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The connection to a router: opened as soon as possible, monitored, and logged when lost."""
+"""
+The connection to a router: opened as soon as possible, monitored, and logged when lost.
 
-from collections.abc import Callable
+Worker threads receive what Zenoh delivers. An ``Uplink`` sends a robot's transforms, also with a
+router that is started late or restarted.
+"""
+
+import atexit
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
+import logging
 import threading
 import time
 from typing import Any, TYPE_CHECKING
 
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.core.messages.wire import write
+
 from .errors import FleetError
-from .session import needs_zenoh, try_session, why_no_session
-from .worker_threads import log, WorkerThreads
+from .keys import check_sender, key_of, Topic
+from .robot_publisher import DEFAULT_HISTORY, RobotPublisher
+from .session import (
+    configuration,
+    Connect,
+    endpoints_of,
+    needs_zenoh,
+    PathLike,
+    try_session,
+    why_no_session,
+)
 
 if TYPE_CHECKING:
     import zenoh
+
+log = logging.getLogger('tf_tree_py.fleet')
+
+# This many samples may wait for the thread that sorts them. Beyond that Zenoh waits, too, and the
+# router of the sender drops messages.
+_WAITING = 200
+# This many are taken at once: each wait releases the interpreter, and other threads may hold it
+# for long.
+_AT_ONCE = 100
+
+
+class WorkerThreads:
+    """
+    Threads for the channels of Zenoh, one for each, and for other work.
+
+    Zenoh would run callbacks in threads that cannot be joined. They abort the process if the
+    interpreter ends first.
+    """
+
+    def __init__(self, new_channel: Callable[[int], Any]) -> None:
+        """
+        Begin without threads.
+
+        :param new_channel: ``zenoh.handlers.FifoChannel``.
+        """
+        self._new_channel = new_channel
+        self._threads: list[threading.Thread] = []
+
+    def channel(self) -> Any:
+        """Return a handler for a declaration, from which samples are taken."""
+        return self._new_channel(_WAITING)
+
+    def take_all(self, handler: Any, take: Callable[[Any], object], what: str) -> None:
+        """Start a thread that takes samples until their declaration is undeclared."""
+        self.start(lambda: _take_all(handler, take), what)
+
+    def start(self, work: Callable[[], object], what: str) -> None:
+        """Start a thread for work that ends when everything is closed."""
+        thread = threading.Thread(target=work, name=f'fleet {what}', daemon=True)
+        thread.start()
+        self._threads = [one for one in self._threads if one.is_alive()] + [thread]
+
+    def join(self) -> None:
+        """Wait for the threads to end; their declarations are undeclared."""
+        for thread in self._threads:
+            thread.join()
+
+
+def _take_all(handler: Any, take: Callable[[Any], object]) -> None:
+    for one in _in_turn(handler):
+        try:
+            take(one)
+        except Exception:  # noqa: B902 - the next may be valid
+            log.exception('internal error of tf_tree_py.fleet in a delivery')
+
+
+def _in_turn(handler: Any) -> Iterator[Any]:
+    """Yield samples until their declaration is undeclared."""
+    for first in handler:
+        yield first
+        with suppress(needs_zenoh().ZError):  # it was undeclared in the meantime
+            for _ in range(_AT_ONCE):
+                one = handler.try_recv()
+                if one is None:
+                    break
+                yield one
+
 
 # The limit of an attempt, because ``close`` waits for it; five round trips have to fit, over the
 # Internet, too.
@@ -100,3 +186,81 @@ class Connection:
                         now - self._lost_at)
             self._lost_at = None
         self._on_change(connected)
+
+
+class Uplink:
+    """
+    Sends a robot's transforms whenever there is a router.
+
+    It connects and reconnects by itself. Before the first connection it keeps the last static
+    transforms; after a lost connection it also keeps moving ones, as ``RobotPublisher`` does, and
+    listeners receive them when it is back. It may be used from any thread.
+
+    :ivar robot: its name in keys.
+    :ivar name: the routers, for people.
+    """
+
+    def __init__(self, connect: Connect | None, robot: str, *, config: PathLike | None = None,
+                 key_prefix: str = '', history: int = DEFAULT_HISTORY) -> None:
+        """
+        Begin to connect.
+
+        :param connect: a router, such as ``tcp/hall:7447``, or several; None: those of ``config``.
+        :param robot: its name, as a part of keys.
+        :param config: a configuration file of Zenoh: TLS, user and password, and all other
+            settings.
+        :param key_prefix: precedes the robot in keys.
+        :param history: the number of moving messages that are kept for late joiners.
+        :raises FleetError: Zenoh is not installed, or an argument is invalid.
+        """
+        self.robot, self._prefix = check_sender(robot, key_prefix)
+        made = configuration(connect, config)
+        self.name = ', '.join(endpoints_of(made))
+        self._history = history
+        self._publisher: RobotPublisher | None = None
+        self._lock = threading.Lock()
+        self._static = b''
+        self._closed = threading.Event()
+        self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel)
+        self._link = Connection(made, self.name, self._threads, lambda connected: None)
+        self._thread = threading.Thread(target=self._open, name='uplink', daemon=True)
+        # Zenoh aborts the process if the interpreter ends during one of its calls.
+        atexit.register(self.close)
+        self._thread.start()
+
+    def key(self, static: bool) -> str:
+        """Return the key of the static or the moving transforms."""
+        return key_of(Topic(self.robot, static), self._prefix)
+
+    def send(self, samples: Collection[Sample]) -> None:
+        """Send moving transforms, as one message."""
+        if self._publisher is not None:
+            self._publisher.send(write(samples))
+
+    def send_static(self, samples: Collection[Sample]) -> None:
+        """Send all of the robot's static transforms, as one message."""
+        with self._lock:
+            self._static = write(samples)
+            if self._publisher is not None:
+                self._publisher.send_static(self._static)
+
+    def close(self) -> None:
+        """Declare the robot gone, and disconnect; nothing may be sent any more."""
+        self._closed.set()
+        self._thread.join()
+        self._link.close()
+        self._threads.join()
+        atexit.unregister(self.close)
+
+    def _open(self) -> None:
+        session = self._link.await_session(self._closed)
+        if session is None:
+            return
+        publisher = RobotPublisher(
+            session, self.robot, key_prefix=self._prefix, history=self._history)
+        with self._lock:
+            # First, because a slow link may block static transforms for seconds; moving ones that
+            # are sent meanwhile would be dropped.
+            self._publisher = publisher
+            if self._static:
+                publisher.send_static(self._static)

@@ -18,9 +18,8 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.text import shorten
 from tf_tree_py.core.times import checked_cache_time
 
-from .connection import Connection
+from .connection import Connection, log, WorkerThreads
 from .errors import FleetError
-from .inbox import Inbox
 from .keys import (
     check_prefix,
     check_robot,
@@ -30,11 +29,8 @@ from .keys import (
     topic_of,
     topic_of_token,
 )
-from .old_caches import OldCaches
-from .presence import Presence
-from .quota import RobotQuota
 from .reception import Reception
-from .roster import FleetRobot, Roster
+from .roster import FleetRobot, Presence, Roster
 from .session import (
     configuration,
     Connect,
@@ -44,10 +40,9 @@ from .session import (
     PathLike,
     refuse_larger,
 )
-from .subscriptions import Subscriptions
-from .transform_decoder import FleetMessage, RobotPlace, TransformDecoder
-from .trust import checked_shared, names_below
-from .worker_threads import log, WorkerThreads
+from .subscriptions import OldCaches, Subscriptions
+from .transform_decoder import FleetMessage, Inbox, RobotPlace, TransformDecoder
+from .trust import checked_shared, names_below, RobotQuota
 
 OnRobot = Callable[[str, bool], object]
 

@@ -4,26 +4,55 @@
 """
 Sorts the samples of Zenoh by robot, and puts those within each quota into an inbox.
 
-It decodes nothing: the receiver has to be faster than all senders.
+It decodes no message: the receiver has to be faster than all senders. It reads only the data that
+rmw_zenoh attaches to each message: its number, the time of sending, the sender. In Zenoh's
+serialization these are three names, each followed by its value. Source:
+``attachment_helpers.cpp`` of rmw_zenoh.
 """
 
 from collections import Counter
 from collections.abc import Callable
+import struct
 import time
-from typing import TYPE_CHECKING
+from typing import NamedTuple, TYPE_CHECKING
 
 from tf_tree_py.core.text import shorten
 
-from .attachment import read_attachment
-from .inbox import Inbox
+from .connection import log
 from .keys import Topic
 from .roster import Roster, Source
 from .session import needs_zenoh
-from .transform_decoder import FleetMessage
-from .worker_threads import log
+from .transform_decoder import FleetMessage, Inbox
 
 if TYPE_CHECKING:
     import zenoh
+
+# A text and the bytes of an id begin with their length.
+_LAYOUT = struct.Struct('<16sq17sq11s17s')
+_NAMES = b'\x0fsequence_number', b'\x10source_timestamp', b'\x0asource_gid'
+
+
+class Attachment(NamedTuple):
+    """
+    The data attached to a message.
+
+    :ivar number: one more than that of the publisher's previous message.
+    :ivar sent: nanoseconds since 1970 by the sender's clock.
+    :ivar gid: of the publisher, in hexadecimal digits.
+    """
+
+    number: int
+    sent: int
+    gid: str
+
+
+def read_attachment(data: bytes) -> Attachment | None:
+    """Return the attached data; None: it is something else."""
+    if len(data) != _LAYOUT.size:
+        return None
+    first, number, second, sent, third, gid = _LAYOUT.unpack(data)
+    return Attachment(number, sent, gid[1:].hex()) if (first, second, third) == _NAMES else None
+
 
 # A client that may write any key can invent robots. Beyond this many, drops are only counted.
 _MOST_LINES = 100

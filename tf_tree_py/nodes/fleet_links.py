@@ -11,9 +11,8 @@ from typing import Any
 from rclpy.node import Node
 from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.fleet import FleetError, FleetListener
+from tf_tree_py.fleet.connection import log, Uplink
 from tf_tree_py.fleet.trust import without_others
-from tf_tree_py.fleet.uplink import Uplink
-from tf_tree_py.fleet.worker_threads import log
 from tf_tree_py.thinning import MovingSender, StaticSender
 
 from .bad_input import BadInput

@@ -32,8 +32,8 @@ from tf_tree_py.ros.topics.qos import (
     TF_TOPIC,
 )
 from tf_tree_py.urdf import DescriptionError, Robot
+from tf_tree_py.urdf.robot_xml import quoted
 from tf_tree_py.urdf.xacro_files import description_of, DescriptionText
-from tf_tree_py.urdf.xml_elements import quoted
 
 from .bad_input import BadInput
 from .closing_node import ClosingNode

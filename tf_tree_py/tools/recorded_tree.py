@@ -10,7 +10,7 @@ import struct
 
 import numpy as np
 from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, MessageSource, RecordedMessage
-from tf_tree_py.bag.no_transforms import no_transforms
+from tf_tree_py.bag.opening import no_transforms
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.beyond.uncertainty.insertion import take_estimate
 from tf_tree_py.buffer_core import BufferCore

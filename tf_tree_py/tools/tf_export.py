@@ -9,7 +9,7 @@ from pathlib import Path
 import sys
 
 from tf_tree_py.bag import BagError, Recording
-from tf_tree_py.bag.assembly.anomalies import as_text
+from tf_tree_py.bag.assembly.assembler import as_text
 from tf_tree_py.beyond.motion.trajectory import Trajectory
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser

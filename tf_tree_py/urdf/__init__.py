@@ -7,11 +7,11 @@ Robot descriptions without ROS: reads a URDF and computes the poses of its links
 This package does not publish or draw, and it does not read meshes.
 """
 
+from .joint_states import joint_tracks, JointState
 from .joints import Joint, Mimic
-from .recorded_states import joint_tracks, JointState
 from .robot import Robot
+from .robot_xml import DescriptionError
 from .visuals import Box, Cylinder, Mesh, Sphere, Visual
-from .xml_elements import DescriptionError
 
 __all__ = [
     'Box',

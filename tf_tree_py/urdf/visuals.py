@@ -8,8 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from tf_tree_py.core.geometry.pose import Pose
 
-from .xml_elements import DescriptionError, Element
-from .xml_values import numbers, origin_of, positive
+from .robot_xml import DescriptionError, Element, numbers, origin_of, positive
 
 Color: TypeAlias = tuple[float, float, float, float]
 

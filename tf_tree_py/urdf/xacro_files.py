@@ -11,7 +11,7 @@ from xml.dom import expatbuilder
 from xml.dom.minidom import Element
 from xml.parsers import expat
 
-from .xml_elements import DescriptionError, Place
+from .robot_xml import DescriptionError, Place
 
 INSTALL = 'pip install xacro, or apt install ros-jazzy-xacro'
 # During the expansion, each element that is not a macro has its file and line in this attribute.

@@ -2,16 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Builds the histories of a tree from messages, by the rules of a buffer.
+Builds the histories of a tree from messages, by the rules of a buffer; and summarizes anomalies.
 
 Samples that only extend edges cannot affect other edges: those of a whole window are inserted edge
 by edge. All other messages (new edges, static ones, unreadable ones, another parent) are inserted
 in order, one by one.
+
+An anomaly is reported once by reason and edge, not once a message: also repeated stamps, stamps
+out of order, and jumps back.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
+import numpy as np
 from tf_tree_py.beyond.uncertainty.insertion import EdgeEstimate, take_estimate
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.intake import Intake
@@ -22,14 +28,135 @@ from tf_tree_py.core.messages.guards import FutureGuard
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Observers
 from tf_tree_py.core.messages.sample import Batch, checked, Sample, SampleTrack
-from tf_tree_py.core.stamp import FOREVER, LATEST
+from tf_tree_py.core.stamp import FOREVER, format_span, format_stamp, from_seconds, LATEST
+from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.tree import Tree
 
-from .anomalies import Anomalies
-from .decoding import Decoder
-from .message_window import decode, Edge, MessageWindow, Samples
-from .stamp_order import StampOrder
+from .decoding import decode, Decoder, Edge, MessageWindow, Samples
 from ..files.message_source import RecordedMessage
+
+# A longer text would not be read; ``oddities`` has the rest as data.
+_MAX_LINES = 20
+
+
+class BagWarning(UserWarning):
+    """A bag has anomalies; one warning lists all of them."""
+
+
+class Anomaly(NamedTuple):
+    """
+    All anomalies of one reason on one edge.
+
+    :ivar reason: a few words, such as ``out of order``.
+    :ivar parent: of the edge; '' for the anomaly of a file or a message.
+    :ivar times: the number of samples, messages or files.
+    :ivar first: their oldest stamp, nanoseconds; ``LATEST`` if there is none.
+    :ivar last: the newest.
+    :ivar detail: about the first of them, or the worst.
+    """
+
+    reason: str
+    parent: str
+    child: str
+    times: int
+    first: int
+    last: int
+    detail: str
+
+    def __str__(self) -> str:
+        edge = f' {self.parent!r} -> {self.child!r}' if self.child else ''
+        when = '' if self.first == LATEST else f', at {format_stamp(self.first)} s'
+        if self.first != self.last:
+            when = f', from {format_stamp(self.first)} to {format_stamp(self.last)} s'
+        times = f'{self.times} times' if self.times > 1 else 'once'
+        return f'{self.reason}{edge}: {times}{when}: {self.detail}'
+
+
+@dataclass
+class _Sum:
+    times: int
+    first: int
+    last: int
+    detail: str
+
+
+class Anomalies:
+    """Summarizes anomalies while a bag is read."""
+
+    def __init__(self) -> None:
+        self._sums: dict[tuple[str, str, str], _Sum] = {}
+
+    def note(self, reason: str, detail: str, edge: tuple[str, str] = ('', ''), *,
+             times: int = 1, first: int = LATEST, last: int | None = None) -> None:
+        """Add anomalies of one reason; the detail of the first is kept."""
+        last = first if last is None else last
+        known = self._sums.setdefault((reason, *edge), _Sum(0, first, last, detail))
+        known.times += times
+        known.first, known.last = min(known.first, first), max(known.last, last)
+
+    def note_incidents(self, incidents: Iterable[Incident]) -> None:
+        """Add the incidents that the tree returned."""
+        for incident in incidents:
+            self.note(incident.kind.value, incident.detail, (incident.parent, incident.child),
+                      first=incident.stamp)
+
+    def summed(self) -> tuple[Anomaly, ...]:
+        """Return the anomalies, the most frequent first."""
+        found = [Anomaly(*key, each.times, each.first, each.last, each.detail)
+                 for key, each in self._sums.items()]
+        return tuple(sorted(found, key=lambda oddity: -oddity.times))
+
+
+def as_text(path: object, oddities: Sequence[Anomaly]) -> str:
+    """Return the anomalies of a bag as text: one a line."""
+    lines = [f'  {oddity}' for oddity in oddities[:_MAX_LINES]]
+    more = len(oddities) - len(lines)
+    if more:
+        lines.append(f'  and {more} more, in the .oddities of the buffer')
+    return '\n'.join([f'{path}: odd, but read:', *lines])
+
+
+# A larger step back means another run, or another clock: no message is delayed that long.
+_JUMP = from_seconds(1.0)
+
+
+class StampOrder:
+    """Compares the stamp of each sample with that of the previous sample of its edge."""
+
+    def __init__(self, oddities: Anomalies) -> None:
+        """
+        Begin before the first sample.
+
+        :param oddities: receives the anomalies.
+        """
+        self._oddities = oddities
+        self._last: dict[tuple[str, str], int] = {}
+
+    def note(self, edge: tuple[str, str], stamp: int) -> None:
+        """Check the next sample of an edge."""
+        before = self._last.get(edge)
+        self._last[edge] = stamp
+        if before is not None and stamp <= before:
+            self._oddities.note(*_fault(before, stamp), edge, first=stamp)
+
+    def note_many(self, edge: tuple[str, str], stamps: Stamps) -> None:
+        """Check the next samples of an edge, in order of arrival."""
+        self.note(edge, int(stamps[0]))
+        self._last[edge] = int(stamps[-1])
+        for number in np.flatnonzero(stamps[1:] <= stamps[:-1]).tolist():
+            before, stamp = int(stamps[number]), int(stamps[number + 1])
+            self._oddities.note(*_fault(before, stamp), edge, first=stamp)
+
+
+def _fault(before: int, stamp: int) -> tuple[str, str]:
+    """Return the reason and a detail for a stamp that is not newer than the one before."""
+    if stamp == before:
+        return 'repeated stamp', (f'{format_stamp(stamp)} twice in a row; lookups use the last '
+                                  'sample')
+    reason = 'jump back' if before - stamp > _JUMP else 'out of order'
+    return reason, (f'{format_stamp(stamp)} arrived after {format_stamp(before)}, '
+                    f'which is {format_span(before - stamp)} newer')
+
 
 # Of a window: enough samples of each edge for numpy, and small compared with the histories.
 _WINDOW_BYTES = 16_000_000

@@ -1,7 +1,13 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Recorded covariances of edges, by the same rules as live ones."""
+"""
+Recorded covariances of edges, by the same rules as live ones.
+
+The bytes of Odometry and PoseWithCovarianceStamped are read without ROS. Both begin with a
+header, which child_frame_id follows in an Odometry. Then come 7 doubles of the pose (translation
+x y z, rotation x y z w) and 36 of its covariance. The velocity in an Odometry is not read.
+"""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TypeAlias
@@ -10,17 +16,33 @@ from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
 from tf_tree_py.beyond.uncertainty.insertion import Covariances, EdgeEstimate, not_moved
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.messages.byte_cursor import cdr_cursor, ros1_cursor, WireError
 from tf_tree_py.core.messages.frame_names import as_published, Rename
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.queries import Queries
 
 from .assembler import Assembler
-from .estimate_bytes import read_estimate
 from ..errors import BagError
 from ..files.bag_reader import Bag
 from ..files.message_source import MessageSource
+
+
+def read_estimate(data: bytes, names_its_child: bool, ros1: bool) -> EdgeEstimate:
+    """
+    Return the estimate in a message.
+
+    :param names_its_child: whether it is an Odometry.
+    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
+    :raises WireError: the bytes are not such a message.
+    """
+    cursor = ros1_cursor(data) if ros1 else cdr_cursor(data)
+    stamp = cursor.take_stamp()
+    parent, _ = cursor.take_string()
+    child, _ = cursor.take_string() if names_its_child else ('', None)
+    x, y, z, qx, qy, qz, qw = cursor.take_doubles(7).tolist()
+    return EdgeEstimate(parent, child, stamp, (x, y, z, qx, qy, qz, qw), cursor.take_doubles(36))
+
 
 Heard: TypeAlias = tuple[EdgeEstimate | Incident, Covariances, str]
 

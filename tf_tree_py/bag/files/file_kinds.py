@@ -11,8 +11,7 @@ from .mcap_scan import McapScan
 from .message_source import Scan, Storage
 from .ros1_scan import Ros1Scan
 from .rosbags_file import RosbagsFile, UNREADABLE
-from .salvage import SalvagedFile
-from .sqlite_scan import SqliteScan
+from .salvage import SalvagedFile, SqliteScan
 
 _SCANS: dict[str, Callable[[Path], Scan]] = {
     '.mcap': McapScan, '.bag': Ros1Scan, '.db3': SqliteScan}

@@ -14,7 +14,7 @@ import zlib
 
 from rosbags.interfaces import MessageDefinition, Qos
 
-from .message_source import MessageSource, RecordedMessage
+from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
 from .rosbags_file import (
     decompressor,
     is_reliable,
@@ -24,7 +24,6 @@ from .rosbags_file import (
     UNREADABLE,
 )
 from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share, unpacked_lz4
-from .size_limit import too_large, unpacked_limit
 
 _MAGIC = b'\x89MCAP0\r\n'
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 2, 3, 4, 5, 6, 15

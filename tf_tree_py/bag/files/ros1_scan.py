@@ -15,10 +15,9 @@ import struct
 
 from rosbags.interfaces import MessageDefinition
 
-from .message_source import MessageSource, RecordedMessage
+from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
 from .rosbags_file import UNREADABLE
 from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share, unpacked_lz4
-from .size_limit import too_large, unpacked_limit
 
 _MAGIC = b'#ROSBAG V2.0\n'
 _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7

@@ -1,19 +1,27 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Bag files that rosbags reads; a scan reads the rest of a file that is damaged in the middle."""
+"""
+Bag files that rosbags reads; a scan reads the rest of a file that is damaged in the middle.
 
+rosbags has no limit on unpacking chunks; here they have one.
+"""
+
+import bz2
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 import sqlite3
 import struct
 import sys
 from tempfile import TemporaryDirectory
 from typing import Any
+import warnings
 
 import apsw
+from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import (
     Connection,
     ConnectionExtRosbag1,
@@ -24,8 +32,8 @@ from rosbags.interfaces import (
     QosDurability,
     QosReliability,
 )
-from rosbags.rosbag1 import Reader as Reader1, ReaderError as Reader1Error
-from rosbags.rosbag2 import Reader as Reader2, ReaderError as Reader2Error
+from rosbags.rosbag1 import Reader as Reader1, reader as rosbag1, ReaderError as Reader1Error
+from rosbags.rosbag2 import Reader as Reader2, ReaderError as Reader2Error, storage_mcap
 from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import (
     get_types_from_idl,
@@ -37,14 +45,80 @@ from rosbags.typesys import (
 from tf_tree_py.core.stamp import format_stamp
 
 from .discovery import PACKED
-from .message_source import MessageSource, RecordedMessage, Scan
-from .size_limit import too_large, unpacked_limit
-from .unpacking import limit_chunks
+from .message_source import (
+    MessageSource,
+    RecordedMessage,
+    Scan,
+    too_large,
+    unpacked_limit,
+    VARIABLE,
+)
 
 if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
+
+
+def limit_chunks(reader: rosbag1.Reader) -> None:
+    """Make an open reader of ROS 1 raise TooLarge for a chunk beyond the limit."""
+    limited = {rosbag1.decompressors[name]: _limited(make) for name, make in (
+        ('bz2', bz2.BZ2Decompressor), ('lz4', LZ4FrameDecompressor))}
+    for position, chunk in reader.chunks.items():
+        reader.chunks[position] = chunk._replace(
+            decompressor=limited.get(chunk.decompressor, chunk.decompressor))
+
+
+def _limited(make: Callable[[], Any]) -> Callable[[bytes], bytes]:
+    def unpack(packed: bytes) -> bytes:
+        limit = unpacked_limit(len(packed))
+        unpacked = _unpacked(packed, make, limit)
+        if len(unpacked) > limit:
+            raise too_large('a chunk', len(packed))
+        return unpacked
+    return unpack
+
+
+def _as_said(make: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
+    """Return a function that unpacks a chunk of MCAP up to the size in its header."""
+    def unpack(packed: bytes, size: int) -> bytes:
+        return _unpacked(packed, make, min(size, unpacked_limit(len(packed))))
+    return unpack
+
+
+def _unpacked(packed: bytes, make: Callable[[], Any], limit: int) -> bytes:
+    """Unpack one or several frames, but at most one byte more than a limit."""
+    parts, left = [], limit + 1
+    while packed and left > 0:
+        reader = make()
+        parts.append(reader.decompress(packed, max_length=left))
+        left -= len(parts[-1])
+        if not reader.eof and left > 0:
+            raise EOFError('a chunk ends too soon')
+        packed = reader.unused_data if reader.eof else b''
+    return b''.join(parts)
+
+
+def limit_mcap(table: dict[str, Any] | None) -> None:
+    """
+    Make rosbags unpack chunks of MCAP up to the size in their headers, and a limit.
+
+    The only place for that is rosbags' own table. rosbags refuses a chunk of another size than in
+    its header, so other users of rosbags get the same results, only without the memory for the
+    rest.
+
+    :param table: of rosbags; None: a version without one, which causes a warning.
+    """
+    if table is None:
+        warnings.warn(
+            f'rosbags {version("rosbags")} has no place for a limit on chunks of MCAP: they are '
+            f'unpacked whole, and {VARIABLE} has no effect on them. rosbags 0.11 has one',
+            RuntimeWarning, stacklevel=2)
+        return
+    table.update(zstd=_as_said(zstd.ZstdDecompressor), lz4=_as_said(LZ4FrameDecompressor))
+
+
+limit_mcap(getattr(storage_mcap, 'DECOMPRESSORS', None))
 
 _ZSTD = b'\x28\xb5\x2f\xfd'
 """The first bytes of zstd data; no message of ROS begins with them."""
@@ -75,7 +149,7 @@ class RosbagsFile:
         self.damage: list[str] = []
         self._unpacked = TemporaryDirectory() if path.suffix == PACKED else None
         if self._unpacked is not None:
-            path = _unpacked(path, Path(self._unpacked.name))
+            path = _unpacked_file(path, Path(self._unpacked.name))
         self._file = path
         self._reader: Any = Reader1(path) if path.suffix == '.bag' else Reader2(path)
         self._reader.open()
@@ -164,7 +238,7 @@ def _decompressed(data: bytes) -> bytes:
         return data
 
 
-def _unpacked(path: Path, folder: Path) -> Path:
+def _unpacked_file(path: Path, folder: Path) -> Path:
     """Decompress a file into a folder, and return it."""
     target = folder / path.stem
     size = path.stat().st_size

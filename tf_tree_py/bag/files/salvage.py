@@ -4,14 +4,16 @@
 """
 Reads files that rosbags refuses: truncated, never finished, or without an index.
 
-They are read from the beginning, record by record, as far as possible. Each kind has its own scan;
-this file has the common parts.
+They are read from the beginning, record by record, as far as possible. MCAP and ROS 1 have scans
+of their own; this file has their common parts, and the scan of truncated SQLite files: row by
+row, without their index.
 """
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 import mmap
 from pathlib import Path
+import sqlite3
 import struct
 
 from lz4.frame import LZ4FrameDecompressor
@@ -19,9 +21,15 @@ from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 from tf_tree_py.core.stamp import FOREVER, format_stamp
 from tf_tree_py.core.text import printable
 
-from .message_source import MessageSource, RecordedMessage, Scan
-from .rosbags_file import first_field_of, salvaged
-from .size_limit import too_large, unpacked_limit
+from .message_source import MessageSource, RecordedMessage, Scan, too_large, unpacked_limit
+from .rosbags_file import (
+    first_field_of,
+    is_reliable,
+    is_transient_local,
+    is_volatile,
+    profiles_of,
+    salvaged,
+)
 
 
 class SalvagedFile:
@@ -161,3 +169,38 @@ class Bytes:
     def text(self) -> str:
         """Return the string that follows its length in bytes."""
         return bytes(self.sized()).decode(errors='replace')
+
+
+class SqliteScan:
+    """Reads one file; see ``Scan``."""
+
+    def __init__(self, path: Path) -> None:
+        """
+        Open the file, and read no messages yet.
+
+        :raises sqlite3.Error: it is not a database with topics.
+        """
+        self._database = sqlite3.connect(
+            f'{path.resolve().as_uri()}?mode=ro&immutable=1', uri=True)
+        # Otherwise SQLite opens no file that is shorter than its header declares.
+        self._database.execute('PRAGMA writable_schema = ON')
+        self._sources = {
+            number: MessageSource(topic, kind, is_transient_local(profiles), '', False,
+                                  is_reliable(profiles), is_volatile(profiles))
+            for number, topic, kind, offered in self._database.execute(
+                'SELECT id, name, type, offered_qos_profiles FROM topics')
+            for profiles in [profiles_of(offered)]}
+        self.definitions: dict[MessageSource, MessageDefinition] = {}
+        self.lost = ''
+
+    def __iter__(self) -> Iterator[RecordedMessage]:
+        """Yield every message, in the order of the file."""
+        self.lost = 'and nothing is missing'
+        try:
+            for topic, received, data in self._database.execute(
+                    'SELECT topic_id, timestamp, data FROM messages NOT INDEXED ORDER BY id'):
+                if topic not in self._sources:
+                    raise sqlite3.DatabaseError('the row behind them is damaged')
+                yield RecordedMessage(received, self._sources[topic], data)
+        except sqlite3.Error as error:
+            self.lost = f'and it is unknown how many are missing ({printable(str(error))})'

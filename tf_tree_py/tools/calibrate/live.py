@@ -15,9 +15,15 @@ from typing import Any
 
 from tf_tree_py.calibration import Calibration, CalibrationError
 from tf_tree_py.calibration.chain import check_edges
-from tf_tree_py.calibration.detections import check_type, Detection, detections_in, gathered
+from tf_tree_py.calibration.detections import (
+    check_type,
+    Detection,
+    detections_in,
+    FRAME,
+    gathered,
+    seen_on_tf,
+)
 from tf_tree_py.calibration.observations import Observations
-from tf_tree_py.calibration.recorded import FRAME, seen_on_tf
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.command.output import shown
 from tf_tree_py.command.signals import wait

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.bag import Bag, MessageSource
-from tf_tree_py.bag.files.message_types import decode
+from tf_tree_py.bag.files.message_source import decode
 from tf_tree_py.core.times import Stamps
 
 from .readings import is_known, Reading, reading_of
