@@ -56,7 +56,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these name
     from tf_tree_py.health.flight_recorder import FlightRecorder
     from tf_tree_py.ros.buffer.buffer import Buffer
     from tf_tree_py.ros.buffer.interface import BufferInterface
-    from tf_tree_py.ros.buffer.twists import velocity_stamped
+    from tf_tree_py.ros.buffer.tf2_methods import velocity_stamped
     from tf_tree_py.ros.diagnostics import TransformDiagnostics
     from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
     from tf_tree_py.ros.messages.arrays import as_matrix, as_points
@@ -78,10 +78,9 @@ if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these name
     from tf_tree_py.ros.remote.buffer_client import BufferClient
     from tf_tree_py.ros.remote.buffer_server import BufferServer
     from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-    from tf_tree_py.ros.topics.covariances import CovarianceListener
-    from tf_tree_py.ros.topics.gyro import GyroListener
     from tf_tree_py.ros.topics.listener import TransformListener
     from tf_tree_py.ros.topics.shared_buffer import shared_buffer
+    from tf_tree_py.ros.topics.side_topics import CovarianceListener, GyroListener
 
 # The present name for each old one; docs/stability.md says how long an old name is kept.
 _OLD_NAMES: dict[str, str] = {}
@@ -107,14 +106,14 @@ _LATER = {
     'BufferServer': 'ros.remote.buffer_server',
     'convert': 'ros.messages.registry',
     'ConvertRegistration': 'ros.messages.registry',
-    'CovarianceListener': 'ros.topics.covariances',
+    'CovarianceListener': 'ros.topics.side_topics',
     'deskew': 'beyond.motion.deskew',
     'deskew_cloud': 'ros.messages.deskew_cloud',
     'Doctor': 'health.doctor',
     'Drop': 'ros.filtering.message_filter',
     'FlightRecorder': 'health.flight_recorder',
     'from_gtsam': 'beyond.uncertainty.gating',
-    'GyroListener': 'ros.topics.gyro',
+    'GyroListener': 'ros.topics.side_topics',
     'lookup_twist': 'beyond.motion.twist',
     'lookup_twist_many': 'beyond.motion.twist',
     'MessageFilter': 'ros.filtering.message_filter',
@@ -134,7 +133,7 @@ _LATER = {
     'TransformListener': 'ros.topics.listener',
     'TransformRegistration': 'ros.messages.registry',
     'TypeException': 'ros.messages.registry',
-    'velocity_stamped': 'ros.buffer.twists',
+    'velocity_stamped': 'ros.buffer.tf2_methods',
 }
 
 __all__ = [

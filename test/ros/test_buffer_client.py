@@ -19,10 +19,10 @@ from ros_helpers import at, lasting, LATEST, move, PATIENCE, PATIENCE_S, result_
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 import tf_tree_py as tf
-from tf_tree_py.ros.remote import buffer_client, buffer_server, lookup_call, server_watch
+from tf_tree_py.ros.remote import buffer_client, buffer_server, goal_client, lookup_call
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import _ClosableServer, BufferServer
-from tf_tree_py.ros.remote.goal_state import State, UNACCEPTED, WANTED
+from tf_tree_py.ros.remote.lookup_call import State, UNACCEPTED, WANTED
 
 ACTION = 'tf2_buffer_server'
 
@@ -363,13 +363,13 @@ def test_long_wait_outlasts_a_server_with_another_clock(
 @pytest.mark.usefixtures('deaf')
 def test_server_that_accepts_nothing_is_given_up(client, sent, monkeypatch):
     """Also without a timeout, and when the calls are cancelled; nothing is left."""
-    monkeypatch.setattr(server_watch, '_AGAIN_AT_FIRST', 0.0)
+    monkeypatch.setattr(goal_client, '_AGAIN_AT_FIRST', 0.0)
     client.timeout_padding = lasting(0.5)
     with pytest.raises(tf.TimeoutException, match='is available, but did not answer'):
         client.lookup_transform('map', 'base', LATEST)
     assert len(sent) == 1, 'not again, because its time is over'
     client.timeout_padding = lasting(0.0)
-    monkeypatch.setattr(server_watch, '_DISCOVERY_S', 0.0)
+    monkeypatch.setattr(goal_client, '_DISCOVERY_S', 0.0)
     monkeypatch.setattr(lookup_call, '_ACCEPTANCE_S', 0.02)
     call = client.wait_for_transform_async('map', 'base', LATEST)
     with pytest.raises(tf.TimeoutException, match='is available, but did not answer'):
@@ -382,7 +382,7 @@ def test_server_that_accepts_nothing_is_given_up(client, sent, monkeypatch):
 
 def test_request_that_a_new_server_lost_is_sent_again(buffer, client, serve, monkeypatch):
     """While DDS discovers a server, the request or its response may be lost."""
-    monkeypatch.setattr(server_watch, '_AGAIN_AT_FIRST', 0.05)
+    monkeypatch.setattr(goal_client, '_AGAIN_AT_FIRST', 0.05)
     lost = []
 
     class Losing(_ClosableServer):

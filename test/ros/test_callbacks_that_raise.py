@@ -18,8 +18,8 @@ from ros_helpers import (
     until_waiting,
 )
 import tf_tree_py as tf
-from tf_tree_py.ros.threads import rate_limited_log as log_module
-from tf_tree_py.ros.threads.rate_limited_log import RateLimitedLog
+from tf_tree_py.ros.threads import internal_node as log_module
+from tf_tree_py.ros.threads.internal_node import RateLimitedLog
 
 
 class Unheard(BaseException):

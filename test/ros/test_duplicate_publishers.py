@@ -12,7 +12,7 @@ from ros_helpers import at, transform, until
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.core import Kind
 from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.ros.topics.duplicate_publishers import DuplicatePublishers
+from tf_tree_py.ros.topics.endpoints import DuplicatePublishers
 
 
 def reported(buffer):

@@ -28,7 +28,6 @@ from ros_helpers import (
     until_waiting,
 )
 import tf_tree_py as tf
-from tf_tree_py.ros.waiting import awaitable
 from tf_tree_py.ros.waiting.alarm_clock import AlarmDeadline, Alarms
 from tf_tree_py.ros.waiting.clock import ClockWatch
 
@@ -185,7 +184,7 @@ def test_executor_spins_until_a_future_is_complete(buffer, context, name, pool):
 def test_executor_that_cannot_be_found_goes_on_with_its_next_work(
         buffer, make_node, spin, monkeypatch):
     """As after a change inside rclpy: it costs only time."""
-    monkeypatch.setattr(awaitable, '_STEP_OF_TASK', None)
+    monkeypatch.setattr('tf_tree_py.ros.waiting.futures._STEP_OF_TASK', None)
     executor = spin(make_node('spun'))
     task = executor.create_task(look_up, buffer)
     until_waiting(buffer)

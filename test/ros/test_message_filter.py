@@ -21,8 +21,7 @@ from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile, Rel
 from ros_helpers import at, lasting, move, PATIENCE_S, transform, until, until_waiting
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.core.buffer import waiting
-from tf_tree_py.ros.filtering.drop_reasons import Drop
-from tf_tree_py.ros.filtering.message_filter import MessageFilter
+from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
 
 
 @pytest.fixture

@@ -8,8 +8,7 @@ from filter_helpers import check, Inbox, point
 from hypothesis import example, given, HealthCheck, strategies as st
 from ros_helpers import at, lasting, move
 from tf_tree_py import Buffer, ClockJumpException, TransformException
-from tf_tree_py.ros.filtering.drop_reasons import Drop
-from tf_tree_py.ros.filtering.message_filter import MessageFilter
+from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
 
 
 class Naive:

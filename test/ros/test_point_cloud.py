@@ -20,8 +20,13 @@ from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.ros.messages import point_cloud
 from tf_tree_py.ros.messages.do_transform import do_transform_laser_scan
-from tf_tree_py.ros.messages.laser_scan import as_cloud, points_of_scan
-from tf_tree_py.ros.messages.point_cloud import do_transform_cloud, packed_cloud, points_of
+from tf_tree_py.ros.messages.point_cloud import (
+    as_cloud,
+    do_transform_cloud,
+    packed_cloud,
+    points_of,
+    points_of_scan,
+)
 
 INF, NAN = math.inf, math.nan
 POSE = (1.0, -2.0, 3.0, 0.5, -0.5, 0.5, -0.5)

@@ -18,8 +18,8 @@ from tf_tree_py import Buffer, Incident
 from tf_tree_py.core import Kind
 from tf_tree_py.core.messages.frame_names import as_published
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.ros.topics import listener, publisher_names
-from tf_tree_py.ros.topics.publisher_names import PublisherNames
+from tf_tree_py.ros.topics import endpoints, listener
+from tf_tree_py.ros.topics.endpoints import PublisherNames
 
 AMCL, SLAM, WHEELS = ('/', 'amcl'), ('/', 'slam'), ('/', 'wheels')
 NOBODY = 'unknown publisher of /tf'
@@ -60,7 +60,7 @@ def graph():
 @pytest.fixture
 def clock(monkeypatch):
     clock = HandClock(1000.0)
-    monkeypatch.setattr(publisher_names, 'time', clock)
+    monkeypatch.setattr(endpoints, 'time', clock)
     return clock
 
 

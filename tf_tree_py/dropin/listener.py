@@ -18,7 +18,7 @@ from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_AUTHORITY
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
-from tf_tree_py.ros.buffer.wrong_arguments import check_places
+from tf_tree_py.ros.buffer.interface import check_places
 from tf_tree_py.ros.topics.listener import TransformListener as OurListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 

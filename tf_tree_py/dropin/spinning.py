@@ -18,7 +18,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from tf_tree_py.ros.threads.context_state import is_running
+from tf_tree_py.ros.threads.internal_node import is_running
 
 _UNTIL_SPUN_S = 1.0
 _TO_END_S = 1.0

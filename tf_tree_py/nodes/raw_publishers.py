@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
-from tf_tree_py.ros.threads.context_state import is_running
+from tf_tree_py.ros.threads.internal_node import is_running
 from tf_tree_py.ros.topics.qos import tf_publisher
 
 

@@ -15,7 +15,7 @@ from tf_tree_py.core.messages.sample import bad_name, Batch, checked, Sample
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.ros.threads.internal_node import internal_node
 from tf_tree_py.ros.threads.receiver import Receiver
-from tf_tree_py.ros.topics.publisher_names import PublisherNames
+from tf_tree_py.ros.topics.endpoints import PublisherNames
 from tf_tree_py.ros.topics.qos import dynamic_qos, overriding, static_listener_qos
 from tf_tree_py.thinning import MovingSender, StaticSender
 

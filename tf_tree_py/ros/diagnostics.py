@@ -28,9 +28,9 @@ from tf_tree_py.health.measures.sample_rows import Lately
 from tf_tree_py.reports.switch_status import as_values, DIAGNOSTICS_TOPIC
 
 from .buffer.buffer import Buffer
-from .buffer.wrong_arguments import check_is_ours, check_places
+from .buffer.interface import check_is_ours, check_places
 from .messages.convert import as_nanoseconds
-from .threads.context_state import is_running
+from .threads.internal_node import is_running
 from .topics.endpoints import endpoints_of
 from .topics.qos import TF_STATIC_TOPIC, TF_TOPIC
 

@@ -21,11 +21,10 @@ from tf_tree_py.core.messages.observers import Endpoint, Observer
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.internal_node import node_of_its_own
-from tf_tree_py.ros.topics.covariances import CovarianceListener
 from tf_tree_py.ros.topics.endpoints import endpoints_of
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
-from tf_tree_py.ros.topics.side_topics import SideTopics
+from tf_tree_py.ros.topics.side_topics import CovarianceListener, SideTopics
 
 # How much later than the first transforms static covariances may arrive; the period of checks.
 _MOMENT_S = 1.0

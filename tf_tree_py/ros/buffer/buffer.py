@@ -35,9 +35,8 @@ from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.reports.audit import LookupAudit
 
 from .attached_listeners import AttachedListeners
-from .interface import BufferInterface, NO_TIME
+from .interface import BufferInterface, check_places, NO_TIME
 from .tf2_methods import CoreApi
-from .wrong_arguments import check_places
 from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
 from ..messages.pose_covariances import (
     composed_with,

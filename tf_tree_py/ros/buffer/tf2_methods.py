@@ -3,26 +3,75 @@
 
 """The methods of ``tf2_py.BufferCore`` under their own names, in messages and ROS times."""
 
+from collections.abc import Callable
 from typing import Any
 
-from geometry_msgs.msg import TransformStamped, VelocityStamped
+from geometry_msgs.msg import TransformStamped, Twist, Vector3, VelocityStamped
 import numpy.typing as npt
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
-from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many, ORIGIN
-from tf_tree_py.buffer_core import BufferCore
+from std_msgs.msg import Header
+from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many, ORIGIN, Velocity
+from tf_tree_py.buffer_core import BufferCore, Snapshot
 from tf_tree_py.core.errors import (
     ArgumentTypeException,
     InvalidArgumentException,
     TransformException,
 )
-from tf_tree_py.core.geometry.so3 import Array, Vector3
+from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp
+from tf_tree_py.core.times import checked_stamp
+from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.reports import plain_text
 
-from .twists import velocity_stamped
-from ..messages.convert import as_nanoseconds, as_stamp, transform_stamped
-from ..messages.times import checked_ros_stamp, RosSnapshot
+from ..messages.convert import as_nanoseconds, as_stamp, time_message, transform_stamped
+
+
+def checked_ros_stamp(stamp: Any, is_simulated: Callable[[], bool]) -> int:
+    """
+    Return a caller's stamp: one that the core accepts, or a ``Time`` of rclpy or of a message.
+
+    :param is_simulated: returns whether ROS time differs from the system's.
+    :raises InvalidArgumentException: none of these, or a time of another clock.
+    """
+    if isinstance(stamp, Time) or hasattr(stamp, 'nanosec'):
+        return as_stamp(stamp, is_simulated)
+    return checked_stamp(stamp)
+
+
+class RosSnapshot(Snapshot):
+    """A buffer's contents at one moment, with lookups by ROS times."""
+
+    def __init__(self, tree: Tree, simulated: bool) -> None:
+        """
+        Take a tree that does not change any more.
+
+        :param simulated: whether time was simulated then.
+        """
+        super().__init__(tree)
+        self._simulated = simulated
+
+    def _stamp_of(self, stamp: Any) -> int:
+        return checked_ros_stamp(stamp, lambda: self._simulated)
+
+
+def velocity_stamped(velocity: Velocity, tracking_frame: str, observation_frame: str,
+                     reference_frame: str | None = None) -> VelocityStamped:
+    """
+    Return a velocity as a message.
+
+    Its ``body_frame_id`` is the moving frame, ``reference_frame_id`` the frame it moves relative
+    to (tf2 leaves it empty), and ``header.frame_id`` the frame of the axes.
+
+    :param reference_frame: the argument of ``lookup_twist``.
+    """
+    header = Header(stamp=time_message(velocity.stamp),
+                    frame_id=reference_frame or observation_frame)
+    linear, angular = (Vector3(x=x, y=y, z=z) for x, y, z in (velocity.linear, velocity.angular))
+    return VelocityStamped(header=header, body_frame_id=tracking_frame,
+                           reference_frame_id=observation_frame,
+                           velocity=Twist(linear=linear, angular=angular))
 
 
 class CoreApi(BufferCore):
@@ -82,7 +131,7 @@ class CoreApi(BufferCore):
 
     def lookup_twist(self, tracking_frame: str, observation_frame: str, time: Any,
                      averaging_interval: Any, *, reference_frame: str | None = None,
-                     reference_point: Vector3 = ORIGIN,
+                     reference_point: so3.Vector3 = ORIGIN,
                      reference_point_frame: str | None = None) -> VelocityStamped:
         """
         Return the velocity of one frame relative to another; see ``core.twist.lookup_twist``.

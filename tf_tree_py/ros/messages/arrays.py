@@ -27,8 +27,7 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 
 from .geometry import points_array, pose_values, transform_values
-from .laser_scan import points_of_scan
-from .point_cloud import points_of
+from .point_cloud import points_of, points_of_scan
 
 _POSES: Mapping[type, Callable[[Any], se3.PoseTuple]] = {
     Transform: transform_values,

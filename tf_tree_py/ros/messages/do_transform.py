@@ -51,9 +51,9 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 
-from . import geometry, laser_scan
-from .covariance import rotate_covariance
+from . import geometry, point_cloud
 from .fast_messages import copy_of, maker
+from .geometry import rotate_covariance
 from .point_cloud import do_transform_cloud
 
 # Transforms an object to the target frame of a transform.
@@ -176,7 +176,7 @@ def do_transform_path(path: Path, transform: TransformStamped) -> Path:
 
 def do_transform_laser_scan(scan: LaserScan, transform: TransformStamped) -> PointCloud2:
     """Return the valid points of a scan as a cloud; see ``laser_scan.as_cloud``."""
-    return do_transform_cloud(laser_scan.as_cloud(scan), transform)
+    return do_transform_cloud(point_cloud.as_cloud(scan), transform)
 
 
 # --- motion and force

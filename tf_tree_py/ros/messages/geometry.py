@@ -9,6 +9,9 @@ that shares nothing with the first. The fields of the given message may hold int
 numbers; those of the returned one hold floats. A quaternion of a pose need not have unit length. A
 quaternion of zeros counts as no rotation, as in tf2: the message was not filled in. Headers are in
 ``do_transform``.
+
+A covariance of six numbers, as pose, twist and accel messages have it, is row-major (36,): three
+numbers along the axes x, y, z, then three about them.
 """
 
 from collections.abc import Sequence
@@ -34,12 +37,34 @@ from geometry_msgs.msg import (
 import numpy as np
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.poses import is_sound
-from tf_tree_py.core.geometry.se3 import carry, PoseTuple, Screw
+from tf_tree_py.core.geometry.se3 import adjoint, carry, PoseTuple, Screw
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.sample import unit_poses
 
-from .covariance import carry_covariance, rotate_covariance
 from .fast_messages import maker, many_maker, reader
+
+
+def rotate_covariance(covariance: Any, a_q_b: so3.Quaternion) -> Array:
+    """Return a covariance (36,) in the axes of a: each 3 x 3 block is R C R^T."""
+    return _congruent(covariance, _diagonal(a_q_b))
+
+
+def carry_covariance(covariance: Any, a_T_b: PoseTuple) -> Array:
+    """Return the covariance (36,) of a twist that the adjoint transforms from b to a."""
+    return _congruent(covariance, adjoint(a_T_b))
+
+
+def _diagonal(a_q_b: so3.Quaternion) -> Array:
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = matrix[3:, 3:] = so3.as_matrix(a_q_b)
+    return matrix
+
+
+def _congruent(covariance: Any, matrix: Array) -> Array:
+    """Return M C M^T of a covariance (36,)."""
+    square = np.asarray(covariance, dtype=float).reshape(6, 6)
+    return np.asarray(matrix @ square @ matrix.T).reshape(36)
+
 
 _accel, _accel_with_covariance = maker(Accel), maker(AccelWithCovariance)
 _point, _point32, _vector3, _quaternion = map(maker, (Point, Point32, Vector3, Quaternion))

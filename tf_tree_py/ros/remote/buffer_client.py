@@ -18,8 +18,7 @@ from tf_tree_py.core.errors import TimeoutException
 from .goal_client import GoalClient
 from .lookup_call import LookupCall
 from .lookup_goal import full_goal, simple_goal
-from ..buffer.interface import BufferInterface, NO_TIME
-from ..buffer.wrong_arguments import check_places
+from ..buffer.interface import BufferInterface, check_places, NO_TIME
 from ..messages.convert import as_nanoseconds, as_stamp
 
 _PADDING = Duration(seconds=2.0)

@@ -20,7 +20,7 @@ from tf_tree_py.core.errors import TransformException
 
 from .lookup_goal import ACTION_NAME, error_result, service_qos
 from ..buffer.buffer import Buffer
-from ..buffer.wrong_arguments import check_is_ours, check_places
+from ..buffer.interface import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds
 from ..waiting.futures import TransformFuture
 

@@ -6,7 +6,8 @@ Sends ``LookupTransform`` goals from any thread, and follows each to its end.
 
 An action is three services and two topics. On one topic the server publishes the states of all
 goals whenever one of them changes. rclpy's ``ActionClient`` subscribes to it, which alone would
-keep a hundred clients busy. This client uses only the services.
+keep a hundred clients busy. This client uses only the services. It also discovers the action's
+servers, and new ones among them.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,19 +20,95 @@ from typing import Any
 
 from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
+from rclpy.action.server import RCLError
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.buffer.waiting import call_all
 from unique_identifier_msgs.msg import UUID
 
-from .goal_state import Action, Event, Goals, State, UNACCEPTED, WANTED
-from .lookup_call import LookupCall
+from .lookup_call import Action, Event, Goals, LookupCall, State, UNACCEPTED, WANTED
 from .lookup_goal import service_qos
-from .server_watch import GONE, ServerWatch
-from ..threads.context_state import is_running
-from ..threads.internal_node import internal_node
-from ..threads.response_receiver import Responses
+from ..threads.internal_node import internal_node, is_running
+from ..threads.receiver import Responses
+
+# The errors of rclpy when a node has been destroyed, or its context has ended.
+GONE = InvalidHandle, RCLError
+
+# DDS discovers a server part by part: at first requests or responses may be lost.
+_DISCOVERY_S = 10.0
+# A request to a server that replaces another is sent again after this time without a response.
+_AGAIN_S = 0.5
+# A request to the first server, in parts of the time in which the server has to accept it. That
+# server was completely discovered by the client, so it is more likely slow than deaf: a hundred
+# clients that repeat their requests soon would make it slower still.
+_AGAIN_AT_FIRST = 0.5
+
+
+class ServerWatch:
+    """
+    A comparison of the present servers with the earlier ones.
+
+    A server that was killed seems to be present until its DDS lease ends, after about 20 s. The
+    server that was started in its place shows up sooner.
+    """
+
+    def __init__(self, node: Node, name: str) -> None:
+        """
+        Begin without a server.
+
+        :param node: reads the graph.
+        :param name: the action's name, absolute.
+        """
+        self._node = node
+        self._status_topic = f'{name}/_action/status'
+        self._known: frozenset[bytes] = frozenset()
+        self._discovered_at = -math.inf
+        self._is_first = True
+
+    def is_there(self) -> bool:
+        """Return whether there is a server, though it may not receive requests yet."""
+        return bool(self._find())
+
+    def note_first(self) -> None:
+        """Treat the present servers as known, if none is known yet."""
+        if not self._known:
+            self._known = self._find()
+            self._discovered_at = time.monotonic()
+
+    def has_new(self) -> bool:
+        """Return whether there is a server that was absent at the last call."""
+        servers = self._find()
+        is_new = bool(self._known and servers - self._known)
+        if is_new:
+            self._discovered_at = time.monotonic()
+            self._is_first = False
+        if servers:
+            self._known = servers
+        return is_new
+
+    def may_have_lost(self, silent_s: float, acceptance_s: float) -> bool:
+        """
+        Return whether the newest server is so new that a request to it may be lost.
+
+        A server that replaces another is granted twice as much time for each repetition.
+
+        :param silent_s: the seconds since the request, without a response.
+        :param acceptance_s: the seconds in which a server has to accept a request.
+        """
+        age_s = time.monotonic() - self._discovered_at
+        again_s = (_AGAIN_AT_FIRST * acceptance_s if self._is_first
+                   else _AGAIN_S + age_s - silent_s)
+        return age_s < _DISCOVERY_S and silent_s >= again_s
+
+    def _find(self) -> frozenset[bytes]:
+        """Return an identity of each server: that of its publisher of the goals' states."""
+        with suppress(*GONE):
+            return frozenset(bytes(publisher.endpoint_gid) for publisher
+                             in self._node.get_publishers_info_by_topic(self._status_topic))
+        return frozenset()
+
 
 _SendGoal = LookupTransform.Impl.SendGoalService
 _GetResult = LookupTransform.Impl.GetResultService

@@ -6,16 +6,94 @@ Small nodes in addition to a user's node, served by threads of this package.
 
 The threads serve subscriptions or service clients only, so these nodes offer no parameter
 services. ``ros2 param list`` waits five seconds for each listed node without them; so the nodes
-have hidden names.
+have hidden names. An exception of a user's callback in such a thread is logged, and the thread
+continues.
+
+From Kilted on, ``Context.shutdown`` destroys all nodes while it holds the lock of the context, and
+``Context.ok`` takes that lock. A thread that a node waits for during its destruction therefore
+must neither call ``ok`` nor destroy a node itself. So here is also whether a context still runs,
+and whether the current thread has it locked.
 """
 
+from contextlib import suppress
 import secrets
+import sys
+import time
+import traceback
 from typing import Any
 
 import rclpy
 from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.parameter import Parameter
+from tf_tree_py.core import fork_locks
+
+
+def is_running(context: Context) -> bool:
+    """Return the same as ``context.ok()``, without the lock of the context."""
+    handle: Any = context.handle
+    if handle is None:
+        return False
+    if not hasattr(handle, 'ok'):  # pragma: no cover - every rclpy so far has it
+        return context.ok()
+    try:
+        with handle:
+            return bool(handle.ok())
+    except InvalidHandle:
+        return False
+
+
+def is_locked_here(context: Context) -> bool:
+    """Return whether the current thread holds the context's lock, because it shuts it down."""
+    is_owned = getattr(getattr(context, '_lock', None), '_is_owned', None)
+    return is_owned is not None and bool(is_owned())
+
+
+_PERIOD_S = 10.0
+_EXIT = (' sys.exit() would end only the thread that receives transforms, and lookups would stop '
+         'working, so it is ignored. To end the program, call rclpy.shutdown().')
+
+
+class RateLimitedLog:
+    """
+    A log of exceptions; the same one again at most once in ten seconds, with a count.
+
+    ``sys.exit()`` in a callback would end the thread silently, so it is logged, too.
+    """
+
+    def __init__(self, logger: Any) -> None:
+        """
+        Log to this logger.
+
+        :param logger: an rclpy logger.
+        """
+        self._logger = logger
+        self._lock = fork_locks.lock()
+        self._last = ''
+        self._count = 0
+        self._quiet_until = 0.0
+
+    def write(self, what: str) -> None:
+        """Log the exception that is being handled; never raises."""
+        text = f'{what} failed:\n{traceback.format_exc()}'
+        if isinstance(sys.exc_info()[1], SystemExit):
+            text += _EXIT
+        with self._lock:
+            now = time.monotonic()
+            if text == self._last and now < self._quiet_until:
+                self._count += 1
+                return
+            count, self._count = self._count, 0
+            self._last, self._quiet_until = text, now + _PERIOD_S
+        if count:
+            text = f'{count} more failed like the previous one. {text}'
+        try:
+            self._logger.error(text)
+        except Exception:  # noqa: B902 - a logger that fails must not end the thread either
+            with suppress(Exception):
+                print(text, file=sys.stderr)
+
 
 USE_SIM_TIME = 'use_sim_time'
 

@@ -21,7 +21,7 @@ from .qos import (
     TF_STATIC_TOPIC,
     TF_TOPIC,
 )
-from ..buffer.wrong_arguments import check_places
+from ..buffer.interface import check_places
 from ..messages.convert import with_float_fields, with_frames
 
 Transforms: TypeAlias = TransformStamped | Iterable[TransformStamped]

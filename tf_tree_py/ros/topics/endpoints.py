@@ -1,16 +1,111 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The publishers and subscriptions of topics of transforms, and their quality of service."""
+"""
+The publishers and subscriptions of topics, from the ROS graph: names, and quality of service.
 
-from collections.abc import Mapping
+Edges that two publishers send are found by the numbers of their messages and the ROS graph.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+import math
+import time
 from typing import Any
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from tf_tree_py.core.messages.incidents import Incident, Kind, one_of
 from tf_tree_py.core.messages.observers import Endpoint
+from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.health.duplicate_streams import DuplicateStreams, Edge
 
-from .publisher_names import node_name
+from ..threads.internal_node import is_running
+
+_REFRESH_S = 1.0
+_RETRY_S = 0.05
+# The graph's name of an endpoint before its node has announced itself.
+_UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
+
+
+class PublisherNames:
+    """
+    The name of the node that publishes on a topic, or of several nodes.
+
+    A message does not name its sender; the graph lists the publishers of its topic. With several
+    publishers the name is therefore ``one of a, b``. The graph is read at most once a second. It
+    is read more often while a name is missing, because the first message may arrive before the
+    publisher's name, and before an incident is reported.
+
+    :ivar placeholder: replaces the name while it is missing.
+    :ivar endpoints: the publishers' ids in the middleware.
+    :ivar names: the publishers' node names, one for each; empty while one is missing.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self._node = node
+        self._topic = topic
+        self._ask_at = -math.inf
+        self._corrected_at = self._presented_at = -math.inf
+        self.placeholder = self._name = f'unknown publisher of {topic}'
+        self.endpoints: frozenset[bytes] = frozenset()
+        self.names: list[str] = []
+
+    def name(self) -> str:
+        """Return the publisher's full node name, or all candidates."""
+        now = time.monotonic()
+        if now >= self._ask_at:
+            self.ask()
+            self._ask_at = now + (_RETRY_S if self._name == self.placeholder else _REFRESH_S)
+        return self._name
+
+    def ask(self) -> None:
+        """Read the graph now."""
+        # The last result stays once the listener is closed or ROS has shut down.
+        if is_running(self._node.context):
+            with suppress(InvalidHandle):
+                self._name = self._ask()
+
+    def correct(self, incidents: list[Incident]) -> list[Incident]:
+        """
+        Return incidents with the current name: a second publisher may have just appeared.
+
+        :param incidents: of messages of this topic that have just arrived.
+        """
+        if not incidents:
+            return incidents
+        self._corrected_at = self._asked_again(self._corrected_at)
+        name = self.name()
+        return [replace(incident, authority=name) for incident in incidents]
+
+    def present_name(self) -> str:
+        """Return the current name from the graph, which is read at most twenty times a second."""
+        self._presented_at = self._asked_again(self._presented_at)
+        return self.name()
+
+    def _asked_again(self, last: float) -> float:
+        """Let the graph be read, unless it just was; return the time."""
+        now = time.monotonic()
+        if now < last + _RETRY_S:
+            return last
+        self._ask_at = now
+        return now
+
+    def _ask(self) -> str:
+        infos = self._node.get_publishers_info_by_topic(self._topic)
+        endpoints = frozenset(bytes(info.endpoint_gid) for info in infos)
+        if endpoints != self.endpoints:
+            self.endpoints = endpoints
+        names = [node_name(info) for info in infos]
+        self.names = [] if _UNNAMED in names else sorted(names)
+        return one_of(set(names)) if self.names else self.placeholder
+
+
+def node_name(info: Any) -> str:
+    """Return the full name of an endpoint's node, from the graph."""
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
 def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
@@ -33,3 +128,84 @@ def _endpoint(info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
         topic, static, node_name(info), publishes,
         qos.reliability != ReliabilityPolicy.BEST_EFFORT,
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class DuplicatePublishers:
+    """
+    Reports each edge of a topic that two publishers send, once.
+
+    It reports an edge again if two still send it after another publisher has left.
+
+    While the graph shows one publisher, messages of ``/tf`` are not examined. When a publisher
+    leaves, all numbers are forgotten, so that a restarted node does not count as a second
+    publisher. If the middleware does not number messages, nothing is reported.
+    """
+
+    def __init__(self, authority: PublisherNames, static: bool) -> None:
+        """
+        Begin without any numbers.
+
+        :param authority: of the topic.
+        :param static: whether each edge is sent once, as on ``/tf_static``.
+        """
+        self._authority = authority
+        self._static = static
+        self._streams = DuplicateStreams(static)
+        self._endpoints = authority.endpoints
+
+    def judge(self, batch: Batch, info: Any) -> list[Incident]:
+        """
+        Examine a message of at least one transform, and return the incidents to report.
+
+        :param info: rclpy's message info.
+        """
+        authority = self._authority
+        if authority.endpoints is not self._endpoints:
+            self._forget_if_one_left()
+        if len(self._endpoints) < 2 and not self._static:
+            return []
+        number = info['publication_sequence_number']
+        if number is None:
+            return []
+        suspects = self._streams.take(batch.edges, number)
+        return self._judged(suspects, batch, number) if suspects else []
+
+    def _forget_if_one_left(self) -> bool:
+        before, self._endpoints = self._endpoints, self._authority.endpoints
+        one_left = bool(before - self._endpoints)
+        if one_left:
+            self._streams.begin_anew()
+        return one_left
+
+    def _judged(self, suspects: Sequence[Edge], batch: Batch, number: int) -> list[Incident]:
+        """Return the incidents of suspected edges that the current graph confirms."""
+        self._authority.ask()
+        if self._forget_if_one_left():
+            # The publisher was most likely restarted, and this is its first message.
+            self._streams.take(batch.edges, number)
+            return []
+        names = self._authority.names
+        # A crashed node stays in the graph for a while, along with its replacement of the same
+        # name. So two static publishers count only if their names differ. Of two publishers of
+        # moving transforms, both have sent some by now.
+        if len(names) < 2 or (self._static and len(set(names)) < 2):
+            return []
+        stamps = dict(zip(batch.edges, batch.stamps, strict=True))
+        for edge in suspects:
+            self._streams.mark_reported(edge)
+        return [self._incident(edge, stamps[edge], names) for edge in suspects]
+
+    def _incident(self, edge: Edge, stamp: int, names: Sequence[str]) -> Incident:
+        parent, child = (name.removeprefix('/') for name in edge)
+        return Incident(
+            Kind.TWO_PUBLISHERS, parent, child, stamp, self._authority.name(),
+            f'{_both(names)} send it, as the numbers of its messages show. Their values are '
+            'mixed, and every lookup through it uses whichever arrived last. Stop one of them')
+
+
+def _both(names: Sequence[str]) -> str:
+    """Return the names of the two publishers, as far as they are known."""
+    if len(names) > 2:
+        return f'two of {", ".join(names)}'
+    first, second = names
+    return f'two publishers of {first}' if first == second else f'both {first} and {second}'

@@ -20,11 +20,10 @@ from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.wire import WireReader
 
-from .duplicate_publishers import DuplicatePublishers
-from .publisher_names import PublisherNames
+from .endpoints import DuplicatePublishers, PublisherNames
 from .qos import dynamic_qos, overriding, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from ..buffer.buffer import Buffer
-from ..buffer.wrong_arguments import check_is_ours, check_places
+from ..buffer.interface import check_is_ours, check_places
 from ..threads.internal_node import internal_node, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
 

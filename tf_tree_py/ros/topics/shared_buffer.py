@@ -20,8 +20,13 @@ from rclpy.utilities import get_default_context
 from .listener import NAME, TransformListener
 from .qos import TF_STATIC_TOPIC, TF_TOPIC
 from ..buffer.buffer import Buffer
-from ..threads.context_state import is_running
-from ..threads.internal_node import internal_node, node_of_its_own, qos_overrides_of, USE_SIM_TIME
+from ..threads.internal_node import (
+    internal_node,
+    is_running,
+    node_of_its_own,
+    qos_overrides_of,
+    USE_SIM_TIME,
+)
 
 _lock = threading.Lock()
 

@@ -1,15 +1,40 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Topics in addition to /tf whose messages go to a buffer, read in a separate thread."""
+"""
+Topics in addition to /tf whose messages go to a buffer, read in a separate thread.
+
+Odometries and localisations contain covariances of edges; a gyroscope's topic supplies the
+rotation of an edge between its poses.
+"""
 
 from collections.abc import Callable
+import math
 from typing import Any
 import weakref
 
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from sensor_msgs.msg import Imu
+from tf_tree_py.beyond.uncertainty.insertion import (
+    Covariances,
+    Edge,
+    EdgeEstimate,
+    not_moved,
+    STATIC_COVARIANCE_TOPIC,
+    take_estimate,
+)
+from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.messages.incidents import Incident
 
+from .qos import sensor_qos, static_listener_qos
+from ..buffer.buffer import Buffer
+from ..buffer.interface import check_is_ours, check_places
+from ..messages.convert import as_nanoseconds, as_pose, time_message
 from ..threads.internal_node import internal_node
 from ..threads.receiver import Receiver
 
@@ -45,3 +70,195 @@ class SideTopics:
     def close(self) -> None:
         """Stop reading."""
         self._receiver.close()
+
+
+_TYPE_NAMES = {Odometry: 'nav_msgs/msg/Odometry',
+               PoseWithCovarianceStamped: 'geometry_msgs/msg/PoseWithCovarianceStamped'}
+# How long the transform from the pose's frame to the edge's child may be missing.
+_PATIENCE = Duration(seconds=5.0)
+
+
+class CovarianceListener:
+    """
+    A listener that fills a buffer with the covariances of edges whose poses come from ``/tf``.
+
+    It reads in its own thread, on a small node in addition to the user's. It always subscribes to
+    the covariances of static edges that ``static_transform_publisher`` publishes; ``subscribe``
+    adds topics. It lives until it is garbage collected or until ``close()``; it is a context
+    manager.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node, *,
+                 static_topic: str = STATIC_COVARIANCE_TOPIC) -> None:
+        """
+        Subscribe to the covariances of static edges.
+
+        :param buffer: the buffer to fill.
+        :param node: supplies the names and remappings.
+        :param static_topic: the topic of these, as Odometry for their two frames.
+        :raises TypeError: a buffer of another library, such as tf2's.
+        """
+        check_is_ours(buffer, Buffer, 'CovarianceListener')
+        check_places('CovarianceListener(buffer, node)', node=node)
+        self._buffer = buffer
+        self._topics = SideTopics(self, node, 'covariance_listener_impl')
+        self.subscribe(Odometry, static_topic, qos=static_listener_qos())
+
+    def subscribe(self, msg_type: type, topic: str, *, child: str | None = None,
+                  edge: Edge | None = None, with_poses: bool = False, planar: bool = False,
+                  qos: QoSProfile | int | None = None) -> None:
+        """
+        Read the covariances of a topic for an edge.
+
+        :param msg_type: ``Odometry`` or ``PoseWithCovarianceStamped``.
+        :param child: the frame of the pose; for it, ``edge``, ``with_poses`` and ``planar`` see
+            ``Covariances``.
+        :param qos: best effort unless given, which matches every publisher.
+        :raises ValueError: arguments that contradict each other.
+        """
+        rules = Covariances(child, edge, with_poses, planar)
+        rules.check_type(_TYPE_NAMES.get(msg_type, repr(msg_type)))
+        source = _Source(self._buffer, topic, rules)
+        source.authority = self._topics.subscribe(
+            msg_type, topic, source.take, qos or sensor_qos())
+
+    def close(self) -> None:
+        """Stop listening; the contents of the buffer stay."""
+        self._topics.close()
+
+    def __enter__(self) -> 'CovarianceListener':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Source:
+    """One topic and the edge of its covariances."""
+
+    def __init__(self, buffer: Buffer, topic: str, rules: Covariances) -> None:
+        self.authority = topic
+        self._buffer = buffer
+        self._rules = rules
+
+    def take(self, message: Any) -> None:
+        """Store a message of the topic."""
+        estimate = self._rules.judged(_as_estimate(message), self.authority)
+        if isinstance(estimate, Incident):
+            self._buffer.feeds.refuse(estimate)
+            return
+        carrier = self._rules.carrier(estimate)
+        if carrier is None:
+            self._store(estimate)
+        else:
+            self._store_moved(estimate, carrier)
+
+    def _store(self, estimate: EdgeEstimate) -> None:
+        self._buffer.feeds.note(take_estimate(
+            self._buffer.intake, estimate, self._rules.with_poses, self.authority))
+
+    def _store_moved(self, estimate: EdgeEstimate, carrier: str) -> None:
+        """Store an estimate for an edge above its frame, once the transform to it is available."""
+        def store(future: Any) -> None:
+            if future.cancelled() or future.exception() is not None:
+                self._buffer.feeds.refuse(
+                    not_moved(estimate, carrier, future.exception(), self.authority))
+            else:
+                self._store(estimate.of(carrier, as_pose(future.result())))
+
+        self._buffer.wait_for_transform_async(
+            estimate.child, carrier, time_message(estimate.stamp),
+            _PATIENCE).add_done_callback(store)
+
+
+def _as_estimate(message: Any) -> EdgeEstimate:
+    """Return the estimate in an Odometry or a PoseWithCovarianceStamped."""
+    t, q = message.pose.pose.position, message.pose.pose.orientation
+    return EdgeEstimate(message.header.frame_id, getattr(message, 'child_frame_id', ''),
+                        as_nanoseconds(message.header.stamp), (t.x, t.y, t.z, q.x, q.y, q.z, q.w),
+                        message.pose.covariance)
+
+
+# A second of a fast gyroscope: on a busy machine the thread may be delayed that long.
+_DEPTH = 1000
+# How often a message that cannot be used is logged.
+_PERIOD_S = 10.0
+
+
+class GyroListener:
+    """
+    A listener that aids an edge with the angular velocities of an ``Imu`` topic.
+
+    See ``BufferCore.aid``. It reads in its own thread, on a small node in addition to the user's.
+    The buffer needs the pose of the sensor in the child frame. It lives until it is garbage
+    collected or until ``close()``; it is a context manager.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node, child: str, topic: str = 'imu', *,
+                 qos: QoSProfile | int | None = None, max_gap: Duration | None = None,
+                 saturation: float = math.inf) -> None:
+        """
+        Begin to listen.
+
+        :param buffer: the buffer to fill.
+        :param node: supplies the names and remappings.
+        :param child: the child frame of the edge, such as ``base_link`` of odom -> base_link. It
+            carries the sensor, and its parent must not rotate.
+        :param topic: of type ``sensor_msgs/Imu``.
+        :param qos: best effort unless given, which matches every publisher.
+        :param max_gap: a longer time between two messages is a gap, in which poses are
+            interpolated as without a gyroscope; None: five of its usual periods.
+        :param saturation: the largest rate about one of the sensor's axes that it can measure,
+            radians a second; a sample that reaches it is a gap, too.
+        :raises TypeError: a buffer of another library, such as tf2's.
+        :raises ValueError: limits that are not positive.
+        """
+        check_is_ours(buffer, Buffer, 'GyroListener')
+        check_places('GyroListener(buffer, node, child)', node=node)
+        gap = None if max_gap is None else as_nanoseconds(max_gap)
+        if gap is not None and gap <= 0 or not saturation > 0.0:
+            raise ValueError(
+                f'max_gap={max_gap} and saturation={saturation!r} have to be positive')
+        self._topics = SideTopics(self, node, 'gyro_listener_impl')
+        aid = _Aid(buffer, node, child.removeprefix('/'), gap, saturation)
+        self._topics.subscribe(Imu, topic, aid.take, qos or sensor_qos(_DEPTH))
+
+    def close(self) -> None:
+        """Stop listening; the contents of the buffer stay."""
+        self._topics.close()
+
+    def __enter__(self) -> 'GyroListener':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Aid:
+    """Rotates angular velocities into the axes of an edge's child."""
+
+    def __init__(self, buffer: Buffer, node: Node, child: str, max_gap: int | None,
+                 saturation: float) -> None:
+        self._buffer = buffer
+        self._max_gap, self._saturation = max_gap, saturation
+        self._logger = node.get_logger()
+        self._child = child
+
+    def take(self, message: Imu) -> None:
+        """Store a message of the topic."""
+        rate = message.angular_velocity
+        try:
+            if message.angular_velocity_covariance[0] == -1.0:
+                return  # -1 marks an Imu message without an angular velocity
+            mounted = self._buffer.lookup(
+                self._child, message.header.frame_id.removeprefix('/'))
+            turned = so3.rotate(mounted.rotation, (rate.x, rate.y, rate.z))
+            # The sensor's axes saturate, and the child's may be rotated relative to them.
+            reached = max(abs(rate.x), abs(rate.y), abs(rate.z)) >= self._saturation
+            self._buffer.aid(
+                self._child, [as_nanoseconds(message.header.stamp)], [turned],
+                max_gap=self._max_gap,
+                saturation=max(map(abs, turned)) if reached else math.inf)
+        except TransformException as error:
+            self._logger.warning(f'A message of the gyroscope cannot be used: {error}',
+                                 throttle_duration_sec=_PERIOD_S)

@@ -17,7 +17,7 @@ import rclpy.logging
 from tf_tree_py.core import fork_locks
 
 from .clock import ClockDeadline, ClockWatch
-from ..threads.rate_limited_log import RateLimitedLog
+from ..threads.internal_node import RateLimitedLog
 
 _LINGER_S = 1.0
 _MIN_DEAD = 64

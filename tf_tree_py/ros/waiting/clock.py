@@ -16,7 +16,7 @@ from rclpy.duration import Duration
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.stamp import as_seconds
 
-from ..threads.context_state import is_running
+from ..threads.internal_node import is_running
 
 _NO_LISTENER = 'Given up: the listener was closed, or ROS was shut down'
 

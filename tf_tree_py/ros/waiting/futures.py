@@ -1,19 +1,212 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The futures that the ``..._async`` methods of ``Buffer`` return."""
+"""
+The futures that the ``..._async`` methods of ``Buffer`` return.
 
-from collections.abc import Callable, Sequence
+The result of such a future of rclpy may come from a thread outside the executor. rclpy does not
+reveal which executor runs the coroutine that awaits a future. Only this file searches for it on
+the stack. If it finds none, the coroutine continues at the next activity of its executor, as with
+rclpy's own futures.
+"""
+
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from copy import copy
+import sys
+import threading
+from types import FrameType
 from typing import Any
+import weakref
 
-from rclpy.task import Future
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import Executor
+from rclpy.task import Future, Task
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.observers import Asked
 
-from .awaitable import AwaitableFuture
 from .timeouts import Timeouts, Wait
 from ..messages.convert import as_nanoseconds, transform_stamped
+
+_STEP_OF_TASK = Task.__call__.__code__
+# A limit that is never reached: the executor checks the task again after a few.
+_MAX_NUDGES = 100
+
+
+class AwaitableFuture(Future):
+    """
+    A future that ends once, from any thread, and wakes the coroutine that awaits it.
+
+    It can be awaited in every rclpy executor and in asyncio, and used with
+    ``spin_until_future_complete``. Callbacks of ``add_done_callback`` run in the thread that
+    ends it. ``result`` raises a copy of the error, so that threads do not share a traceback.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._ending = threading.Lock()
+        self._raised: list[BaseException] = []
+
+    def _end(self) -> bool:
+        """End it; return False if it had ended already."""
+        return self._ending.acquire(blocking=False)
+
+    def set_result(self, result: Any) -> None:
+        """End with a result, unless it has ended."""
+        if self._end():
+            super().set_result(result)
+            self._raise()
+
+    def set_exception(self, exception: BaseException) -> None:
+        """End with an exception, unless it has ended."""
+        if self._end():
+            super().set_exception(exception)
+            self._raise()
+
+    def cancel(self) -> None:
+        """End without a result, unless it has ended."""
+        if self._end():
+            super().cancel()
+            self._raise()
+
+    def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
+        """Call back when it ends, or now if it has."""
+        super().add_done_callback(_DoneCallback(callback, self._raised))
+        self._raise()
+
+    def _raise(self) -> None:
+        """Raise the error of a callback, after all callbacks were called."""
+        if self._raised:
+            raise self._raised.pop(0)
+
+    def result(self) -> Any:
+        """
+        Return the result; None while there is none.
+
+        :raises CancelledError: it was cancelled; the class of ``concurrent.futures``.
+        """
+        if self.cancelled():
+            raise CancelledError
+        error = self.exception()
+        if isinstance(error, TransformException):
+            raise copy(error)
+        return super().result()
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        if not self.done() and not self.cancelled():
+            awaiting = _who_awaits()
+            if isinstance(awaiting, Task):
+                return (yield from self._await_in_executor(awaiting))
+            if awaiting is not None:
+                return (yield from self._await_in_loop(awaiting))
+        return (yield from super().__await__())
+
+    def _await_in_executor(self, task: Task) -> Generator[Any, Any, Any]:
+        awaiter = _Awaiter(task)
+        # Not by this class's own method, which may keep the future alive for its callbacks. Here
+        # the coroutine keeps the future: when the coroutine is dropped, the future has to end,
+        # too.
+        super().add_done_callback(awaiter)
+        try:
+            return (yield from super().__await__())
+        finally:
+            awaiter.resumed = True
+            self.remove_done_callback(awaiter)
+
+    def _await_in_loop(self, loop: Any) -> Generator[Any, Any, Any]:
+        ended = loop.create_future()
+
+        def end() -> None:
+            if not ended.done():
+                ended.set_result(None)
+
+        def wake_loop(_: Future) -> None:
+            with suppress(RuntimeError):  # the loop was closed in the meantime
+                loop.call_soon_threadsafe(end)
+
+        self.add_done_callback(wake_loop)
+        try:
+            yield from ended
+        finally:
+            # As in asyncio: a task that is cancelled cancels the future that it awaits.
+            self.cancel()
+        return self.result()
+
+
+class _DoneCallback:
+    """
+    A callback that cannot prevent the calls of later ones.
+
+    rclpy logs an ``Exception`` and continues, but it does not catch ``SystemExit``.
+    """
+
+    def __init__(self, callback: Callable[[Future], Any], raised: list[BaseException]) -> None:
+        self._callback = callback
+        self._raised = raised
+
+    def __call__(self, future: Future) -> None:
+        try:
+            self._callback(future)
+        except Exception:
+            raise
+        except BaseException as error:  # noqa: B902 - the future raises it later
+            self._raised.append(error)
+
+    def __eq__(self, other: object) -> bool:
+        # Equal to the callback, because remove_done_callback receives that.
+        return self is other or self._callback == other
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class _Awaiter:
+    """
+    Makes an executor resume a task after the future that it awaits has ended.
+
+    A ``MultiThreadedExecutor`` that wakes up skips a task whose last step has not quite
+    returned, and sleeps again. In this case it is woken until it has resumed the task.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self._task = weakref.ref(task)
+        self._executor: Any = getattr(task, '_executor', lambda: None)
+        self._nudges = _MAX_NUDGES
+        self.resumed = False
+
+    def __call__(self, _: Future) -> None:
+        executor, task = self._executor(), self._task()
+        if executor is None or task is None:
+            return
+        if not isinstance(executor, Executor):
+            # An EventsExecutor, which does not check its tasks when it wakes up.
+            executor.create_task(task)
+            return
+        # If it is being shut down, there is nothing left to wake.
+        with suppress(AttributeError, InvalidHandle):
+            executor.wake()
+            if task.executing():
+                executor.create_task(self._nudge)
+
+    def _nudge(self) -> None:
+        executor = self._executor()
+        self._nudges -= 1
+        if self._nudges and not self.resumed and executor is not None:
+            executor.create_task(self._nudge)
+
+
+def _who_awaits() -> Any:
+    """Return the rclpy task or the asyncio loop in which a coroutine runs; None: neither."""
+    asyncio = sys.modules.get('asyncio')
+    step_of_loop = None if asyncio is None else asyncio.Handle._run.__code__
+    frame: FrameType | None = sys._getframe(2)
+    # Either may run inside the other; the inner one is the right one.
+    while frame is not None and frame.f_code is not step_of_loop:
+        if frame.f_code is _STEP_OF_TASK:
+            return frame.f_locals['self']
+        frame = frame.f_back
+    return None if asyncio is None else asyncio._get_running_loop()
 
 
 class TransformFuture(AwaitableFuture):
