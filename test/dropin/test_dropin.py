@@ -13,7 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
 from ros_helpers import at, PATIENCE, PATIENCE_S, transform, until
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.dropin import listener as listener_module, spinning
+from tf_tree_py.dropin import listener as listener_module
 
 pytestmark = pytest.mark.usefixtures('installed')
 
@@ -117,11 +117,11 @@ def test_first_spin_once_returns_for_what_came_before(program):
 @pytest.fixture
 def spun_soon(monkeypatch):
     """Let the listener check early whether its node is spun; return the threads that do."""
-    monkeypatch.setattr(spinning, '_UNTIL_SPUN_S', 0.2)
-    threads = []
+    monkeypatch.setattr(listener_module, '_UNTIL_SPUN_S', 0.2)
+    threads, spin_if_nobody_does = [], listener_module.spin_if_nobody_does
     monkeypatch.setattr(
         listener_module, 'spin_if_nobody_does',
-        lambda node: threads.append(spinning.spin_if_nobody_does(node)))
+        lambda node: threads.append(spin_if_nobody_does(node)))
     return threads
 
 

@@ -23,7 +23,7 @@ import pytest
 from standin import run_with_tf2
 from tf_tree_py import BufferCore
 from tf_tree_py.core import LookupException, Pose
-from tf_tree_py.dropin.velocity import lookup_velocity
+from tf_tree_py.dropin.buffer import lookup_velocity
 
 
 def as_tf2_computes_it(buffer, tracking, observation, reference, point, point_frame, stamp,

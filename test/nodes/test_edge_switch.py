@@ -24,9 +24,8 @@ from tf_tree_py.core import Pose, se3
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 from tf_tree_py.nodes.bad_input import BadInput
-from tf_tree_py.nodes.closing_node import ClosingNode
 from tf_tree_py.nodes.edge_switch import EdgeSwitch, NAME
-from tf_tree_py.nodes.running import spun_in_background
+from tf_tree_py.nodes.running import ClosingNode, spun_in_background
 from tf_tree_py.ros.messages.convert import as_sample, time_message
 from tf_tree_py.ros.messages.geometry import pose_message
 from tf_tree_py.ros.topics.qos import dynamic_qos

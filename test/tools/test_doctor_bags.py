@@ -13,7 +13,7 @@ from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures import sample_rows
-from tf_tree_py.tools.diagnostic_bytes import read_statuses
+from tf_tree_py.tools.recorded_tree import read_statuses
 from tf_tree_py.tools.tree_source import open_source
 
 

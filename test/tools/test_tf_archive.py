@@ -18,11 +18,8 @@ from programs import PATIENCE_S
 import pytest
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core import Pose
-from tf_tree_py.tools.archive.bags import BagPath, bags_in
-from tf_tree_py.tools.archive.cluster import client_of
-from tf_tree_py.tools.archive.jobs import done
-from tf_tree_py.tools.archive.ledger import Ledger
-from tf_tree_py.tools.archive.running import results
+from tf_tree_py.tools.archive.jobs import BagPath, bags_in, done, Ledger
+from tf_tree_py.tools.archive.running import client_of, results
 from tf_tree_py.tools.tf_archive import _work
 
 pytest.importorskip('distributed')

@@ -15,7 +15,7 @@ import pytest
 from tf_tree_py.bag import open_bag
 from tf_tree_py.core import Pose
 from tf_tree_py.tools.export.formats import FORMATS
-from tf_tree_py.tools.export.stamp_file import stamps_in
+from tf_tree_py.tools.export.plan import stamps_in
 from tf_tree_py.tools.tf_export import _work
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.tools.tf_export')

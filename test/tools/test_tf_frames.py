@@ -13,7 +13,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.reports.frame_graph import frame_graph
-from tf_tree_py.tools.drawing import places
+from tf_tree_py.tools.tf_frames import places
 from tool_helpers import assert_one_sentence, assert_shape, tool
 
 

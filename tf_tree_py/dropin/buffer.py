@@ -4,27 +4,183 @@
 """
 The differences of tf2's buffers from this package's.
 
-There are two classes, the setters return nothing, and there are tf2's own velocities and the
-methods with a leading underscore, which tf2's tools and some programs call.
+There are two classes, the setters return nothing, and there are the methods with a leading
+underscore, which tf2's tools and some programs call. The reasons of ``can_transform`` are in
+tf2's exact words, because some programs parse them. Velocities are as tf2's ``lookupVelocity``
+computes them, its errors included, for code that was tuned to them;
+``tf_tree_py.lookup_twist`` returns the correct ones.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
+import math
 from typing import Any
+import weakref
 
 from geometry_msgs.msg import TransformStamped
+import numpy as np
+import rclpy
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
-from tf_tree_py.core.errors import ArgumentTypeException, TransformException
-from tf_tree_py.core.geometry.so3 import Vector3
+from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
+from tf_tree_py.core.errors import (
+    ArgumentTypeException,
+    ConnectivityException,
+    FutureExtrapolationException,
+    LookupException,
+    PastExtrapolationException,
+    TransformException,
+)
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.se3 import carry
+from tf_tree_py.core.geometry.so3 import Quaternion, Vector3
 from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds
 
-from .debug_text import tf2_text
-from .executor_waker import Waker
-from .velocity import lookup_velocity
+
+def tf2_text(error: TransformException) -> str:
+    """Return the text of tf2's ``can_transform`` for an error; this package's if tf2 has none."""
+    if isinstance(error, LookupException):
+        return (f'Invalid frame ID {error.describe()}'
+                .replace('lookupTransform', 'canTransform')
+                .replace(' does not exist', ' - frame does not exist'))
+    if isinstance(error, ConnectivityException):
+        return (f"Could not find a connection between '{error.target_frame}' and "
+                f"'{error.source_frame}' because they are not part of the same tree."
+                'Tf has two or more unconnected trees.')
+    if isinstance(error, FutureExtrapolationException) and error.latest is not None:
+        return _extrapolation(error, 'the future', 'latest', error.latest)
+    if isinstance(error, PastExtrapolationException) and error.oldest is not None:
+        return _extrapolation(error, 'the past', 'earliest', error.oldest)
+    return error.describe()
+
+
+def _extrapolation(error: FutureExtrapolationException | PastExtrapolationException,
+                   where: str, which: str, stamp: int) -> str:
+    assert error.requested is not None
+    return (f'Lookup would require extrapolation into {where}.  Requested time '
+            f'{_seconds(error.requested)} but the {which} data is at time {_seconds(stamp)}, when '
+            f'looking up transform from frame [{error.source_frame}] to frame '
+            f'[{error.target_frame}]')
+
+
+def _seconds(stamp: int) -> str:
+    return f'{stamp / 1e9:.6f}'
+
+
+class Waker:
+    """
+    Gives a node's executor a task, so that it wakes up.
+
+    A guard condition on the node would work, too, but the ``EventsExecutor`` refuses nodes that
+    have one.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = weakref.ref(node)
+        # The executor that has not yet run its task.
+        self._busy: Any = None
+
+    def wake(self) -> None:
+        """Make ``spin_once`` return; several calls before the next spin make it return once."""
+        node = self._node()
+        executor = None if node is None else node.executor or _executor_of_spin_once(node)
+        if executor is None or executor is self._busy:
+            return
+        self._busy = executor
+        # The executor may be shut down at this moment.
+        with suppress(AttributeError, InvalidHandle):
+            executor.create_task(self._done)
+
+    def _done(self) -> None:
+        self._busy = None
+
+
+def _executor_of_spin_once(node: Node) -> Any:
+    """Return the executor that ``rclpy.spin_once`` uses, if the node has its context."""
+    if node.context is rclpy.get_default_context() and node.context.ok():
+        return rclpy.get_global_executor()
+    return None
+
+
+def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
+                    averaging_interval: int, *, reference_frame: str | None = None,
+                    reference_point: Vector3 = ORIGIN,
+                    reference_point_frame: str | None = None) -> Velocity:
+    """
+    Return the result of tf2's ``lookupVelocity``; the parameters are those of ``lookup_twist``.
+
+    It is wrong where frames rotate: the displacement, which is already in the observation frame's
+    axes, is rotated by reference_R_tracking once more; the velocity is that of the body's point at
+    the reference frame's origin, so that a frame that spins in place three metres away has one;
+    and the lever to the reference point is multiplied element by element, instead of by a cross
+    product. Times are converted to float seconds, rounded as in Jazzy, which may put the newest
+    stamp of today's clocks some 100 ns beyond the data. ``LATEST`` gives the velocity at the time
+    0.
+
+    It equals Jazzy's to 1e-9 if a frame rotates by more than 1e-6 rad in the interval. For smaller
+    rotations the arc cosine returns rounding errors in both, which differ.
+
+    :param stamp: nanoseconds, the middle of the interval unless the data ends before.
+    :param averaging_interval: nanoseconds.
+    :raises TransformException: as ``lookup`` does.
+    """
+    reference_frame = reference_frame or observation_frame
+    reference_point_frame = reference_point_frame or tracking_frame
+    try:
+        latest_s = _as_float_seconds(tree.latest_common_time(observation_frame, tracking_frame))
+    except TransformException:
+        latest_s = 0.0  # the lookups raise the reason
+    stamp_s, interval_s = _as_float_seconds(stamp), averaging_interval / 1e9
+    end_s = min(stamp_s + interval_s * 0.5, latest_s)
+    start_s = max(0.00001 + interval_s, end_s) - interval_s
+    start = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(start_s))
+    end = tree.lookup(observation_frame, tracking_frame, _from_float_seconds(end_s))
+    rate = 1.0 / (end_s - start_s) if end_s != start_s else math.nan
+    turn = _tf2_rotation_vector(so3.multiply(so3.conjugate(start.rotation), end.rotation))
+    wx, wy, wz = so3.rotate(start.rotation, turn)
+    twist = ((end.x - start.x) * rate, (end.y - start.y) * rate, (end.z - start.z) * rate,
+             wx * rate, wy * rate, wz * rate)
+
+    time = _from_float_seconds(stamp_s)
+    pose = tree.lookup(reference_frame, tracking_frame, time)
+    vx, vy, vz, wx, wy, wz = carry(pose, twist)
+    px, py, pz = se3.apply(
+        tree.lookup(reference_frame, reference_point_frame, time), reference_point)
+    linear = (vx + wx * (px - pose.x), vy + wy * (py - pose.y), vz + wz * (pz - pose.z))
+    return Velocity(_from_float_seconds(start_s + interval_s * 0.5), linear, (wx, wy, wz))
+
+
+def _as_float_seconds(stamp: int) -> float:
+    """Return seconds, rounded as in tf2's ``timeToSec``: the two parts separately."""
+    whole, rest = divmod(stamp, NANOSECONDS_PER_SECOND)
+    return whole + 1e-9 * rest
+
+
+def _from_float_seconds(seconds: float) -> int:
+    """Return nanoseconds, rounded as in tf2's ``timeFromSec``."""
+    whole = math.floor(seconds)
+    return whole * NANOSECONDS_PER_SECOND + math.floor((seconds - whole) * 1e9 + 0.5)
+
+
+def _tf2_rotation_vector(q: Quaternion) -> Vector3:
+    """
+    Return tf2's axis times tf2's angle, of the quaternion that tf2 makes from the matrix.
+
+    Beyond 120 degrees w may be negative there; the angle is then more than half a turn.
+    """
+    x, y, z, w = so3.with_tf2_sign(q)
+    square = 1.0 - w * w
+    if square < 10.0 * np.finfo(float).eps:
+        return (2.0 * math.acos(min(w, 1.0)), 0.0, 0.0)
+    scale = 2.0 * math.acos(w) / math.sqrt(square)
+    return (scale * x, scale * y, scale * z)
 
 
 class BufferCore(OurBuffer):

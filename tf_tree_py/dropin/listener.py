@@ -6,24 +6,88 @@ tf2's listeners, on top of this package's.
 
 They read in a separate thread, as this package's do. If a program handles messages or
 subscriptions itself, the subscriptions are on its node instead, as in tf2.
+
+tf2's thread for ``spin_thread=True`` begins at once, so callbacks run before the node is complete.
+The one here first waits for a second, because most programs soon spin their node themselves.
 """
 
+import atexit
 from collections.abc import Callable
+from contextlib import suppress
+import threading
 from typing import Any
+import weakref
 
+from rclpy.action.server import RCLError
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
+from rclpy.task import Future
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_AUTHORITY
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import check_places
+from tf_tree_py.ros.threads.internal_node import is_running
 from tf_tree_py.ros.topics.listener import TransformListener as OurListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 
 from .buffer import BufferCore
-from .spinning import spin_if_nobody_does
+
+_UNTIL_SPUN_S = 1.0
+_TO_END_S = 1.0
+
+
+def spin_if_nobody_does(node: Node) -> threading.Timer:
+    """
+    Spin a node in a thread, unless the program begins to spin it within a second.
+
+    If the program later adds the node to an executor, that takes it over, by rclpy's rule.
+    """
+    timer = threading.Timer(_UNTIL_SPUN_S, _spin, [weakref.ref(node)])
+    timer.daemon = True
+    timer.start()
+    return timer
+
+
+def _spin(reference: weakref.ref[Node]) -> None:
+    node = reference()
+    if node is None or node.executor is not None or not node.context.ok():
+        return
+    executor = SingleThreadedExecutor(context=node.context)
+    # The node may be destroyed, or ROS shut down, at any moment.
+    with suppress(InvalidHandle, ExternalShutdownException):
+        with node.handle:
+            executor.add_node(node)
+            node.get_logger().info(
+                "Nothing else spins this node, so its TransformListener's thread does, as "
+                'spin_thread=True requests')
+        del node
+        _spin_until_exit(executor)
+
+
+def _spin_until_exit(executor: SingleThreadedExecutor) -> None:
+    stop = Future()
+    thread = threading.current_thread()
+
+    def end() -> None:
+        stop.set_result(None)
+        executor.wake()
+        thread.join(_TO_END_S)
+
+    # If the thread were still inside rclpy when Python ends, the process would abort.
+    atexit.register(end)
+    try:
+        executor.spin_until_future_complete(stop)
+    except RCLError:
+        # ROS was shut down between the executor's check and its wait.
+        if is_running(executor.context):
+            raise
+    finally:
+        atexit.unregister(end)
+        executor.shutdown()
 
 
 class TransformListener:

@@ -7,8 +7,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from .building import build, CannotBuild, demand_what_it_takes, find
-from .hashes import differing
+from .building import build, CannotBuild, demand_what_it_takes, differing, find
 
 
 def main() -> int:

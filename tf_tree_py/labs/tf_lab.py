@@ -10,9 +10,8 @@ import sys
 from typing import Any, TYPE_CHECKING
 
 from tf_tree_py.command import signals
-from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.arguments import Parser, print_json
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs_ros
-from tf_tree_py.command.output import print_json
 from tf_tree_py.reports.plain_text import as_lines
 
 from .pictures import NoPicture, save

@@ -15,9 +15,8 @@ from tf_tree_py.ros.remote.lookup_goal import ACTION_NAME
 from tf_tree_py.ros.topics.listener import TransformListener
 
 from .bad_input import BadInput
-from .closing_node import ClosingNode
 from .parameters import declare, describe, Setting
-from .running import run, spin
+from .running import ClosingNode, run, spin
 
 NAME = 'buffer_server'
 NODE_NAME = 'tf_buffer'

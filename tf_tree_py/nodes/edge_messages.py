@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Converting messages of several types to samples of one edge."""
+"""
+What the nodes that publish one edge share: messages as samples of it, and parameters.
+
+Messages of several types are converted. The parameters are those of an edge that blends without
+jumps.
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,13 +14,41 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.sample import checked, Sample
-from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.stamp import from_seconds, LATEST
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
 
 from .bad_input import BadInput
+from .parameters import Setting
+
+LIMITS = (
+    Setting('max_speed', 0.2, 'how fast a blend may move the frame, in addition to its own '
+            'motion, m/s', (1e-6, 1e6)),
+    Setting('max_turn_rate', 0.1, 'how fast a blend may turn the frame, rad/s', (1e-6, 1e6)),
+    Setting('over', 0.3, 'the shortest duration of a blend, seconds', (0.0, 3600.0)),
+)
+
+
+def limits_of(values: dict[str, Any]) -> BlendLimits:
+    """Return the limits of the blend, from the parameters in ``LIMITS``."""
+    return BlendLimits(
+        from_seconds(values['over']), values['max_speed'], values['max_turn_rate'], 0.0)
+
+
+def frame_of(values: dict[str, Any], key: str) -> str:
+    """
+    Return the frame that a parameter names, without a leading slash.
+
+    :raises BadInput: it is not the name of a frame.
+    """
+    name: str = values[key].removeprefix('/')
+    if not name:
+        raise BadInput(f'parameter {key} must be the name of a frame')
+    return name
+
 
 TYPES = {kind.__name__: kind for kind in (
     Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, TFMessage)}

@@ -20,12 +20,10 @@ from tf_tree_py.ros.diagnostics import TransformDiagnostics
 from tf_tree_py.ros.topics.qos import dynamic_qos, sensor_qos, TF_TOPIC
 
 from .bad_input import BadInput
-from .blended_edge import frame_of, LIMITS, limits_of
-from .closing_node import ClosingNode
-from .edge_messages import message_type, samples_of, TYPES
+from .edge_messages import frame_of, LIMITS, limits_of, message_type, samples_of, TYPES
 from .parameters import declare, describe, given, Setting
-from .raw_publishers import RawPublisher
-from .running import run, spin
+from .robot_topics import RawPublisher
+from .running import ClosingNode, run, spin
 
 NAME = 'edge_switch'
 

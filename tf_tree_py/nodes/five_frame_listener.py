@@ -21,10 +21,9 @@ from tf_tree_py.ros.messages.convert import as_pose
 from tf_tree_py.ros.topics.listener import TransformListener
 
 from .bad_input import frame_name
-from .closing_node import ClosingNode
 from .five_frame_motion import Frames
 from .parameters import declare, describe, FRAME_PREFIX, Setting
-from .running import run, spin
+from .running import ClosingNode, run, spin
 
 NAME = 'five_frame_listener'
 

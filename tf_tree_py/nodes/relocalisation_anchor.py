@@ -26,12 +26,10 @@ from tf_tree_py.ros.messages.pose_covariances import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
-from .blended_edge import frame_of, LIMITS, limits_of
-from .closing_node import ClosingNode
-from .edge_messages import samples_of
+from .edge_messages import frame_of, LIMITS, limits_of, samples_of
 from .parameters import declare, describe, Setting
-from .raw_publishers import RawPublisher
-from .running import run, spin
+from .robot_topics import RawPublisher
+from .running import ClosingNode, run, spin
 
 NAME = 'relocalisation_anchor'
 

@@ -1,28 +1,249 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Relays transforms from a robot to shared topics or to a fleet, or from a fleet to topics."""
+"""
+Relays transforms from a robot to shared topics or to a fleet, or from a fleet to topics.
 
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+Transforms that a robot sent to its fleet, and that return on its own topics, are recognised.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, ExitStack
+import logging
 import sys
+import threading
 from typing import Any
 
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tf_tree_py.command.arguments import Parser
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.frame_names import rename
-from tf_tree_py.ros.topics.qos import dynamic_qos, static_broadcaster_qos
-from tf_tree_py.thinning import MovingSender, Send, StaticSender
+from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
+from tf_tree_py.core.messages.sample import Sample
+from tf_tree_py.fleet import FleetError, FleetListener
+from tf_tree_py.fleet.connection import log, Uplink
+from tf_tree_py.fleet.trust import without_others
+from tf_tree_py.ros.topics.qos import (
+    dynamic_qos,
+    static_broadcaster_qos,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+)
+from tf_tree_py.thinning import MovingSender, Send, StaticSender, Thinner
 
 from .bad_input import BadInput
-from .closing_node import ClosingNode
-from .fleet_echoes import FleetEchoes
-from .fleet_links import FleetInput, logged_by, uplink
-from .parameters import declare, describe
-from .raw_publishers import RawPublisher
-from .relay_settings import NAME, OPTIONS, SETTINGS, thinning_of, TOPICS
-from .robot_topics import RobotTopics
-from .running import run, spin
+from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .robot_topics import fit_samples, RawPublisher, RobotTopics
+from .running import ClosingNode, run, spin
+
+NAME = 'tf_relay'
+
+TOPICS = (
+    Setting('source_tf_topic', 'tf', 'where the robot publishes moving transforms'),
+    Setting('tf_topic', TF_TOPIC, 'where to publish them'),
+    Setting('source_tf_static_topic', 'tf_static', 'where the robot publishes static transforms'),
+    Setting('tf_static_topic', TF_STATIC_TOPIC, 'where to publish them'),
+)
+# Which samples are sent.
+THINNING = (
+    Setting('rate_hz', 0.0, 'the highest rate of each frame, Hz of wall time; 0: as often as '
+                            'it arrives', (0.0, 1000.0)),
+    Setting('rates', {}, 'the same for single frames, by their names on the robot', (0.0, 1000.0)),
+    Setting('min_move', 0.0, 'metres within which a frame counts as resting, and is sent once per '
+                             'max_silence; 0 here and for min_turn: it is sent like others',
+            (0.0, 1000.0)),
+    Setting('min_turn', 0.0, 'radians, likewise', (0.0, 3.2)),
+    Setting('max_silence', 1.0, 'seconds after which a resting frame is sent anyway',
+            (0.001, 3600.0)),
+)
+# Parameters that are also options of the command line.
+OPTIONS = (
+    Setting('zenoh', '', 'the router to send the transforms to, instead of topics, such as '
+                         'tcp/hall:7447'),
+    Setting('from_zenoh', '', 'the router of a fleet to publish on the topics, with the '
+                              "robot's name before each frame"),
+    Setting('robots', '*', 'which of its robots, comma-separated: names or patterns such as '
+                           "'hall*'"),
+    Setting('robot', '', 'the name of this robot there; if empty, its namespace'),
+    Setting('key_prefix', '', 'the prefix of the robots in Zenoh keys'),
+    Setting('zenoh_config', '', 'a Zenoh configuration file (JSON5): TLS, user and password'),
+)
+SETTINGS = (
+    *TOPICS,
+    FRAME_PREFIX,
+    Setting('shared_frames', [], 'frames that keep their name, such as [map]; with '
+                                 'from_zenoh, [map] if empty'),
+    Setting('frame_filter', [], 'the only frames to pass on, by their names on the robot; if '
+                                'empty, all'),
+    *THINNING,
+    *OPTIONS,
+)
+
+
+def thinning_of(values: Mapping[str, Any]) -> Thinner:
+    """Return the thinner that the parameters describe; its rates use the robot's frame names."""
+    names = rename(frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'])
+    renamed = {frame: names(frame, frame) or (frame, frame) for frame in values['rates']}
+    return Thinner(
+        rate_hz=values['rate_hz'], min_move=values['min_move'], min_turn=values['min_turn'],
+        rates={renamed[frame][1]: rate for frame, rate in values['rates'].items()},
+        max_silence=values['max_silence'])
+
+
+class _ToNode(logging.Handler):
+    """Forwards records of Python's ``logging`` to the log of a node."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__()
+        self._logger = node.get_logger()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Say a line."""
+        self._logger.warning(self.format(record))
+
+
+@contextmanager
+def logged_by(node: Node) -> Iterator[None]:
+    """Log events of the connection to a fleet with a node's logger, within the context."""
+    handler = _ToNode(node)
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+
+
+def uplink(node: Node, values: Mapping[str, Any]) -> Uplink:
+    """
+    Return a robot's link to its fleet, configured by the parameters.
+
+    :raises BadInput: a parameter is invalid, or Zenoh is not installed.
+    """
+    robot = values['robot'] or node.get_namespace().strip('/')
+    if not robot:
+        raise BadInput('the name of this robot is missing: give --robot NAME, or run in its '
+                       'namespace (--ros-args -r __ns:=/robot1)')
+    try:
+        return Uplink(values['zenoh'] or None, robot, config=values['zenoh_config'] or None,
+                      key_prefix=values['key_prefix'])
+    except FleetError as error:
+        raise BadInput(str(error)) from error
+
+
+class FleetInput(Observer):
+    """Receives from a fleet, and passes messages on; frames are prefixed with robots' names."""
+
+    def __init__(self, values: Mapping[str, Any], moving: MovingSender,
+                 static: StaticSender) -> None:
+        """
+        Start to receive, until ``close``.
+
+        :raises BadInput: a parameter is invalid, or Zenoh is not installed.
+        """
+        self._moving, self._static = moving, static
+        shared: Collection[str] = values['shared_frames'] or ['map']
+        self._shared = frozenset(shared)
+        try:
+            self._listener = FleetListener(
+                values['from_zenoh'], values['robots'].split(','), shared_frames=shared,
+                config=values['zenoh_config'] or None, key_prefix=values['key_prefix'])
+        except FleetError as error:
+            raise BadInput(str(error)) from error
+        self._listener.buffer.observers.add(self)
+        self.name = self._listener.name
+
+    def received(self, arrival: ReceivedMessage) -> None:
+        """Pass a message on; the listener logs what is wrong with it."""
+        own, _ = without_others(arrival.batch, self._shared, arrival.authority)
+        samples = fit_samples(own, arrival.authority)
+        (self._static if arrival.static else self._moving).take(samples)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._listener.close()
+
+
+# Samples that are remembered: sixteen seconds of 25 frames at 50 Hz.
+_REMEMBERED = 20_000
+# Two nodes may occasionally send the same sample; this many come from a loop.
+_MANY = 200
+# The tolerance for a pose that was sent in messages.
+_SAME = 1e-9
+
+_CURE = ('a relay of the fleet (--from-zenoh) publishes in the DDS domain of this robot. Run that '
+         'relay in a separate domain (ROS_DOMAIN_ID)')
+
+
+class FleetEchoes:
+    """
+    Drops samples that return, because they would circulate for ever, and warns once.
+
+    A fleet's relay publishes samples with the robot's name in front, ``robot7/base``, and with
+    the stamp of the original ``base``. All methods are thread-safe.
+    """
+
+    def __init__(self, robot: str, warn: Callable[[str], object]) -> None:
+        """
+        Start without sent samples.
+
+        :param robot: its name in the fleet.
+        """
+        self._prefix, self._warn = f'{robot}/', warn
+        self._lock = threading.Lock()
+        self._sent: OrderedDict[tuple[str, int], PoseTuple] = OrderedDict()
+        self._repeated = 0
+        self._warned = False
+
+    def remembering(self, send: Send) -> Send:
+        """Return a function that sends a message, and remembers its samples."""
+        def sending(samples: Collection[Sample]) -> None:
+            self._remember(samples)
+            send(samples)
+
+        return sending
+
+    def without(self, take: Callable[[list[Sample]], None]) -> Callable[[list[Sample]], None]:
+        """Return a function that takes a message, and drops samples that return."""
+        def taking(samples: list[Sample]) -> None:
+            with self._lock:
+                news = [sample for sample in samples if not self._is_echo(sample)]
+            # A message without transforms is passed on, too.
+            if news or not samples:
+                take(news)
+
+        return taking
+
+    def _remember(self, samples: Collection[Sample]) -> None:
+        with self._lock:
+            for sample in samples:
+                self._sent[sample.child, sample.stamp] = sample.pose
+            while len(self._sent) > _REMEMBERED:
+                self._sent.popitem(last=False)
+
+    def _is_echo(self, sample: Sample) -> bool:
+        if not sample.child.startswith(self._prefix):
+            return False
+        if (sample.child.removeprefix(self._prefix), sample.stamp) in self._sent:
+            self._warn_once(f'{sample.child!r} comes back from the fleet: {_CURE}')
+            return True
+        # The robot itself may put its name in front.
+        before = self._sent.get((sample.child, sample.stamp))
+        if before is None or any(abs(old - new) > _SAME for old, new in zip(
+                before, sample.pose, strict=True)):
+            return False
+        self._repeated += 1
+        if self._repeated == _MANY:
+            self._warn_once(f'{sample.child!r} and others come back repeatedly: perhaps '
+                            f'{_CURE}')
+        return True
+
+    def _warn_once(self, sentence: str) -> None:
+        if not self._warned:
+            self._warned = True
+            self._warn(sentence)
+
 
 _DESCRIPTION = """\
 Republishes one robot's transforms on the topics that all robots share, with a prefix

@@ -1,7 +1,13 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recorded tree: the messages of a bag, in the order of their arrival."""
+"""
+A recorded tree: the messages of a bag, in the order of their arrival.
+
+The bytes of a DiagnosticArray are read without ROS. It has a header and a count of statuses. Each
+status has a byte level, the strings name, message and hardware_id, and a count of pairs of
+strings: key and value.
+"""
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
@@ -15,13 +21,32 @@ from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.beyond.uncertainty.insertion import take_estimate
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.messages.byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 
-from .diagnostic_bytes import read_statuses
+
+def read_statuses(data: bytes, ros1: bool) -> Iterator[tuple[str, dict[str, str]]]:
+    """
+    Yield the name of each status, and its values by their keys.
+
+    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
+    :raises WireError: the bytes are not a DiagnosticArray.
+    """
+    cursor = ros1_cursor(data) if ros1 else cdr_cursor(data)
+    cursor.skip_stamp()
+    _text(cursor)  # frame_id
+    for _ in range(cursor.take_uint32()):
+        cursor.skip(1, alignment=1)  # level
+        name, _message, _hardware = [_text(cursor) for _ in range(3)]
+        yield name, {_text(cursor): _text(cursor) for _ in range(cursor.take_uint32())}
+
+
+def _text(cursor: ByteCursor) -> str:
+    return cursor.take_string()[0]
+
 
 _CLOCK = '/clock'
 # The number of messages between two updates of the progress bar.

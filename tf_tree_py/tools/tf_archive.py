@@ -13,17 +13,20 @@ from typing import Any
 
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.command import signals
-from tf_tree_py.command.arguments import Parser, positive_integer
+from tf_tree_py.command.arguments import (
+    console,
+    Parser,
+    positive_integer,
+    print_json,
+    styled,
+    table,
+)
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
-from tf_tree_py.command.output import console, print_json, styled, table
 from tf_tree_py.core.whole_files import write_whole
 
-from .archive.bags import BagPath, bags_in
-from .archive.cluster import client_of
-from .archive.jobs import ExportJob, Job, ReportJob, Row
-from .archive.ledger import Ledger
+from .archive.jobs import BagPath, bags_in, ExportJob, Job, Ledger, ReportJob, Row
 from .archive.page import index_page
-from .archive.running import results
+from .archive.running import client_of, results
 from .archive.table import as_csv, as_data, as_json, by_trouble, columns_of, summary
 from .doctor_report import add_limits, limits_of
 from .export.formats import FORMATS

@@ -14,9 +14,8 @@ import sys
 from tempfile import TemporaryDirectory
 
 from tf_tree_py.command import signals
-from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.arguments import console, fields, Parser, print_json, styled
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
-from tf_tree_py.command.output import console, fields, print_json, styled
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER
 from tf_tree_py.core.stamp import format_span
 from tf_tree_py.core.text import times

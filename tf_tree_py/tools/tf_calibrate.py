@@ -22,17 +22,14 @@ from tf_tree_py.calibration import (
     Verdict,
 )
 from tf_tree_py.calibration.chain import check_edges, Tree
-from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.arguments import add_number, Parser, print_json, shown
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
-from tf_tree_py.command.output import print_json, shown
 from tf_tree_py.core import TransformException, UNLIMITED
 from tf_tree_py.core.whole_files import write_whole
 
-from .calibrate.picture import SUFFIXES, write_picture
-from .calibrate.report import as_yaml, print_report
+from .calibrate.report import as_yaml, print_report, SUFFIXES, write_picture
 from .calibrate.urdf_origin import origin_of, write_origin
-from .tree_arguments import add_source, check_source, frame
-from .tree_source import open_source
+from .tree_source import add_source, check_source, frame, open_source
 
 NAME = 'tf_calibrate'
 VERSION = 1

@@ -8,17 +8,23 @@ from contextlib import suppress
 import sys
 from typing import Any
 
-from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.arguments import (
+    add_number,
+    console,
+    fields,
+    Parser,
+    print_json,
+    shown,
+    styled,
+)
 from tf_tree_py.command.endings import entry_point, FINE, FOUND
-from tf_tree_py.command.output import console, fields, print_json, shown, styled
 from tf_tree_py.core.text import listed
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
 
 from .doctor_report import add_limits, judged, limits_of
-from .tree_arguments import add_source
-from .tree_source import open_source
+from .tree_source import add_source, open_source
 
 NAME = 'tf_doctor'
 _DESCRIPTION = """\

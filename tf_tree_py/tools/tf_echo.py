@@ -10,9 +10,16 @@ import sys
 import time
 from typing import Any
 
-from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.arguments import (
+    add_number,
+    console,
+    fits,
+    Parser,
+    print_json_line,
+    shown,
+    table,
+)
 from tf_tree_py.command.endings import entry_point, FINE, FOUND
-from tf_tree_py.command.output import console, fits, print_json_line, shown, table
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME
 from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.errors import TransformException
@@ -22,8 +29,7 @@ from tf_tree_py.reports import explanation_text
 from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Explanation
 from tf_tree_py.reports.plain_text import FORMS
 
-from .tree_arguments import add_source, frame, stamp
-from .tree_source import nothing_arrived, open_source, TreeSource
+from .tree_source import add_source, frame, nothing_arrived, open_source, stamp, TreeSource
 
 NAME = 'tf_echo'
 VERSION = 1

@@ -12,9 +12,8 @@ from tf_tree_py.bag import BagError, Recording
 from tf_tree_py.bag.assembly.assembler import as_text
 from tf_tree_py.beyond.motion.trajectory import Trajectory
 from tf_tree_py.command import signals
-from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.arguments import Parser, print_json, shown
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
-from tf_tree_py.command.output import print_json, shown
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.whole_files import write_whole
 

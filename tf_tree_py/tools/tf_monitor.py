@@ -11,17 +11,23 @@ import sys
 import time
 from typing import Any, NamedTuple
 
-from tf_tree_py.command.arguments import add_number, Parser
+from tf_tree_py.command.arguments import (
+    add_number,
+    console,
+    Parser,
+    print_json_line,
+    shown,
+    styled,
+    table,
+)
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
-from tf_tree_py.command.output import console, print_json_line, shown, styled, table
 from tf_tree_py.core.text import listed
 from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.monitor import Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
 
-from .tree_arguments import add_source, frame
-from .tree_source import nothing_arrived, open_source, TreeSource
+from .tree_source import add_source, frame, nothing_arrived, open_source, TreeSource
 
 NAME = 'tf_monitor'
 VERSION = 1

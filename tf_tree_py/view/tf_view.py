@@ -18,8 +18,7 @@ from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.tools.tree_arguments import add_source
-from tf_tree_py.tools.tree_source import open_source, TreeSource
+from tf_tree_py.tools.tree_source import add_source, open_source, TreeSource
 from tf_tree_py.urdf import DescriptionError, Robot
 
 from .model.incident_log import IncidentLog

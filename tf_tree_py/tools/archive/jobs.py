@@ -1,29 +1,154 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The jobs for one bag, in a process on any machine."""
+"""
+The jobs for one bag, in a process on any machine.
+
+Bags are found on this machine or with fsspec, and remote ones are copied to be read. A record of
+finished bags on disk lets a second run continue an interrupted one.
+"""
 
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+import glob
+import hashlib
 import json
+import os
 from pathlib import Path
+import pickle
+import re
+from tempfile import TemporaryDirectory
 import time
 from typing import Any, NamedTuple
 
 from tf_tree_py.bag import BagError
-from tf_tree_py.command.endings import Cannot
+from tf_tree_py.bag.files.discovery import INDEX, names_messages
+from tf_tree_py.command.endings import Cannot, needs
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import format_stamp
+from tf_tree_py.core.whole_files import write_whole
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds
 
-from .bags import local_copy
 from .page import report_page
 from ..doctor_report import judged
 from ..export.formats import FORMATS
 from ..export.plan import Plan
 from ..recorded_tree import RecordedTree
+
+
+class BagPath(NamedTuple):
+    """
+    The place of a bag.
+
+    :ivar path: absolute, or a URL.
+    :ivar version: a text that differs whenever the bag has changed; '' if it is unknown.
+    """
+
+    path: str
+    version: str
+
+    @property
+    def name(self) -> str:
+        """Return a unique name for files, which begins with the bag's own."""
+        digest = hashlib.sha256(self.path.encode(errors='surrogateescape')).hexdigest()[:12]
+        own = re.sub(r'[^\w.-]', '_', self.path.rstrip('/').rpartition('/')[2])[:80]
+        return f'{own}-{digest}'
+
+
+def bags_in(patterns: Sequence[str]) -> list[BagPath]:
+    """
+    Return the bags that match patterns, in order, each once.
+
+    A path without ``*``, ``?`` and ``[`` is returned whether it exists or not. Matches that are
+    not bags are left out; the splits of a bag count as one.
+
+    :raises Cannot: nothing matches, or fsspec is needed and fails.
+    """
+    found = [bag for pattern in patterns
+             for bag in (_remote if is_remote(pattern) else _local)(pattern)]
+    if not found:
+        raise Cannot(f'no bag matches {" ".join(patterns)}')
+    return list({bag.path: bag for bag in found}.values())
+
+
+def is_remote(path: str) -> bool:
+    """Return whether fsspec has to open it."""
+    return '://' in path or '::' in path
+
+
+def _local(pattern: str) -> list[BagPath]:
+    paths = [pattern]
+    if glob.has_magic(pattern):
+        paths = _bags_of(sorted(glob.glob(pattern, recursive=True)), os.path.isdir, os.path.exists)
+    return [BagPath(path, _version(Path(path))) for path in map(os.path.abspath, paths)]
+
+
+def _version(path: Path) -> str:
+    try:
+        files = sorted(path.iterdir()) if path.is_dir() else [path]
+        return ' '.join(f'{status.st_size}@{status.st_mtime_ns}'
+                        for status in (file.stat() for file in files))
+    except OSError:
+        return ''
+
+
+def _remote(pattern: str) -> list[BagPath]:
+    system, path, behind = _system_of(pattern)
+    try:
+        paths = [path]
+        if glob.has_magic(path):
+            paths = _bags_of(sorted(system.glob(path)), system.isdir, system.exists)
+        return [BagPath(system.unstrip_protocol(path) + behind, _remote_version(system, path))
+                for path in paths]
+    except Exception as error:  # noqa: B902 - each file system has its own errors
+        raise Cannot(f'{pattern} cannot be listed: {type(error).__name__}: {error}') from error
+
+
+def _system_of(url: str) -> tuple[Any, str, str]:
+    """Return fsspec's file system for a URL, the path in it, and the chained outer URL."""
+    try:
+        system, path = needs('fsspec.core', 'fsspec').url_to_fs(url)
+    except (ImportError, ValueError, OSError) as error:
+        raise Cannot(f'{url} cannot be opened: {error}') from error
+    _, chained, outer = url.partition('::')
+    return system, path, chained + outer
+
+
+def _remote_version(system: Any, path: str) -> str:
+    try:
+        return str(system.info(path).get('size', ''))
+    except OSError:
+        return ''
+
+
+def _bags_of(paths: Sequence[str], is_folder: Callable[[str], bool],
+             exists: Callable[[str], bool]) -> list[str]:
+    """Return the bags among the matches: files, and folders as rosbag2 writes them."""
+    bags = list[str]()
+    for path in (path.rstrip('/') for path in paths):
+        folder = path if is_folder(path) else path.rpartition('/')[0]
+        if exists(f'{folder}/{INDEX}' if folder else INDEX):
+            bags.append(folder or '.')
+        elif folder != path and names_messages(path):
+            bags.append(path)
+    return list(dict.fromkeys(bags))
+
+
+@contextmanager
+def local_copy(path: str) -> Iterator[Path]:
+    """Yield the path of a bag on this machine; a copy is deleted afterwards."""
+    if not is_remote(path):
+        yield Path(path)
+        return
+    system, inner, _ = _system_of(path)
+    with TemporaryDirectory() as folder:
+        copy = Path(folder, inner.rstrip('/').rpartition('/')[2])
+        system.get(inner, str(copy), recursive=system.isdir(inner))
+        yield copy
+
 
 FINE, WARNING, ERROR = 'fine', 'warning', 'error'
 BROKEN = 'broken'
@@ -117,3 +242,61 @@ def done(job: Job, path: str) -> Result:
 def failed(outcome: str, reason: str) -> Result:
     """Return the result for a bag without any files."""
     return Result({'outcome': outcome, 'reason': ' '.join(reason.split())}, {})
+
+
+_ROWS, _FILES = 'rows', 'bags'
+_VERSION = 1
+
+
+class Ledger:
+    """
+    A folder with a row for each bag that has been read, and its files.
+
+    :ivar folder: its path.
+    """
+
+    def __init__(self, folder: Path, job: Job) -> None:
+        """
+        Open a folder, or make one.
+
+        :param job: the job for the bags; rows of another job are ignored.
+        :raises Cannot: it cannot be made.
+        """
+        self.folder = folder
+        self._job = hashlib.sha256(pickle.dumps((_VERSION, type(job).__name__, job))).hexdigest()
+        try:
+            for name in (_ROWS, _FILES):
+                Path(folder, name).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise Cannot(f'{folder} cannot be made: {error.strerror}') from error
+
+    def finished(self, bag: BagPath) -> Row | None:
+        """Return the row of a bag; None if it has to be read, for the first time or again."""
+        try:
+            entry = json.loads(self._row_of(bag).read_bytes())
+            row: Row = entry['row']
+            known = (entry['job'], entry['version']) == (self._job, bag.version)
+            return row if known and row['outcome'] != LOST else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def keep(self, bag: BagPath, result: Result) -> Row:
+        """Write the result for a bag, and return its row, which reports a failed write, too."""
+        row = {'bag': bag.path, **result.row, 'file': ''}
+        try:
+            for suffix, data in result.files.items():
+                name = f'{_FILES}/{bag.name}{suffix}'
+                write_whole(self.folder / name, [data])
+                row['file'] = row['file'] or name
+            self._write(bag, row)
+        except OSError as error:
+            row = {'bag': bag.path, **failed(LOST, f'cannot be written: {error.strerror}').row,
+                   'file': ''}
+        return row
+
+    def _write(self, bag: BagPath, row: Row) -> None:
+        entry = {'job': self._job, 'version': bag.version, 'row': row}
+        write_whole(self._row_of(bag), [json.dumps(entry).encode()])
+
+    def _row_of(self, bag: BagPath) -> Path:
+        return Path(self.folder, _ROWS, f'{bag.name}.json')

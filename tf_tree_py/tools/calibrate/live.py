@@ -24,8 +24,8 @@ from tf_tree_py.calibration.detections import (
     seen_on_tf,
 )
 from tf_tree_py.calibration.observations import Observations
+from tf_tree_py.command.arguments import shown
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.command.output import shown
 from tf_tree_py.command.signals import wait
 from tf_tree_py.core import TransformException
 from tf_tree_py.ros.topics.qos import sensor_qos

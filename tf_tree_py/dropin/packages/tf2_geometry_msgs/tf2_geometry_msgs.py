@@ -13,9 +13,8 @@ from geometry_msgs.msg import (
     TransformStamped,
     Vector3Stamped,
 )
-from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
+from tf_tree_py.dropin.imported_names import __getattr__, star  # noqa: F401
 from tf_tree_py.dropin.installed_tf2 import from_msg_msg, register, to_msg_msg
-from tf_tree_py.dropin.star_imports import star
 from tf_tree_py.ros.messages.do_transform import (
     do_transform_accel,
     do_transform_point,

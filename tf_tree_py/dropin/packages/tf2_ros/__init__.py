@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from tf_tree_py.dropin import imported_names
-from tf_tree_py.dropin.star_imports import star
+from tf_tree_py.dropin.imported_names import star
 
 _HOMES = {
     'buffer': ['Buffer'],

@@ -4,7 +4,6 @@
 """Names of tf2_ros.buffer."""
 
 from tf_tree_py.dropin.buffer import Buffer
-from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
-from tf_tree_py.dropin.star_imports import star
+from tf_tree_py.dropin.imported_names import __getattr__, star  # noqa: F401
 
 __all__ = ['Buffer', *star(__name__)]

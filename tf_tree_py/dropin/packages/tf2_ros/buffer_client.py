@@ -3,8 +3,7 @@
 
 """Names of tf2_ros.buffer_client."""
 
-from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
-from tf_tree_py.dropin.star_imports import star
+from tf_tree_py.dropin.imported_names import __getattr__, star  # noqa: F401
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 
 __all__ = ['BufferClient', *star(__name__)]

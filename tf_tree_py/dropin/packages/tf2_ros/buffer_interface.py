@@ -3,8 +3,7 @@
 
 """Names of tf2_ros.buffer_interface."""
 
-from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
-from tf_tree_py.dropin.star_imports import star
+from tf_tree_py.dropin.imported_names import __getattr__, star  # noqa: F401
 from tf_tree_py.ros.buffer.interface import BufferInterface
 from tf_tree_py.ros.messages.registry import (
     convert,

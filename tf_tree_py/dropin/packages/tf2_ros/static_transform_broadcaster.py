@@ -3,8 +3,7 @@
 
 """Names of tf2_ros.static_transform_broadcaster."""
 
-from tf_tree_py.dropin.imported_names import __getattr__  # noqa: F401
-from tf_tree_py.dropin.star_imports import star
+from tf_tree_py.dropin.imported_names import __getattr__, star  # noqa: F401
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
 
 __all__ = ['StaticTransformBroadcaster', *star(__name__)]
