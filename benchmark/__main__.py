@@ -14,7 +14,7 @@ import os
 from pathlib import Path
 import sys
 
-from tf_tree_py.labs.progress import progress
+from tf_tree_py.labs.tf_lab import progress
 
 from . import machine, plots, report
 from .effort import Effort, FULL, QUICK

@@ -13,7 +13,7 @@ import sys
 from domains import claim, is_safe, isolate, ports
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.labs.live.domain import DOMAINS, FIRST_DOMAIN, own_domain
+from tf_tree_py.labs.live.live_session import DOMAINS, FIRST_DOMAIN, own_domain
 
 SCRIPTS = Path(__file__).parents[1] / 'scripts'
 RANGE = Path('/proc/sys/net/ipv4/ip_local_port_range')

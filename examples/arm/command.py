@@ -12,7 +12,7 @@ from pathlib import Path
 import sys
 
 from tf_tree_py.labs.pictures import NoPicture
-from tf_tree_py.labs.progress import progress
+from tf_tree_py.labs.tf_lab import progress
 
 from . import trial
 from .mistakes import MISTAKES, WAYS

@@ -7,7 +7,7 @@ from hypothesis import assume, given, strategies as st
 import pytest
 from strategies import angle_between, components, MILLION, poses, quaternions
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.labs.planar_projection import lift, project
+from tf_tree_py.labs.planar import lift, project
 
 headings = st.one_of(st.sampled_from([0.0, math.pi, -math.pi / 2]), st.floats(-math.pi, math.pi))
 distances = st.floats(-MILLION, MILLION, allow_subnormal=False)

@@ -8,8 +8,8 @@ import threading
 
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.labs import progress as module
-from tf_tree_py.labs.progress import progress
+from tf_tree_py.labs import tf_lab as module
+from tf_tree_py.labs.tf_lab import progress
 
 
 class Told:

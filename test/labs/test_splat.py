@@ -7,9 +7,7 @@ from lab_reports import report_of, rows_of
 import numpy as np
 import pytest
 from tf_tree_py.core import se3
-from tf_tree_py.labs.relocaliser import moved
-from tf_tree_py.labs.splat import driven
-from tf_tree_py.labs.splats import HEIGHT, picture, room, Scene, WIDTH
+from tf_tree_py.labs.splat import driven, HEIGHT, moved, picture, room, Scene, WIDTH
 
 
 def one_by_one(scene, map_T_camera):

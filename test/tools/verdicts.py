@@ -23,8 +23,11 @@ from patients import FAULTY, written  # noqa: E402
 from tf_tree_py.health.doctor import Doctor  # noqa: E402
 from tf_tree_py.tools.recorded_tree import RecordedTree  # noqa: E402
 from tf_tree_py.view.model.listing import biggest_root  # noqa: E402
-from tf_tree_py.view.model.liveness import links_of, reached  # noqa: E402
-from tf_tree_py.view.model.moment import live_moment  # noqa: E402
+from tf_tree_py.view.model.moment import (  # noqa: E402
+    links_of,
+    live_moment,  # noqa: E402
+    reached,
+)
 from tool_helpers import tool  # noqa: E402
 
 HEADINGS = ('fault', 'tf_doctor', 'tf_monitor', 'tf_frames', 'tf_view', '/diagnostics')

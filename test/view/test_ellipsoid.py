@@ -10,8 +10,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.view.model.ellipsoid import ellipsoid
-from tf_tree_py.view.model.moment import moment_at
+from tf_tree_py.view.model.moment import ellipsoid, moment_at
 
 SECOND = 1_000_000_000
 

@@ -10,8 +10,7 @@ from tf_tree_py.core import Pose
 from tf_tree_py.view.model.colours import greys, of_edges
 from tf_tree_py.view.model.facts import facts
 from tf_tree_py.view.model.listing import biggest_root, rows
-from tf_tree_py.view.model.moment import live_moment, moment_at
-from tf_tree_py.view.model.trail import trail
+from tf_tree_py.view.model.moment import live_moment, moment_at, trail
 from tf_tree_py.view.panels import markup
 
 SECOND = 1_000_000_000

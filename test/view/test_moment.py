@@ -10,8 +10,13 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.view.model.liveness import left_behind_by_stamps, Remembered, window
-from tf_tree_py.view.model.moment import live_moment, moment_at
+from tf_tree_py.view.model.moment import (
+    left_behind_by_stamps,
+    live_moment,
+    moment_at,
+    Remembered,
+    window,
+)
 
 SECOND = 1_000_000_000
 

@@ -9,12 +9,11 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.health.checks.finding import Finding, Severity
-from tf_tree_py.view.model.finding_time import time_of
-from tf_tree_py.view.model.incident_log import IncidentLog
+from tf_tree_py.view.model.facts import measured, relative_motion
+from tf_tree_py.view.model.finding_time import IncidentLog, time_of
 from tf_tree_py.view.model.listing import rows
-from tf_tree_py.view.model.opening import opening_stamp
-from tf_tree_py.view.model.relative_motion import measured, relative_motion
-from tf_tree_py.view.model.view_link import ViewLink
+from tf_tree_py.view.model.playhead import opening_stamp
+from tf_tree_py.view.page.address import ViewLink
 
 SECOND = 1_000_000_000
 

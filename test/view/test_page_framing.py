@@ -10,8 +10,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
-from tf_tree_py.view.page.camera_control import CameraControl
-from tf_tree_py.view.page.framing import Framing
+from tf_tree_py.view.page.framing import CameraControl, Framing
 from tf_tree_py.view.scene.scene import Appearance
 
 

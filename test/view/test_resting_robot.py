@@ -11,7 +11,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.urdf import Robot
-from tf_tree_py.view.panels.joints_panel import JointsPanel
+from tf_tree_py.view.panels.appearance_panel import JointsPanel
 from tf_tree_py.view.robot.resting_robot import RestingRobot
 from tf_tree_py.view.subject import Subject
 

@@ -14,9 +14,8 @@ from tf_tree_py.bag import MessageSource
 from tf_tree_py.bag.files import message_source
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
-from tf_tree_py.view.page.sensor_view import SensorView
-from tf_tree_py.view.sensors.placing import placed
-from tf_tree_py.view.sensors.readings import is_known, MOST_POINTS, Reading, reading_of
+from tf_tree_py.view.page.page import SensorView
+from tf_tree_py.view.sensors.readings import is_known, MOST_POINTS, placed, Reading, reading_of
 from tf_tree_py.view.sensors.recorded_sensors import _decoded, RecordedSensors
 
 PIL_image = pytest.importorskip('PIL.Image', reason='compressed images need pillow')

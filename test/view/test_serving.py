@@ -11,8 +11,8 @@ from programs import PATIENCE_S
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
+from tf_tree_py.view.serving import wake_only_in_loop
 from tf_tree_py.view.subject import Subject
-from tf_tree_py.view.wake_ups import wake_only_in_loop
 
 pytest.importorskip('viser', reason='pages need viser')
 

@@ -11,8 +11,8 @@ import time
 from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.health.checks.finding import Finding
 
-from .model.incident_log import IncidentLog
-from .model.liveness import LeftBehind
+from .model.finding_time import IncidentLog
+from .model.moment import LeftBehind
 from .robot.resting_robot import RestingRobot
 from .robot.shapes import LinkShape
 from .sensors.sensor_source import SensorSource

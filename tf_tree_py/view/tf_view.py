@@ -21,8 +21,8 @@ from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.tools.tree_source import add_source, open_source, TreeSource
 from tf_tree_py.urdf import DescriptionError, Robot
 
-from .model.incident_log import IncidentLog
-from .model.liveness import Remembered
+from .model.finding_time import IncidentLog
+from .model.moment import Remembered
 from .robot.resting_robot import RestingRobot
 from .robot.shapes import shapes_of
 from .sensors.recorded_sensors import RecordedSensors

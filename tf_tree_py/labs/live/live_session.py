@@ -4,18 +4,20 @@
 """
 The processes of a lab over DDS, on this machine only and in a separate domain.
 
-The lab's own process has a pipe to each of the others. They wait on the pipe for requests
-and for the next tick, and end when it closes: so they also end if the lab is killed.
+The domain is not shared with other labs on this machine. The lab's own process has a pipe to each
+of the others. They wait on the pipe for requests and for the next tick, and end when it closes: so
+they also end if the lab is killed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 import multiprocessing
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -28,7 +30,28 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from .domain import own_domain
+# Users choose smaller numbers. The ports of these are above Linux's ephemeral ports.
+FIRST_DOMAIN, DOMAINS = 216, 16
+
+
+@contextmanager
+def own_domain() -> Iterator[int]:
+    """Reserve a domain within the context; if all are taken, share one."""
+    start = os.getpid()
+    ids = [FIRST_DOMAIN + (start + number) % DOMAINS for number in range(DOMAINS)]
+    with closing(socket.socket(socket.AF_UNIX)) as claim:
+        yield next((domain_id for domain_id in ids if _is_taken_by(claim, domain_id)), ids[0])
+
+
+def _is_taken_by(claim: socket.socket, domain_id: int) -> bool:
+    """Return whether a socket obtains a domain's name, which only one can have at a time."""
+    try:
+        # An abstract name, not a file: it disappears when the process ends, in any way.
+        claim.bind(f'\0tf_tree_py lab, domain {domain_id}')
+    except OSError:
+        return False
+    return True
+
 
 PATIENCE_S = 60.0
 """How long a lab waits for its processes; on a busy machine, each takes half a minute to start."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tf_tree_py.core import EdgeInfo
 
-from .liveness import links_of, reached
+from .moment import links_of, reached
 
 # The longest list. A search finds the other frames.
 MOST_ROWS = 150

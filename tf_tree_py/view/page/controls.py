@@ -9,17 +9,12 @@ from tf_tree_py.health.checks.finding import Finding
 
 from ..model.moment import Moment
 from ..model.playhead import Playhead
-from ..panels.appearance_panel import AppearancePanel
-from ..panels.chosen_panel import ChosenPanel
+from ..panels.appearance_panel import AppearancePanel, JointsPanel, ViewButtons
 from ..panels.control_events import Apply
-from ..panels.findings_panel import FindingsPanel
-from ..panels.frames_panel import FramesPanel
-from ..panels.joints_panel import JointsPanel
+from ..panels.frames_panel import ChosenPanel, FindingsPanel, FramesPanel
 from ..panels.motion_panel import MotionPanel
-from ..panels.pictures_panel import PicturesPanel
-from ..panels.sensors_panel import SensorsPanel
+from ..panels.sensors_panel import PicturesPanel, SensorsPanel
 from ..panels.timeline import Timeline
-from ..panels.view_buttons import ViewButtons
 from ..scene.scene import Appearance
 from ..subject import Subject
 

@@ -1,20 +1,128 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Fits the view of a page to the robot: the camera, the origin, and the sizes of axes."""
+"""
+Fits the view of a page to the robot: the camera, the origin, and the sizes of axes.
 
-from collections.abc import Sequence
+The extent of a robot is that of its frames and of the corners of its links. The camera of a page
+is read and moved here, also if a person has moved it.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry.so3 import Array
 
-from .camera_control import CameraControl
-from ..framing.sizes import axes_length, cell_of, of_the_robot
+from ..framing.camera import axes_length, Camera, cell_of, DIRECTION, of_the_robot
 from ..model.moment import Moment
 from ..panels.appearance_panel import AppearancePanel
-from ..robot.extent import corners_of, extent
 from ..robot.shapes import LinkShape
 from ..scene.scene import Appearance
+
+
+def corners_of(shapes: Sequence[LinkShape]) -> dict[str, Array]:
+    """Return the corners of the box around each link's shapes, (8, 3) in its frame."""
+    spans: dict[str, tuple[Array, Array]] = {}
+    for shape in shapes:
+        if not len(shape.vertices):
+            continue
+        low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+        least, most = spans.get(shape.link, (low, high))
+        spans[shape.link] = np.minimum(low, least), np.maximum(high, most)
+    unit = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    return {link: low + unit * (high - low) for link, (low, high) in spans.items()}
+
+
+def extent(moment: Moment, shown: npt.NDArray[np.bool_], corners: dict[str, Array]) -> Array:
+    """
+    Return points whose convex hull contains some frames and their links.
+
+    :param shown: (N,) whether each frame counts.
+    :param corners: the corners of each link, (8, 3) in its frame, by frame.
+    :return: (M, 3) in the fixed frame, metres.
+    """
+    points = [moment.poses[shown, :3]]
+    for place in np.flatnonzero(shown).tolist():
+        box = corners.get(moment.frames[place])
+        if box is not None:
+            points.append(np.asarray(Pose(*moment.poses[place].tolist()) @ box))
+    return np.concatenate(points)
+
+
+# The assumed height of the picture until the browser reports it, CSS pixels.
+_HEIGHT: Final = 800.0
+
+
+class CameraControl:
+    """The camera of one page, in the page's axes."""
+
+    def __init__(self, client: Any, size: Callable[[], tuple[float, float] | None],
+                 moved: Callable[[], None]) -> None:
+        """
+        Watch the camera.
+
+        :param client: viser's handle of the page.
+        :param size: returns the width and height of the picture, CSS pixels; None: not known.
+        :param moved: is called when the camera has moved.
+        """
+        self._handle = client.camera
+        self._size = size
+        # The position and target that the program chose last.
+        self._put: Array | None = None
+        self._wanted = False
+        self._handle.on_update(lambda _: moved())
+
+    def camera(self) -> Camera | None:
+        """Return the camera; None until the browser reports it."""
+        handle = self._handle
+        if handle._state.update_timestamp == 0.0 or not handle.fov:
+            return None
+        height = handle.image_height or 1
+        width, height = self._size() or (_HEIGHT * handle.image_width / height, _HEIGHT)
+        return Camera(np.array(handle.position), np.array(handle.look_at), float(handle.fov),
+                      width, height)
+
+    @property
+    def is_untouched(self) -> bool:
+        """Return whether the camera is where the program put it."""
+        camera = self.camera()
+        if camera is None or self._put is None:
+            return not self._wanted
+        now = np.array((camera.position, camera.look_at))
+        reach = float(np.linalg.norm(self._put[0] - self._put[1]))
+        return bool(np.abs(now - self._put).max() < 0.01 * reach)
+
+    def put(self, position: Array, look_at: Array, *, ours: bool = True) -> None:
+        """
+        Move the camera.
+
+        :param ours: whether the program chose this view and may replace it by another.
+        """
+        self._handle.position = position
+        self._handle.look_at = look_at
+        self._put = np.array((position, look_at)) if ours else None
+        self._wanted = not ours
+
+    def fit(self, points: Array, least: float, *, afresh: bool) -> None:
+        """
+        Move the camera so that it sees all of some points.
+
+        :param points: (N, 3) metres.
+        :param least: the radius that must be visible around each point, metres.
+        :param afresh: whether to look from the default direction instead of the present one.
+        """
+        camera = self.camera()
+        if camera is not None:
+            fitted = camera.fitted(points, least, DIRECTION if afresh else None)
+            self.put(fitted.position, fitted.look_at)
+
+    def look_at(self, point: Array) -> None:
+        """Turn the camera to a point."""
+        self._handle.look_at = point
+
 
 # A camera that no person has moved is fitted again when the frames become so many times as many.
 _MORE = 1.2

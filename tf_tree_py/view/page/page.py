@@ -1,34 +1,86 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""One open page: its moment, its picture and its controls."""
+"""One open page: its moment, its picture, its sensors and its controls."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import threading
 from typing import Any, Final
 
 import numpy as np
 from tf_tree_py.buffer_core import AllQueries
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.health.checks.finding import Finding
 
 from .address import Address
 from .browser import Browser
-from .camera_control import CameraControl
 from .controls import Controls
-from .film import Film
-from .framing import Framing
-from .sensor_view import SensorView
-from ..model.ellipsoid import Ellipsoid, ellipsoid
+from .film import Film, film_stamps
+from .framing import CameraControl, Framing
 from ..model.facts import facts
-from ..model.film_stamps import film_stamps
 from ..model.finding_time import time_of
 from ..model.listing import biggest_root
-from ..model.moment import Moment, nothing
+from ..model.moment import Ellipsoid, ellipsoid, Moment, nothing, trail
 from ..model.playhead import Playhead
-from ..model.trail import trail
+from ..panels.sensors_panel import SensorsPanel
 from ..scene.scene import Appearance, Scene
+from ..scene.sensor_points import Seen
+from ..sensors.readings import Pixels, placed, Reading
+from ..sensors.sensor_source import SensorSource
 from ..subject import Subject
+
+# The number of messages that make up a trail, such as that of an odometry.
+_TRAIL: Final = 300
+
+
+class SensorView:
+    """
+    Turns readings into points in the fixed frame and a picture.
+
+    :ivar missing: what cannot be shown at the moment, one sentence each.
+    """
+
+    def __init__(self, source: SensorSource | None, panel: SensorsPanel) -> None:
+        self._source, self._panel = source, panel
+        self.missing: list[str] = []
+        self._image: Pixels | None = None
+
+    def seen(self, tree: AllQueries, moment: Moment) -> dict[str, Seen]:
+        """Return what each topic shows at a moment, by topic; show the picture of a camera."""
+        self.missing, self._image = [], None
+        wanted = self._panel.wanted() if self._source is not None else []
+        seen = {topic: found for topic in wanted
+                if (found := self._of_topic(tree, moment, topic)) is not None}
+        self._panel.show_image(self._image)
+        return seen
+
+    def _of_topic(self, tree: AllQueries, moment: Moment, topic: str) -> Seen | None:
+        assert self._source is not None
+        reading = self._source.reading(topic, moment.stamp)
+        if reading is None or reading.problem:
+            problem = 'no message at or before this stamp' if reading is None else reading.problem
+            self.missing.append(f'{topic}: {problem}')
+            return None
+        if reading.image is not None:
+            self._image = reading.image
+            return None
+        if reading.is_line and len(reading.points) == 1:
+            return self._trail(tree, moment, self._source.trail(topic, moment.stamp, _TRAIL))
+        points = placed(tree, moment.fixed_frame, reading, self._panel.at_newest)
+        if points is None:
+            self.missing.append(f'{topic}: no transform from {reading.frame!r} at its stamp')
+            return None
+        return Seen(points, reading.is_line)
+
+    def _trail(self, tree: AllQueries, moment: Moment, readings: Sequence[Reading]) -> Seen | None:
+        """Return the positions of several messages, each at its own stamp, as one line."""
+        newest = self._panel.at_newest
+        placed_points = [placed(tree, moment.fixed_frame, reading, newest)
+                         for reading in readings]
+        found: list[Array] = [points for points in placed_points if points is not None]
+        return Seen(np.concatenate(found), True) if found else None
+
 
 # Texts, lists and trails are updated less often than the picture.
 _PANELS_EVERY_S: Final = 0.25

@@ -1,13 +1,19 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The controls of a page's appearance: what is drawn, at which size, dark or light."""
+"""
+The controls of a page's appearance: what is drawn, at which size, dark or light.
 
-from collections.abc import Sequence
+Also the buttons that turn the camera, and a slider for each joint of a robot without transforms.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
 from . import markup
-from .control_events import Apply, when_changed
+from .control_events import Apply, Shared, when_changed
+from ..robot.resting_robot import RestingRobot
 from ..scene.scene import Appearance
 
 _NAMES: Final = ('few', 'all', 'none')
@@ -76,3 +82,62 @@ class AppearancePanel:
         self._look.dark = self._dark.value
         self._gui.configure_theme(dark_mode=self._dark.value, show_logo=False,
                                   show_share_button=False, control_width='medium')
+
+
+_STEPS = 1000.0
+
+
+class JointsPanel:
+    """The joints of a resting robot on one page. All pages show the same robot."""
+
+    def __init__(self, gui: Any, robot: RestingRobot, apply: Apply) -> None:
+        """Make the sliders."""
+        self._robot = robot
+        self._folder = gui.add_folder(f'joints ({len(robot.sliders)})',
+                                      expand_by_default=len(robot.sliders) <= 8)
+        self._positions: dict[str, Shared] = {}
+        with self._folder:
+            gui.add_button('all at rest').on_click(lambda _: apply(self._rest))
+            for slider in robot.sliders:
+                step = (slider.most - slider.least) / _STEPS
+                control = gui.add_slider(
+                    slider.variable, min=slider.least, max=slider.most, step=step,
+                    initial_value=slider.rest)
+                self._positions[slider.variable] = Shared(
+                    control, apply, partial(self._set, slider.variable))
+
+    def refresh(self, visible: bool) -> None:
+        """
+        Show the positions of the joints.
+
+        :param visible: False while transforms move the robot.
+        """
+        self._folder.visible = visible
+        for variable, position in self._robot.positions.items():
+            self._positions[variable].show(position)
+
+    def _set(self, variable: str, position: float) -> None:
+        self._robot.move(variable, float(position))
+
+    def _rest(self) -> None:
+        for slider in self._robot.sliders:
+            self._robot.move(slider.variable, slider.rest)
+
+
+_ROBOT, _ALL = 'see the robot', 'see all'
+_BUTTONS: Final = (_ROBOT, _ALL)
+
+
+class ViewButtons:
+    """The buttons that turn the camera of one page."""
+
+    def __init__(self, gui: Any, see: Callable[[bool], None], apply: Apply) -> None:
+        """
+        Make the buttons.
+
+        :param see: turns the camera to all frames, or only to those of the robot.
+        :param apply: calls an action between two pictures.
+        """
+        gui.add_html(markup.bare())
+        buttons = gui.add_button_group('', _BUTTONS)
+        buttons.on_click(lambda event: apply(lambda: see(event.target.value == _ALL)))

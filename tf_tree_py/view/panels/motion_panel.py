@@ -12,9 +12,9 @@ from tf_tree_py.core.stamp import LATEST
 
 from . import markup
 from .control_events import Apply, when_changed
+from ..model.facts import measured, relative_motion, RelativeMotion
 from ..model.moment import Moment
 from ..model.playhead import Playhead
-from ..model.relative_motion import measured, relative_motion, RelativeMotion
 
 _FIXED: Final = '(the fixed frame)'
 _COLOURS: Final = ('#e03131', '#2f9e44', '#1c7ed6')

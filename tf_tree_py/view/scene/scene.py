@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a page: axes, lines, names, marks, a trail, links, points and the ground."""
+"""
+The picture of a page: axes, lines, names, marks, a trail, links, points and the ground.
+
+Stale frames have grey axes. The uncertainty of the chosen frame's position is an ellipsoid
+around it.
+"""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -11,19 +16,134 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 
-from .ground import Ground
 from .labels import Labels
 from .links import Links
 from .sensor_points import Seen, SensorPoints
-from .stale_axes import StaleAxes
-from .uncertainty_ellipsoid import UncertaintyEllipsoid
-from ..framing.camera import Camera
-from ..framing.sizes import lengths_on_screen
+from ..framing.camera import Camera, lengths_on_screen
 from ..model import colours
-from ..model.ellipsoid import Ellipsoid
-from ..model.moment import Moment
+from ..model.colours import Colours
+from ..model.moment import Ellipsoid, Moment
+
+Colour = tuple[int, int, int]
+
+_LIGHT: Final[tuple[Colour, Colour]] = (238, 238, 238), (214, 214, 214)
+_DARK: Final[tuple[Colour, Colour]] = (44, 44, 46), (62, 62, 66)
+# The grid fades out at this distance. Every tenth line is darker.
+_CELLS_SEEN: Final = 60.0
+_CELLS_A_SECTION: Final = 10.0
+
+
+class Ground:
+    """The ground of one page, at the height of the fixed frame."""
+
+    def __init__(self, scene: Any) -> None:
+        self._node = scene.add_grid('/ground', infinite_grid=True, cell_thickness=0.6,
+                                    section_thickness=0.8, shadow_opacity=0.0)
+
+    def draw(self, origin: Array, cell: float, visible: bool, dark: bool) -> None:
+        """
+        Show or hide the grid.
+
+        :param origin: (3,) the offset that is subtracted from every position, metres.
+        :param cell: the length of a cell, metres.
+        """
+        node = self._node
+        node.visible = visible
+        node.position = tuple((-origin).tolist())
+        node.cell_size, node.section_size = cell, _CELLS_A_SECTION * cell
+        node.fade_distance = _CELLS_SEEN * cell
+        node.cell_color, node.section_color = _DARK if dark else _LIGHT
+
 
 _RADIUS: Final = 0.035
+
+# A box from 0 to 1 along x: eight corners, and twelve triangles.
+_CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_CORNERS[:, 1:] *= _RADIUS
+_SIDES = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+                   (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])
+# Along x, y and z. A cyclic permutation of the coordinates keeps the orientation of triangles.
+_VERTICES = np.concatenate([np.roll(_CORNERS, axis, axis=1) for axis in range(3)])
+_FACES = np.concatenate([_SIDES + 8 * axis for axis in range(3)])
+
+
+class StaleAxes:
+    """The grey axes of one page: one node, which exists only while a frame is stale."""
+
+    def __init__(self, scene: Any, on_click: Callable[[int], None]) -> None:
+        """
+        Begin without axes.
+
+        :param on_click: is called with the index of a frame when its axes are clicked.
+        """
+        self._scene = scene
+        self._on_click = on_click
+        self._places = np.empty(0, np.int64)
+        self._node: Any = None
+
+    def draw(self, places: npt.NDArray[np.int64], positions: Array, rotations: Array,
+             greys: Colours, lengths: Array) -> None:
+        """
+        Show the axes of some frames.
+
+        :param places: (N,) indices of the frames in the moment.
+        :param rotations: (N, 4) quaternions w x y z.
+        :param lengths: (N,) of the axes, metres.
+        """
+        if len(places) != len(self._places) and self._node is not None:
+            self._node.remove()
+            self._node = None
+        self._places = places
+        if not len(places):
+            return
+        if self._node is None:
+            self._node = self._scene.add_batched_meshes_simple(
+                '/stale', _VERTICES, _FACES, rotations, positions, batched_colors=greys,
+                lod='off', cast_shadow=False, receive_shadow=False, scale=1.0,
+                batched_scales=lengths)
+            self._node.on_click(self._clicked)
+            return
+        self._node.batched_positions, self._node.batched_wxyzs = positions, rotations
+        self._node.batched_scales = lengths
+        self._node.batched_colors = greys
+
+    def _clicked(self, event: Any) -> None:
+        index = event.instance_index
+        if index is not None and index < len(self._places):
+            self._on_click(int(self._places[index]))
+
+
+_OPACITY: Final = 0.3
+
+
+class UncertaintyEllipsoid:
+    """Draws one ellipsoid on one page."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._node: Any = None
+
+    def draw(self, ellipsoid: Ellipsoid | None, positions: Array) -> None:
+        """
+        Show an ellipsoid; None: hide it.
+
+        :param positions: (N, 3) of the moment's frames, metres.
+        """
+        if ellipsoid is None:
+            if self._node is not None:
+                self._node.visible = False
+            return
+        if self._node is None:
+            self._node = self._scene.add_icosphere(
+                '/doubt', color=colours.CHOSEN, opacity=_OPACITY, cast_shadow=False,
+                receive_shadow=False)
+        x, y, z, w = ellipsoid.rotation
+        self._node.scale = tuple(ellipsoid.semi_axes.tolist())
+        self._node.wxyz = (w, x, y, z)
+        self._node.position = tuple(positions[ellipsoid.place].tolist())
+        self._node.visible = True
+
+
 _THICKNESS: Final = 2.5
 # The size of a sensor's points, as a share of the length of the axes.
 _POINT: Final = 0.15

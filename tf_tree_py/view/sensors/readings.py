@@ -2,21 +2,115 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Sensor messages as points in a frame at a stamp.
+Sensor messages as points in a frame at a stamp, and camera images as RGB pixels.
 
-A message is an object of rclpy or of rosbags; both have the same fields.
+A message is an object of rclpy or of rosbags; both have the same fields. Readings are transformed
+to the fixed frame, each point at the stamp at which it was measured. Images are small enough for
+the controls of a page.
 """
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final, NamedTuple
+import io
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.buffer_core import AllQueries
+from tf_tree_py.core import TransformException
+from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
 
-from .images import compressed_image, Pixels, raw_image
+Pixels: TypeAlias = npt.NDArray[np.uint8]
+
+_WIDEST: Final = 320
+_COLOURS: Final = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4}
+# One number for each pixel. A Bayer image appears grey, with its pattern.
+_GREYS: Final = {
+    'mono8': 'u1', '8UC1': 'u1', 'mono16': 'u2', '16UC1': 'u2', '32FC1': 'f4',
+    **{f'bayer_{pattern}8': 'u1' for pattern in ('rggb', 'bggr', 'gbrg', 'grbg')}}
+
+
+def raw_image(message: Any) -> Pixels:
+    """
+    Return the pixels of a sensor_msgs/Image, (H, W, 3).
+
+    Depth images are scaled so that their smallest value is black and their largest is white.
+
+    :raises ValueError: the encoding is not supported, or the message has too few bytes.
+    """
+    encoding, width = message.encoding, int(message.width)
+    read: Callable[[npt.NDArray[np.uint8], int], Pixels]
+    if encoding in _COLOURS:
+        read = _coloured(encoding)
+    elif encoding in _GREYS:
+        read = _grey(('>' if message.is_bigendian else '<') + _GREYS[encoding])
+    else:
+        raise ValueError(f'images with the encoding {encoding!r} are not supported')
+    data = np.frombuffer(bytes(message.data), np.uint8)
+    if len(data) != message.height * message.step:
+        raise ValueError(f'the image has {len(data)} bytes, but {message.height} rows of '
+                         f'{message.step} bytes')
+    rows = data.reshape(message.height, message.step)
+    step = max(-(-width // _WIDEST), 1)
+    return np.ascontiguousarray(read(rows, width)[::step, ::step])
+
+
+def _coloured(encoding: str) -> Callable[[Pixels, int], Pixels]:
+    channels = _COLOURS[encoding]
+
+    def read(rows: Pixels, width: int) -> Pixels:
+        pixels = rows[:, :width * channels].reshape(len(rows), width, channels)[:, :, :3]
+        return pixels[:, :, ::-1] if encoding.startswith('bgr') else pixels
+
+    return read
+
+
+def _grey(kind: str) -> Callable[[Pixels, int], Pixels]:
+    def read(rows: Pixels, width: int) -> Pixels:
+        values = np.ascontiguousarray(rows[:, :width * np.dtype(kind).itemsize]).view(kind)
+        return np.repeat(_stretched(values)[:, :, None], 3, axis=2)
+
+    return read
+
+
+def _stretched(values: npt.NDArray[Any]) -> Pixels:
+    """Return one byte for each value: as it is, or from black to white over the finite ones."""
+    if values.dtype.itemsize == 1:
+        return values
+    finite = values[np.isfinite(values)].astype(float)
+    low, high = (finite.min(), finite.max()) if len(finite) else (0.0, 0.0)
+    scaled = (values.astype(float) - low) * (255.0 / max(high - low, 1e-9))
+    return np.nan_to_num(np.clip(scaled, 0.0, 255.0)).astype(np.uint8)
+
+
+def compressed_image(message: Any) -> Pixels:
+    """
+    Return the pixels of a sensor_msgs/CompressedImage, (H, W, 3).
+
+    :raises ValueError: the image is neither JPEG nor PNG, or it is damaged.
+    """
+    from PIL import Image
+    if 'compressedDepth' in message.format:
+        raise ValueError('compressed depth images are not supported')
+    try:
+        with Image.open(io.BytesIO(bytes(message.data)), formats=('JPEG', 'PNG')) as image:
+            # A JPEG decoder can skip most of the work for a small picture.
+            image.draft('RGB', (_WIDEST, _WIDEST))
+            image.thumbnail((_WIDEST, image.height))
+            return np.asarray(_as_rgb(image))
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise ValueError(f'the compressed image cannot be read: {error}') from error
+
+
+def _as_rgb(image: Any) -> Any:
+    if image.mode.startswith('I') or image.mode == 'F':
+        from PIL import Image
+        return Image.fromarray(_stretched(np.asarray(image))).convert('RGB')
+    return image.convert('RGB')
+
 
 # Larger clouds are thinned. A browser can draw several clouds of this size at 10 Hz.
 MOST_POINTS: Final = 8_000
@@ -172,3 +266,34 @@ _READERS: Final[dict[str, Callable[[Any], Reading | None]]] = {
     'sensor_msgs/Image': partial(_picture, raw_image),
     'sensor_msgs/CompressedImage': partial(_picture, compressed_image),
 }
+
+
+def placed(tree: AllQueries, fixed_frame: str, reading: Reading, at_newest: bool = False
+           ) -> Array | None:
+    """
+    Return the points of a reading in the fixed frame, (N, 3) metres.
+
+    :param at_newest: use the newest transform instead of the one at the stamp. Many programs
+        make this mistake, and a page can show its effect.
+    :return: None: there is no transform. Points without a transform at their own stamp are
+        left out.
+    """
+    frame = reading.frame.removeprefix('/')
+    try:
+        if at_newest or reading.stamps is None:
+            pose = tree.lookup(fixed_frame, frame, LATEST if at_newest else reading.stamp)
+            return np.asarray(pose @ reading.points)
+        return _deskewed(tree, fixed_frame, frame, reading)
+    except TransformException:
+        return None
+
+
+def _deskewed(tree: AllQueries, fixed_frame: str, frame: str, reading: Reading) -> Array:
+    """Return the points that have a transform at their own stamps."""
+    assert reading.stamps is not None
+    # Many points of a cloud share a stamp, and each stamp is looked up once.
+    stamps, places = np.unique(reading.stamps, return_inverse=True)
+    poses, valid = tree.lookup_many(fixed_frame, frame, stamps, outside='mask')
+    poses, measured = poses[places], valid[places]
+    points: Array = so3.rotate_many(poses[:, 3:], reading.points) + poses[:, :3]
+    return points[measured]
