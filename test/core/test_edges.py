@@ -21,9 +21,8 @@ from tf_tree_py.beyond.curves.curve import GivenCurve
 from tf_tree_py.beyond.curves.curve_history import CurveHistory
 from tf_tree_py.core import ExtrapolationException, Pose, TreeFileError
 from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory, StaticHistory
-from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.edges.protocol import HeldTrack, moves
 from tf_tree_py.core.edges.storage import Arrays, Stored
-from tf_tree_py.core.edges.track import HeldTrack
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 from tf_tree_py.core.tree.frozen import frozen, KINDS, thawed

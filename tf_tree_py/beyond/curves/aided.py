@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory
 from tf_tree_py.core.edges.packed import POSE_BYTES, unpack_pair
-from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.edges.protocol import EdgeTrack, History, InterpolatedTrack
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
-from tf_tree_py.core.edges.track import EdgeTrack, InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple

@@ -16,8 +16,8 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.core.edges.protocol import EdgeTrack
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
-from tf_tree_py.core.edges.track import EdgeTrack
 from tf_tree_py.core.errors import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose

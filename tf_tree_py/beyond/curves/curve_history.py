@@ -13,9 +13,8 @@ from typing import Protocol, TypeGuard
 
 import numpy as np
 from tf_tree_py.core.edges.packed import Columns
-from tf_tree_py.core.edges.protocol import History, Stretch
+from tf_tree_py.core.edges.protocol import EdgeTrack, History, Stretch
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
-from tf_tree_py.core.edges.track import EdgeTrack
 from tf_tree_py.core.errors import (
     ExtrapolationException,
     FutureExtrapolationException,

@@ -14,9 +14,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from .packed import PackedSamples, POSE_BYTES, POSE_FLOATS, unpack_pair, unpack_pose
-from .protocol import Stretch
+from .protocol import ConstantTrack, EdgeTrack, HeldTrack, InterpolatedTrack, Stretch
 from .storage import Arrays, Facts, Stored
-from .track import ConstantTrack, EdgeTrack, HeldTrack, InterpolatedTrack
 from ..errors import (
     ExtrapolationException,
     FutureExtrapolationException,

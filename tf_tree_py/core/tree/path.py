@@ -25,8 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..edges.histories import StaticHistory
-from ..edges.protocol import History, moves, MovingHistory
-from ..edges.track import EdgeTrack
+from ..edges.protocol import EdgeTrack, History, moves, MovingHistory
 from ..errors import ExtrapolationException
 from ..geometry import se3, so3
 from ..geometry.se3 import PoseTuple
