@@ -94,7 +94,7 @@ def build(prefix: Path) -> None:
     """
     Build tf2_msgs into an environment that has the wheels of ROS 2 Jazzy.
 
-    It takes about twenty seconds. ``hashes`` checks that the types are those of Jazzy.
+    It takes about twenty seconds. ``installed_hash`` checks that the types are those of Jazzy.
 
     :param prefix: the folder of the environment; its Python is the one that runs.
     :raises CannotBuild: a requirement is missing, or the build failed.

@@ -56,7 +56,7 @@ class TransformDiagnostics:
     transforms. An edge is
 
     - ERROR when all transforms that arrived were refused, or while two publishers send it,
-    - STALE when its next sample is overdue, by the rule of ``core.liveness``,
+    - STALE when its next sample is overdue, by the rule of ``core.stamp``,
     - WARN when some were refused or odd, when stamps differ from the clock by more than
       ``max_delay``, behind or ahead, or while one of its sources, which another replaced, has
       not come back.

@@ -95,7 +95,7 @@ class SplinePieces:
 # The pieces of a spline are cut into parts that rotate by at most this angle, radians. So there
 # are few parts, and on each a polynomial equals the curve apart from rounding.
 _TURN = 0.1
-# As in ``tree.many``.
+# As in ``tree.path``.
 _MOST_NODES = 7
 # With this limit, a piece that rotates by more than a radian or two is evaluated at every stamp.
 _MAX_PARTS = 32

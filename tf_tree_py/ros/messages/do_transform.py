@@ -175,7 +175,7 @@ def do_transform_path(path: Path, transform: TransformStamped) -> Path:
 
 
 def do_transform_laser_scan(scan: LaserScan, transform: TransformStamped) -> PointCloud2:
-    """Return the valid points of a scan as a cloud; see ``laser_scan.as_cloud``."""
+    """Return the valid points of a scan as a cloud; see ``point_cloud.as_cloud``."""
     return do_transform_cloud(point_cloud.as_cloud(scan), transform)
 
 
