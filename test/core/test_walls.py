@@ -147,3 +147,16 @@ except ImportError as error:
     assert result.returncode == 0, result.stderr
     assert 'TransformListener needs ROS 2' in result.stdout
     assert 'is not installed: source a ROS 2 installation' in result.stdout
+
+
+def test_lookups_load_no_scipy():
+    """It takes half a second and 60 MB; what needs it loads it when it is first used."""
+    result = run_without_ros("""
+from tf_tree_py import BufferCore, Pose
+from tf_tree_py.core import Sample
+buffer = BufferCore()
+buffer.insert_many([Sample('a', 'b', stamp, Pose(x=stamp)) for stamp in (1, 2, 3)])
+buffer.lookup('a', 'b', 2), buffer.lookup_many('a', 'b', [1, 2, 3]), buffer.snapshot()
+print('scipy' in sys.modules)
+""")
+    assert (result.stdout, result.stderr) == ('False\n', '')
