@@ -18,11 +18,11 @@ from bags import (
     write_ros1,
     write_ros2,
 )
-from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py.bag import BagError, BagWarning, Covariances, open_bag
-from tf_tree_py.bag.assembly.covariances import read_estimate
+from tf_tree_py.bag.files.message_source import decode, MessageSource
+from tf_tree_py.beyond.uncertainty.insertion import estimate_in
 from tf_tree_py.core import Kind, Pose
 from tf_tree_py.core.messages.byte_cursor import WireError
 
@@ -165,7 +165,7 @@ def test_frames_are_called_as_those_of_the_transforms(tmp_path):
     (localised(NOW + 9 * SECOND), Kind.BAD_COVARIANCE, ('map', 'base'),
      "the pose of 'odom' at that time is not available: .* extrapolation into the future"),
     (localised()._replace(data=localised().data[:-300]), Kind.MALFORMED, ('', ''),
-     '/amcl_pose: truncated at byte'),
+     '/amcl_pose: the message cannot be decoded'),
 ])
 def test_what_cannot_be_used_is_told_once(message, reason, edge, sentence, tmp_path):
     path = write_ros2(tmp_path / 'run', [*RUN, message, message])
@@ -215,32 +215,20 @@ def test_words_that_do_not_fit_together_are_told(words, sentence):
 
 # --- bytes
 
-NAMES = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=9)
-
-
-@given(parent=NAMES, child=NAMES, stamp=st.integers(0, 2**31 * SECOND - 1), ros1=st.booleans())
-def test_bytes_are_what_rosbags_writes(parent, child, stamp, ros1):
-    covariance = np.arange(36.0)
-    message = estimate('', parent, child, stamp, ROBOT, covariance, ros1=ros1)
-    assert (message.type_name == ODOMETRY) == bool(child)
-    found = read_estimate(message.data, bool(child), ros1)
-    assert found[:4] == (parent, child, stamp, ROBOT)
-    np.testing.assert_array_equal(found.covariance, covariance)
-
-
 @pytest.mark.parametrize('ros1', [False, True], ids=['ROS 2', 'ROS 1'])
 def test_a_part_of_a_message_is_none(ros1):
     data = localised(ros1=ros1).data
     assert len(data) > 300
+    source = MessageSource('/amcl_pose', localised().type_name, False, '', ros1)
     for size in range(len(data)):
-        with pytest.raises(WireError):
-            read_estimate(data[:size], False, ros1)
+        with pytest.raises(WireError, match='the message cannot be decoded'):
+            decode(source, data[:size])
 
 
 def test_other_byte_order_is_read():
     message = JAZZY.deserialize_cdr(driven().data, ODOMETRY)
     data = bytes(JAZZY.serialize_cdr(message, ODOMETRY, little_endian=False))
-    found = read_estimate(data, True, False)
+    found = estimate_in(decode(MessageSource('/odom', ODOMETRY, False, '', False), data))
     assert found[:4] == ('odom', 'base', NOW, Pose(x=9.0))
     np.testing.assert_array_equal(found.covariance, SURE.ravel())
     assert found.covariance.dtype.isnative

@@ -5,15 +5,13 @@
 
 from argparse import Namespace
 
-from bags import JAZZY, NOETIC, write_ros2
+from bags import write_ros2
 from patients import FAULTY, HEALTHY
 import pytest
-from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures import sample_rows
-from tf_tree_py.tools.recorded_tree import read_statuses
 from tf_tree_py.tools.tree_source import open_source
 
 
@@ -71,19 +69,11 @@ def test_there_is_a_bag_for_every_code():
     assert list(FAULTY) == list(CODES)
 
 
-@pytest.mark.parametrize('ros1', [False, True])
-def test_diagnostics_of_both_ros_are_read_and_what_breaks_off_is_told(ros1):
-    store, more = (NOETIC, {'seq': 0}) if ros1 else (JAZZY, {})
-    array, status, header, time, pair = (store.types[name] for name in (
-        'diagnostic_msgs/msg/DiagnosticArray', 'diagnostic_msgs/msg/DiagnosticStatus',
-        'std_msgs/msg/Header', 'builtin_interfaces/msg/Time', 'diagnostic_msgs/msg/KeyValue'))
-    message = array(header(**more, stamp=time(1, 2), frame_id='odd'), [
-        status(2, 'first', 'm', 'hw', [pair('key', 'value'), pair('', 'äöü')]),
-        status(0, 'second', '', '', [])])
-    write = store.serialize_ros1 if ros1 else store.serialize_cdr
-    data = bytes(write(message, array.__msgtype__))
-    assert list(read_statuses(data, ros1)) == [
-        ('first', {'key': 'value', '': 'äöü'}), ('second', {})]
-    for size in range(len(data) - 4):
-        with pytest.raises(WireError):
-            list(read_statuses(data[:size], ros1))
+def test_diagnostics_that_break_off_are_passed_over(tmp_path):
+    first, second = (message for message in FAULTY['source_silent']
+                     if message.topic == '/diagnostics')
+    others = [message for message in FAULTY['source_silent'] if message.topic != '/diagnostics']
+    broken = first._replace(data=first.data[:-20])
+    for messages, found in (([broken], False), ([broken, second], True)):
+        findings = worth_reporting(findings_of([*others, *messages], tmp_path / str(found)))
+        assert ('source_silent' in findings) is found

@@ -6,7 +6,6 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 import os
 from pathlib import Path
-import struct
 from typing import Any
 import warnings
 
@@ -14,6 +13,7 @@ import numpy as np
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.messages.byte_cursor import ByteCursor, cursor_of, WireError
 from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.messages.incidents import Statistics
 from tf_tree_py.core.messages.sample import Sample
@@ -22,7 +22,6 @@ from tf_tree_py.core.stamp import (
     FOREVER,
     format_stamp,
     LATEST,
-    NANOSECONDS_PER_SECOND,
     UNLIMITED,
 )
 from tf_tree_py.core.text import listed
@@ -252,9 +251,9 @@ def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str |
                        f'transforms are read; the bag has: {there}')
 
 
-_HEADER, _TIME = 'std_msgs/msg/Header', 'builtin_interfaces/msg/Time'
-# The offset of sec and nanosec: after CDR's encapsulation, or the seq of ROS 1's Header.
-_PLACES = {(False, _HEADER): 4, (False, _TIME): 4, (True, _HEADER): 4, (True, _TIME): 0}
+# How the first field of a message is read, by its type.
+_STAMP_OF = {'std_msgs/msg/Header': ByteCursor.take_stamp,
+             'builtin_interfaces/msg/Time': ByteCursor.take_time}
 
 
 def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
@@ -277,18 +276,16 @@ def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
 
 def _stamp_reader(source: MessageSource, bag: Bag) -> Callable[[bytes], int]:
     first = bag.first_field(source)
-    place = _PLACES.get((source.ros1, first))
+    take = _STAMP_OF.get(first)
     what = f'{bag.path}: a message of {source.topic} ({source.type_name})'
-    if place is None:
+    if take is None:
         raise BagError(f'{what} begins with {first or "an unknown field"}, and not with '
                        'a header')
 
     def read(data: bytes) -> int:
-        form = '<II' if source.ros1 else ('<iI' if data[1:2] == b'\1' else '>iI')
         try:
-            sec, nanosec = struct.unpack_from(form, data, place)
-        except struct.error:
-            raise BagError(f'{what} ends before its stamp') from None
-        return int(sec * NANOSECONDS_PER_SECOND + nanosec)
+            return take(cursor_of(data, source.ros1))
+        except WireError as error:
+            raise BagError(f'{what} has no stamp: {error}') from None
 
     return read

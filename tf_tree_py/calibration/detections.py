@@ -14,6 +14,8 @@ import numpy as np
 from tf_tree_py.bag import Bag, Recording
 from tf_tree_py.bag.files.message_source import decode
 from tf_tree_py.core import TransformException
+from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.stamp import message_stamp
 
 from .chain import Tree
 from .observations import Array, CalibrationError, Observations
@@ -93,10 +95,6 @@ def _observations(found: list[Detection], frame: str, fixed_in: str) -> Observat
         np.array(covariances, dtype=float).reshape(-1, size, size) if given else None)
 
 
-def _stamp(header: Any) -> int:
-    return int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
-
-
 def _numbers(pose: Any) -> tuple[float, ...]:
     p, q = pose.position, pose.orientation
     length = float(np.linalg.norm((q.x, q.y, q.z, q.w)))
@@ -106,28 +104,28 @@ def _numbers(pose: Any) -> tuple[float, ...]:
 
 
 def _pose(message: Any) -> Iterator[Detection]:
-    yield Detection(_stamp(message.header), message.header.frame_id, '', _numbers(message.pose))
+    yield Detection(message_stamp(message), message.header.frame_id, '', _numbers(message.pose))
 
 
 def _uncertain(message: Any, target: str = '') -> Iterator[Detection]:
-    yield Detection(_stamp(message.header), message.header.frame_id, target,
+    yield Detection(message_stamp(message), message.header.frame_id, target,
                     _numbers(message.pose.pose), np.asarray(message.pose.covariance))
 
 
 def _pose_array(message: Any) -> Iterator[Detection]:
     for number, pose in enumerate(message.poses):
         target = '' if len(message.poses) == 1 else f'pose {number}'
-        yield Detection(_stamp(message.header), message.header.frame_id, target, _numbers(pose))
+        yield Detection(message_stamp(message), message.header.frame_id, target, _numbers(pose))
 
 
 def _point(message: Any) -> Iterator[Detection]:
     p = message.point
-    yield Detection(_stamp(message.header), message.header.frame_id, '', (p.x, p.y, p.z))
+    yield Detection(message_stamp(message), message.header.frame_id, '', (p.x, p.y, p.z))
 
 
 def _box(message: Any) -> Iterator[Detection]:
     """Yield an object of vision_msgs, from its best hypothesis or its box."""
-    header = _stamp(message.header), message.header.frame_id
+    header = message_stamp(message), message.header.frame_id
     if not message.results:
         yield Detection(*header, message.id, _numbers(message.bbox.center))
         return
@@ -141,7 +139,7 @@ def _boxes(message: Any) -> Iterator[Detection]:
         # The detections of an array may have empty headers.
         for found in _box(each):
             yield found if found.sensor else found._replace(
-                stamp=_stamp(message.header), sensor=message.header.frame_id)
+                stamp=message_stamp(message), sensor=message.header.frame_id)
 
 
 def _tags(message: Any) -> Iterator[Detection]:
@@ -150,7 +148,7 @@ def _tags(message: Any) -> Iterator[Detection]:
         numbers = np.atleast_1d(np.asarray(tag.id))
         [found] = _uncertain(tag.pose, 'tag ' + '+'.join(map(str, numbers.tolist())))
         yield found if found.sensor else found._replace(
-            stamp=_stamp(message.header), sensor=message.header.frame_id)
+            stamp=message_stamp(message), sensor=message.header.frame_id)
 
 
 _READERS: dict[str, Callable[[Any], Iterator[Detection]]] = {
@@ -228,7 +226,7 @@ def _on_topic(recording: Recording, topic: str) -> list[Detection]:
             source = arrival.source
             try:
                 message = decode(source, arrival.data)
-            except Exception:  # noqa: B902 - rosbags raises many kinds for damaged bytes
+            except WireError:
                 continue
             found += detections_in(source.type_name, message)
         return found

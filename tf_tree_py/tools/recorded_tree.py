@@ -1,52 +1,26 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-A recorded tree: the messages of a bag, in the order of their arrival.
-
-The bytes of a DiagnosticArray are read without ROS. It has a header and a count of statuses. Each
-status has a byte level, the strings name, message and hardware_id, and a count of pairs of
-strings: key and value.
-"""
+"""A recorded tree: the messages of a bag, in the order of their arrival."""
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
-import struct
 
 import numpy as np
-from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, MessageSource, RecordedMessage
+from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, RecordedMessage
+from tf_tree_py.bag.files.message_source import decode
 from tf_tree_py.bag.opening import no_transforms
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.beyond.uncertainty.insertion import take_estimate
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.messages.byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
+from tf_tree_py.core.messages.byte_cursor import cursor_of, WireError
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
-from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
-
-
-def read_statuses(data: bytes, ros1: bool) -> Iterator[tuple[str, dict[str, str]]]:
-    """
-    Yield the name of each status, and its values by their keys.
-
-    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
-    :raises WireError: the bytes are not a DiagnosticArray.
-    """
-    cursor = ros1_cursor(data) if ros1 else cdr_cursor(data)
-    cursor.skip_stamp()
-    _text(cursor)  # frame_id
-    for _ in range(cursor.take_uint32()):
-        cursor.skip(1, alignment=1)  # level
-        name, _message, _hardware = [_text(cursor) for _ in range(3)]
-        yield name, {_text(cursor): _text(cursor) for _ in range(cursor.take_uint32())}
-
-
-def _text(cursor: ByteCursor) -> str:
-    return cursor.take_string()[0]
-
 
 _CLOCK = '/clock'
 # The number of messages between two updates of the progress bar.
@@ -145,11 +119,12 @@ class RecordedTree:
         hearsay = SwitchReports()
         for arrival in self._bag.messages(DIAGNOSTICS_TOPIC):
             try:
-                statuses = list(read_statuses(arrival.data, arrival.source.ros1))
+                statuses = decode(arrival.source, arrival.data).status
             except WireError:
                 continue  # an unreadable diagnostics message is not a fault of the transforms
             for status in statuses:
-                for incident in hearsay.news(*status):
+                values = {pair.key: pair.value for pair in status.values}
+                for incident in hearsay.news(status.name, values):
                     self.buffer.intake.refuse(incident)
 
     def _take(self, arrival: RecordedMessage) -> None:
@@ -193,14 +168,5 @@ def _clock_of(bag: Bag) -> Callable[[int], int]:
 def _ticks(arrivals: Iterator[RecordedMessage]) -> Iterator[tuple[int, int]]:
     """Yield the time of receiving of each message on ``/clock``, and the time in it."""
     for arrival in arrivals:
-        offset, form = _layout_of_clock(arrival.source, arrival.data)
-        if len(arrival.data) >= offset + 8:
-            sec, nanosec = struct.unpack_from(form, arrival.data, offset)
-            yield arrival.received, sec * NANOSECONDS_PER_SECOND + nanosec
-
-
-def _layout_of_clock(source: MessageSource, data: bytes) -> tuple[int, str]:
-    """Return the offset of the time in a message, and its format."""
-    if source.ros1:
-        return 0, '<II'
-    return 4, '<iI' if data[1:2] == b'\1' else '>iI'
+        with suppress(WireError):
+            yield arrival.received, cursor_of(arrival.data, arrival.source.ros1).take_time()

@@ -1,22 +1,21 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Recorded covariances of edges, by the same rules as live ones.
-
-The bytes of Odometry and PoseWithCovarianceStamped are read without ROS. Both begin with a
-header, which child_frame_id follows in an Odometry. Then come 7 doubles of the pose (translation
-x y z, rotation x y z w) and 36 of its covariance. The velocity in an Odometry is not read.
-"""
+"""Recorded covariances of edges, by the same rules as live ones."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TypeAlias
 
 from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
-from tf_tree_py.beyond.uncertainty.insertion import Covariances, EdgeEstimate, not_moved
+from tf_tree_py.beyond.uncertainty.insertion import (
+    Covariances,
+    EdgeEstimate,
+    estimate_in,
+    not_moved,
+)
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.messages.byte_cursor import cdr_cursor, ros1_cursor, WireError
+from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.frame_names import as_published, Rename
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import LATEST
@@ -25,24 +24,7 @@ from tf_tree_py.core.tree.queries import Queries
 from .assembler import Assembler
 from ..errors import BagError
 from ..files.bag_reader import Bag
-from ..files.message_source import MessageSource
-
-
-def read_estimate(data: bytes, names_its_child: bool, ros1: bool) -> EdgeEstimate:
-    """
-    Return the estimate in a message.
-
-    :param names_its_child: whether it is an Odometry.
-    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
-    :raises WireError: the bytes are not such a message.
-    """
-    cursor = ros1_cursor(data) if ros1 else cdr_cursor(data)
-    stamp = cursor.take_stamp()
-    parent, _ = cursor.take_string()
-    child, _ = cursor.take_string() if names_its_child else ('', None)
-    x, y, z, qx, qy, qz, qw = cursor.take_doubles(7).tolist()
-    return EdgeEstimate(parent, child, stamp, (x, y, z, qx, qy, qz, qw), cursor.take_doubles(36))
-
+from ..files.message_source import decode, MessageSource
 
 Heard: TypeAlias = tuple[EdgeEstimate | Incident, Covariances, str]
 
@@ -66,14 +48,14 @@ class CovarianceTopics:
         self.rules = {} if alone else {source.topic: Covariances() for source in bag.everything
                                        if source.has_static_covariances}
         self.rules |= _checked_rules(given)
-        self._names_its_child = {
-            source: _names_its_child(bag, source, rules) for topic, rules in self.rules.items()
-            for source in bag.sources_of(topic)}
+        self._sources = [source for topic in self.rules for source in bag.sources_of(topic)]
+        for source in self._sources:
+            _check_type(bag, source, self.rules[source.topic])
 
     @property
     def sources(self) -> Collection[MessageSource]:
         """Return their sources."""
-        return self._names_its_child
+        return self._sources
 
     def take_into(self, assembly: Assembler, rename_of: Callable[[MessageSource], Rename],
                   wanted: Rename, start: int | None, stop: int | None,
@@ -119,11 +101,11 @@ class CovarianceTopics:
     def _reader(self, source: MessageSource, rules: Covariances, names: Rename,
                 tree: Queries) -> Callable[[bytes], EdgeEstimate | Incident]:
         """Return a function that reads a source's messages to estimates or incidents."""
-        names_its_child, authority = self._names_its_child[source], source.authority
+        authority = source.authority
 
         def read(data: bytes) -> EdgeEstimate | Incident:
             try:
-                said = read_estimate(data, names_its_child, source.ros1)
+                said = estimate_in(decode(source, data))
             except WireError as error:
                 return Incident(Kind.MALFORMED, '', '', LATEST, authority,
                                 f'{source.topic}: {error}')
@@ -157,9 +139,9 @@ def _checked_rules(given: Mapping[str, Covariances] | None) -> Mapping[str, Cova
                    f'not {given!r:.80}')
 
 
-def _names_its_child(bag: Bag, source: MessageSource, rules: Covariances) -> bool:
+def _check_type(bag: Bag, source: MessageSource, rules: Covariances) -> None:
     try:
-        return rules.check_type(source.type_name)
+        rules.check_type(source.type_name)
     except ValueError as error:
         raise BagError(f'{bag.path}: covariances of {source.topic}: {error}') from None
 

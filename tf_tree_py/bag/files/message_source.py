@@ -14,6 +14,7 @@ import os
 from typing import Any, NamedTuple, Protocol, TYPE_CHECKING
 
 from tf_tree_py.beyond.uncertainty.insertion import STATIC_COVARIANCE_TOPIC
+from tf_tree_py.core.messages.byte_cursor import WireError
 
 if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition
@@ -158,12 +159,15 @@ def decode(source: MessageSource, data: bytes) -> Any:
     """
     Return a message as an object with its fields.
 
-    :raises Exception: rosbags raises many kinds for unknown types and damaged bytes.
+    :raises WireError: the type is unknown, or the bytes are damaged.
     """
     package, *_, name = source.type_name.split('/')
     store = _types(source.ros1)
-    return (store.deserialize_ros1 if source.ros1 else store.deserialize_cdr)(
-        data, f'{package}/msg/{name}')
+    read = store.deserialize_ros1 if source.ros1 else store.deserialize_cdr
+    try:
+        return read(data, f'{package}/msg/{name}')
+    except Exception as error:  # noqa: B902 - rosbags raises many kinds
+        raise WireError(f'the message cannot be decoded: {error}') from error
 
 
 @cache

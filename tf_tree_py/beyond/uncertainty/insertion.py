@@ -9,7 +9,7 @@ topics.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.sample import admitted, checked, Sample
+from tf_tree_py.core.stamp import message_stamp
 from tf_tree_py.core.times import Stamp
 
 from .covariance_history import set_covariance
@@ -46,7 +47,7 @@ class EdgeEstimate(NamedTuple):
 
     :ivar child: '' if the message does not name it.
     :ivar pose: ``parent_T_child``.
-    :ivar covariance: (6, 6), see ``geometry.covariances``; (36,) as in the message before it
+    :ivar covariance: (6, 6), see ``covariances``; (36,) as in the message before it
         has been checked.
     """
 
@@ -62,6 +63,15 @@ class EdgeEstimate(NamedTuple):
         lever = np.subtract(pose[:3], self.pose[:3])
         return EdgeEstimate(self.parent, other, self.stamp, pose,
                             carried(np.eye(3), lever, self.covariance))
+
+
+def estimate_in(message: Any) -> EdgeEstimate:
+    """Return the estimate in an Odometry or a PoseWithCovarianceStamped, of rclpy or rosbags."""
+    t, q = message.pose.pose.position, message.pose.pose.orientation
+    return EdgeEstimate(
+        message.header.frame_id, getattr(message, 'child_frame_id', ''),
+        message_stamp(message), (t.x, t.y, t.z, q.x, q.y, q.z, q.w),
+        message.pose.covariance)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,25 @@ class WireError(ValueError):
     """The bytes are not a complete message of the type."""
 
 
+def cursor_of(data: bytes, ros1: bool) -> 'ByteCursor':
+    """
+    Return a cursor at the beginning of a message.
+
+    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
+    :raises WireError: the bytes do not begin with the encapsulation of CDR.
+    """
+    return ros1_cursor(data) if ros1 else cdr_cursor(data)
+
+
+def header_stamp(data: bytes, ros1: bool) -> int:
+    """
+    Return the stamp of a message that begins with a header, nanoseconds.
+
+    :raises WireError: the bytes end before that, or do not begin with the encapsulation of CDR.
+    """
+    return cursor_of(data, ros1).take_stamp()
+
+
 def cdr_cursor(data: bytes) -> 'ByteCursor':
     """
     Return a cursor at the beginning of a message of ROS 2.
@@ -68,12 +87,19 @@ class ByteCursor:
         return begin
 
     def skip_stamp(self) -> int:
-        """Skip a stamp, and return its position."""
+        """Skip the stamp of a header, and return its position."""
         return self.skip(8, alignment=4)
 
     def take_stamp(self) -> int:
-        """Read a stamp, in nanoseconds."""
-        sec, nanosec = struct.unpack_from(self.order + self.stamp, self.data, self.skip_stamp())
+        """Read the stamp of a header, in nanoseconds."""
+        return self._time_at(self.skip_stamp())
+
+    def take_time(self) -> int:
+        """Read a time that is not in a header, in nanoseconds."""
+        return self._time_at(self.skip(8, alignment=4))
+
+    def _time_at(self, position: int) -> int:
+        sec, nanosec = struct.unpack_from(self.order + self.stamp, self.data, position)
         return int(sec * NANOSECONDS_PER_SECOND + nanosec)
 
     def take_doubles(self, count: int) -> Array:
@@ -86,6 +112,10 @@ class ByteCursor:
         begin = self.skip(4, alignment=4)
         (number,) = struct.unpack_from(self.order + 'I', self.data, begin)
         return int(number)
+
+    def take_text(self) -> str:
+        """Read a string."""
+        return self.take_string()[0]
 
     def take_string(self) -> tuple[str, slice]:
         """Read a string; return it, and the slice of its bytes including the length field."""

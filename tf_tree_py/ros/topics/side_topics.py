@@ -23,6 +23,7 @@ from tf_tree_py.beyond.uncertainty.insertion import (
     Covariances,
     Edge,
     EdgeEstimate,
+    estimate_in,
     not_moved,
     STATIC_COVARIANCE_TOPIC,
     take_estimate,
@@ -143,7 +144,7 @@ class _Source:
 
     def take(self, message: Any) -> None:
         """Store a message of the topic."""
-        estimate = self._rules.judged(_as_estimate(message), self.authority)
+        estimate = self._rules.judged(estimate_in(message), self.authority)
         if isinstance(estimate, Incident):
             self._buffer.feeds.refuse(estimate)
             return
@@ -169,14 +170,6 @@ class _Source:
         self._buffer.wait_for_transform_async(
             estimate.child, carrier, time_message(estimate.stamp),
             _PATIENCE).add_done_callback(store)
-
-
-def _as_estimate(message: Any) -> EdgeEstimate:
-    """Return the estimate in an Odometry or a PoseWithCovarianceStamped."""
-    t, q = message.pose.pose.position, message.pose.pose.orientation
-    return EdgeEstimate(message.header.frame_id, getattr(message, 'child_frame_id', ''),
-                        as_nanoseconds(message.header.stamp), (t.x, t.y, t.z, q.x, q.y, q.z, q.w),
-                        message.pose.covariance)
 
 
 # A second of a fast gyroscope: on a busy machine the thread may be delayed that long.

@@ -20,7 +20,7 @@ from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import TransformException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import LATEST
+from tf_tree_py.core.stamp import LATEST, message_stamp
 from tf_tree_py.core.times import Stamps
 
 Pixels: TypeAlias = npt.NDArray[np.uint8]
@@ -114,7 +114,6 @@ def _as_rgb(image: Any) -> Any:
 
 # Larger clouds are thinned. A browser can draw several clouds of this size at 10 Hz.
 MOST_POINTS: Final = 8_000
-_SECOND: Final = 1_000_000_000
 _NUMBERS: Final = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
 
 
@@ -141,12 +140,6 @@ class Reading(NamedTuple):
     problem: str = ''
 
 
-def stamp_of(message: Any) -> int:
-    """Return the stamp in the header of a message, nanoseconds."""
-    stamp = message.header.stamp
-    return int(stamp.sec) * _SECOND + int(stamp.nanosec)
-
-
 def reading_of(type_name: str, message: Any) -> Reading | None:
     """
     Return the content of a message; None if messages of this type cannot be shown.
@@ -159,7 +152,7 @@ def reading_of(type_name: str, message: Any) -> Reading | None:
     try:
         return read(message)
     except (ValueError, KeyError, OverflowError) as error:
-        return Reading(message.header.frame_id, stamp_of(message), np.empty((0, 3)),
+        return Reading(message.header.frame_id, message_stamp(message), np.empty((0, 3)),
                        problem=str(error))
 
 
@@ -180,7 +173,7 @@ def _scan(message: Any) -> Reading:
     angles = message.angle_min + numbers * message.angle_increment
     points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles),
                        np.zeros(len(ranges))], axis=1)[valid]
-    stamp = stamp_of(message)
+    stamp = message_stamp(message)
     times = None
     if message.time_increment:
         times = stamp + np.round(numbers[valid] * message.time_increment * 1e9).astype(np.int64)
@@ -201,7 +194,7 @@ def _cloud(message: Any) -> Reading:
     data = data[::max(-(-count // MOST_POINTS), 1)]
     points = np.stack([data[axis].astype(float) for axis in 'xyz'], axis=1)
     valid = np.isfinite(points).all(axis=1)
-    stamp = stamp_of(message)
+    stamp = message_stamp(message)
     times = _point_times(data, stamp)
     return Reading(message.header.frame_id, stamp, points[valid],
                    None if times is None else times[valid])
@@ -227,22 +220,22 @@ def _point_times(data: npt.NDArray[Any], stamp: int) -> Stamps | None:
 
 
 def _pose_array(message: Any) -> Reading:
-    return Reading(message.header.frame_id, stamp_of(message),
+    return Reading(message.header.frame_id, message_stamp(message),
                    _positions(message.poses, lambda pose: pose.position))
 
 
 def _path(message: Any) -> Reading:
-    return Reading(message.header.frame_id, stamp_of(message),
+    return Reading(message.header.frame_id, message_stamp(message),
                    _positions(message.poses, lambda pose: pose.pose.position), is_line=True)
 
 
 def _odometry(message: Any) -> Reading:
-    return Reading(message.header.frame_id, stamp_of(message),
+    return Reading(message.header.frame_id, message_stamp(message),
                    _positions([message], lambda each: each.pose.pose.position), is_line=True)
 
 
 def _detections(message: Any) -> Reading:
-    return Reading(message.header.frame_id, stamp_of(message), _positions(
+    return Reading(message.header.frame_id, message_stamp(message), _positions(
         message.detections, lambda detection: detection.bbox.center.position))
 
 
@@ -252,7 +245,7 @@ def _positions(items: Any, position_of: Callable[[Any], Any]) -> Array:
 
 
 def _picture(pixels_of: Callable[[Any], Pixels], message: Any) -> Reading:
-    return Reading(message.header.frame_id, stamp_of(message), np.empty((0, 3)),
+    return Reading(message.header.frame_id, message_stamp(message), np.empty((0, 3)),
                    image=pixels_of(message))
 
 

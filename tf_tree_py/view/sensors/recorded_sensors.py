@@ -6,13 +6,13 @@
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-import struct
 import threading
 from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.bag import Bag, MessageSource
 from tf_tree_py.bag.files.message_source import decode
+from tf_tree_py.core.messages.byte_cursor import header_stamp, WireError
 from tf_tree_py.core.times import Stamps
 
 from .readings import is_known, Reading, reading_of
@@ -95,7 +95,7 @@ def _text_of(source: MessageSource, data: bytes) -> str:
     """Return the text of a std_msgs/String; empty if the bytes are damaged."""
     try:
         return str(decode(source, data).data)
-    except Exception:  # noqa: B902 - rosbags raises many kinds for damaged bytes
+    except WireError:
         return ''
 
 
@@ -121,20 +121,17 @@ def _read(path: Path, topic: str) -> _Topic:
 
 def _stamp_of(source: MessageSource, data: bytes) -> int | None:
     """Return the stamp of the header at the beginning of a message; None if there is none."""
-    # In ROS 1 a sequence number comes first, in CDR four bytes that give the byte order.
-    layout = '<II' if source.ros1 else '<iI' if data[1:2] == b'\x01' else '>iI'
     try:
-        seconds, rest = struct.unpack_from(layout, data, 4)
-    except struct.error:
+        return header_stamp(data, source.ros1)
+    except WireError:
         return None
-    return int(seconds) * 1_000_000_000 + int(rest)
 
 
 @lru_cache(maxsize=512)
 def _decoded(source: MessageSource, data: bytes) -> Reading | None:
     try:
         message = decode(source, data)
-    except Exception as error:  # noqa: B902 - rosbags raises many kinds for damaged bytes
+    except WireError as error:
         return Reading('', _stamp_of(source, data) or 0, np.empty((0, 3)),
-                       problem=f'the message cannot be decoded: {error}')
+                       problem=str(error))
     return reading_of(source.type_name, message)
