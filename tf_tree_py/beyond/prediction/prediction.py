@@ -173,10 +173,12 @@ class PredictionQueries(UncertainQueries):
         The other errors are those of ``lookup``.
         """
         stamp, horizon = self._stamp_of(stamp), checked_horizon(horizon)
-        if self.observers.hear_lookups():
-            return self.observers.watch(
-                [asked(target_frame, source_frame, stamp)],
-                self.predict, target_frame, source_frame, stamp, horizon)
+        return self.observers.watch(
+            [asked(target_frame, source_frame, stamp)],
+            self._predict, target_frame, source_frame, stamp, horizon)
+
+    def _predict(self, target_frame: str, source_frame: str, stamp: int,
+                 horizon: int) -> Prediction:
         with Naming(target_frame, source_frame):
             with self._lock:
                 ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon)

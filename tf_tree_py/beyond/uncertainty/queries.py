@@ -11,8 +11,9 @@ from tf_tree_py.core.geometry.many_poses import Poses
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.messages.observers import newest_of
 from tf_tree_py.core.stamp import LATEST
-from tf_tree_py.core.times import Stamp, StampsLike
+from tf_tree_py.core.times import Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.queries import Queries
 
 from .covariance_history import EdgeCovariances
@@ -104,11 +105,12 @@ class UncertainQueries(Queries):
         It raises the errors of ``lookup_many``.
         """
         times = self._stamps_of(stamps)
-        if len(times) and self.observers.hear_lookups():
-            return self.observers.watch(
-                [(target_frame, source_frame, int(times.max()))], lambda: (
-                    self.lookup_uncertain_many(target_frame, source_frame, times,
-                                               independent=independent)))
+        return self.observers.watch(
+            newest_of(target_frame, source_frame, times),
+            self._lookup_uncertain_many, target_frame, source_frame, times, independent)
+
+    def _lookup_uncertain_many(self, target_frame: str, source_frame: str, times: Stamps,
+                               independent: bool) -> tuple[Poses, Array]:
         still = self.snapshot()
         poses = still.lookup_many(target_frame, source_frame, times)
         return poses, covariances_at(

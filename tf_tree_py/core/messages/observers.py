@@ -19,6 +19,7 @@ from .sample import Batch
 from .. import fork_locks
 from ..errors import TransformException
 from ..stamp import LATEST
+from ..times import Stamps
 
 
 class ReceivedMessage(NamedTuple):
@@ -159,13 +160,13 @@ class Observers:
         for observer in self.of_incidents:
             observer.saw_incidents(incidents)
 
-    def hear_lookups(self) -> bool:
+    def watches_lookups(self) -> bool:
         """Return whether to report a lookup: there are observers, and it is the outermost."""
         return bool(self.of_lookups) and not getattr(self._inside, 'is_observed', False)
 
     def begin(self, *lookups: Asked) -> End:
         """Report lookups that begin; return the function to call when they have ended."""
-        if not self.hear_lookups():
+        if not self.watches_lookups():
             return _nothing
         ends = [observer.asked(*lookup) for lookup in lookups for observer in self.of_lookups]
 
@@ -179,7 +180,9 @@ class Observers:
 
     def watch(self, lookups: Sequence[Asked], query: Callable[..., Answer],
               *arguments: Any) -> Answer:
-        """Run a query, report it as these lookups, and return its answer."""
+        """Run a query, and return its answer; if it is the outermost, report it as lookups."""
+        if not self.watches_lookups():
+            return query(*arguments)
         end = self.begin(*lookups)
         try:
             with self.quiet():
@@ -206,6 +209,11 @@ def asked(target: str, source: str, stamp: int) -> Asked:
     return target, source, None if stamp == LATEST else stamp
 
 
+def newest_of(target: str, source: str, stamps: Stamps) -> list[Asked]:
+    """Return the newest of lookups at many stamps; none, if there are no stamps."""
+    return [(target, source, int(stamps.max()))] if len(stamps) else []
+
+
 def halves(target: str, target_stamp: int, source: str, source_stamp: int,
            fixed: str) -> list[Asked]:
     """Return the two halves of a lookup between two times."""
@@ -216,5 +224,5 @@ def _nothing(_: TransformException | None) -> None:
     """Do nothing at the end of a lookup that was not reported."""
 
 
-NOBODY = Observers()
+NO_OBSERVERS = Observers()
 """The empty list of observers of a tree that has none."""

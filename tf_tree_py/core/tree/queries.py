@@ -25,7 +25,7 @@ from ..geometry import se3
 from ..geometry.many_poses import Poses
 from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
-from ..messages.observers import asked, halves, NOBODY, Observers
+from ..messages.observers import asked, halves, newest_of, NO_OBSERVERS, Observers
 from ..stamp import LATEST
 from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike, without_mask
 
@@ -63,7 +63,7 @@ class Queries:
         self._tree = tree
 
     # A snapshot has no observers.
-    observers: Observers = NOBODY
+    observers: Observers = NO_OBSERVERS
     """The observers of lookups; see ``Observer``."""
 
     # Converts callers' stamps to integers; ``ros`` also accepts ROS times.
@@ -97,7 +97,7 @@ class Queries:
         """Return the stamp, with ``LATEST`` resolved, and the pose; see ``lookup``."""
         if type(stamp) is not int:
             stamp = self._stamp_of(stamp)
-        if self.observers.of_lookups and self.observers.hear_lookups():
+        if self.observers.of_lookups and self.observers.watches_lookups():
             return self.observers.watch(
                 [asked(target_frame, source_frame, stamp)],
                 self.lookup_stamped, target_frame, source_frame, stamp)
@@ -119,9 +119,10 @@ class Queries:
         Otherwise this is the same as ``lookup``.
         """
         stamp = self._stamp_of(stamp)
-        if self.observers.hear_lookups():
-            return self.observers.watch([(target_frame, source_frame, stamp)],
-                                        self.lookup_at, target_frame, source_frame, stamp)
+        return self.observers.watch([(target_frame, source_frame, stamp)],
+                                    self._lookup_at, target_frame, source_frame, stamp)
+
+    def _lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> Pose:
         with self._lock, Naming(target_frame, source_frame):
             if target_frame == source_frame:
                 return Pose._make(se3.IDENTITY)
@@ -142,18 +143,19 @@ class Queries:
     def lookup_full_stamped(self, target_frame: str, target_stamp: Stamp, source_frame: str,
                             source_stamp: Stamp, fixed_frame: str) -> tuple[int, PoseTuple]:
         """Return ``target_stamp``, with ``LATEST`` resolved, and the pose; see ``lookup_full``."""
-        if self.observers.hear_lookups():
-            return self.observers.watch(
-                halves(target_frame, self._stamp_of(target_stamp), source_frame,
-                       self._stamp_of(source_stamp), fixed_frame),
-                self.lookup_full_stamped, target_frame, target_stamp, source_frame,
-                source_stamp, fixed_frame)
+        target_stamp, source_stamp = self._stamp_of(target_stamp), self._stamp_of(source_stamp)
+        return self.observers.watch(
+            halves(target_frame, target_stamp, source_frame, source_stamp, fixed_frame),
+            self._lookup_full, target_frame, target_stamp, source_frame, source_stamp, fixed_frame)
+
+    def _lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
+                     source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
         with self._lock, Naming(target_frame, source_frame):
             self._tree.ways.check_frame('target_frame', target_frame)
             self._tree.ways.check_frame('source_frame', source_frame)
             self._tree.ways.check_frame('fixed_frame', fixed_frame)
-            both = [(fixed_frame, source_frame, self._stamp_of(source_stamp)),
-                    (target_frame, fixed_frame, self._stamp_of(target_stamp))]
+            both = [(fixed_frame, source_frame, source_stamp),
+                    (target_frame, fixed_frame, target_stamp)]
             (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(both)
         return stamp, se3.compose(target_T_fixed, fixed_T_source)
 
@@ -272,11 +274,9 @@ class Queries:
         array = self._stamps_of(stamps)
         if outside not in ('raise', 'mask'):
             raise InvalidArgumentException(f"outside must be 'raise' or 'mask', not {outside!r}")
-        if len(array) and self.observers.hear_lookups():
-            return self.observers.watch(
-                [(target_frame, source_frame, int(array.max()))],
-                self._lookup_many, target_frame, source_frame, array, given, outside)
-        return self._lookup_many(target_frame, source_frame, array, given, outside)
+        return self.observers.watch(
+            newest_of(target_frame, source_frame, array),
+            self._lookup_many, target_frame, source_frame, array, given, outside)
 
     def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
                      given: npt.NDArray[np.bool_] | None, outside: str) -> Any:

@@ -224,9 +224,7 @@ class Buffer(CoreApi, BufferInterface):
         duration = as_nanoseconds(timeout)
         if duration <= 0:
             return query()
-        if self.observers.hear_lookups():
-            return self.observers.watch(lookups, self._wait, duration, query)
-        return self._wait(duration, query)
+        return self.observers.watch(lookups, self._wait, duration, query)
 
     def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
         try:
