@@ -146,7 +146,7 @@ def soak(count: int, minutes: float, rate_hz: float) -> bool:
                       f'{time.monotonic() - begin:.0f} s; inserting alone: {100 * idle:.1f} % '
                       'of a core', flush=True)
                 looks = watch(pages, 60.0 * minutes, idle)
-            serving.wait_until_nobody_looks()
+            serving.wait_until_closed()
             share, _ = busy(lambda: time.sleep(_IDLE_S))
             print(f'all pages closed: server {100.0 * (share - idle):.1f} % of a core, '
                   f'{use_of(os.getpid()).memory / _MB:.0f} MB')

@@ -83,9 +83,9 @@ def aided_by_a_gyroscope():
 def blending(history):
     """Return a history with an increasing correction of its samples, from 20 to 45."""
     correction = Correction()
-    correction.go_over(Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0), 20, pose_number(2),
-                       pose_number(2), (1.0, 0.0, 0.0), BlendLimits(25, math.inf, math.inf, 0.0),
-                       BEGINNING)
+    correction.begin_blend(
+        Pose.from_xyz_rpy(x=3.0, y=-1.0, yaw=2.0), 20, pose_number(2), pose_number(2),
+        (1.0, 0.0, 0.0), BlendLimits(25, math.inf, math.inf, 0.0), BEGINNING)
     return with_corrections(history, {'parent': correction})
 
 
@@ -298,7 +298,7 @@ def test_sample_with_which_an_edge_goes_on_moves_no_parent(begin, stamps, parent
     history = history_of(begin, stamps, parents)
     pose = history.sample(history.latest_stamp)
     parent = history.parent
-    if history.goes_on(parent, stamp, pose):
+    if history.continues(parent, stamp, pose):
         before = [history.parent_at(at) for at in range(history.latest_stamp + 1)]
         history.insert(stamp, parent, pose)
         after = [history.parent_at(at) for at in range(len(before))]

@@ -123,12 +123,12 @@ class Gathering(RuleBasedStateMachine):
         self.doctors[0].findings()
 
     @rule()
-    def take_lately(self):
-        one, other = (doctor.take_lately() for doctor in self.doctors)
+    def take_recent(self):
+        one, other = (doctor.take_recent() for doctor in self.doctors)
         assert one.keys() == other.keys()
-        for edge, lately in one.items():
+        for edge, recent in one.items():
             mean = pytest.approx(other[edge].mean_delay, rel=1e-12)
-            assert asdict(lately) == {**asdict(other[edge]), 'mean_delay': mean}
+            assert asdict(recent) == {**asdict(other[edge]), 'mean_delay': mean}
 
     @invariant()
     def every_arrival_is_counted(self):

@@ -218,7 +218,7 @@ def test_paths_between_all_frames_are_not_kept_for_ever():
     for target in names:
         for source in names:
             buffer.lookup(target, source, LATEST)
-    assert len(buffer._tree.ways._paths) <= 20_000
+    assert len(buffer._tree.paths._paths) <= 20_000
 
 
 def test_audit_of_strangers_lookups_is_short():

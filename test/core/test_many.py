@@ -81,7 +81,7 @@ def test_many_stamps_are_answered_as_one_by_one(robot, target, source, count):
 
 def test_both_ways_to_many_poses_agree(robot):
     stamps = np.random.default_rng(0).integers(10.1 * SECOND, 12.9 * SECOND, 30_000)
-    track = robot._tree.ways.newest_path('map', 'tool').track(stamps.min(), stamps.max())
+    track = robot._tree.paths.newest_path('map', 'tool').track(stamps.min(), stamps.max())
     knots = np.unique(np.concatenate([edge.knots for edge in track._moving]))
     knots = knots[(knots >= stamps.min()) & (knots <= stamps.max())]
     knots = np.unique([stamps.min(), *knots, stamps.max()])
@@ -96,7 +96,7 @@ def test_fast_rotation_is_left_to_the_direct_way():
         pose = Pose.from_rotation_vector((0.0, 0.0, 2.0 * step))
         buffer.insert('map', 'fan', SECOND + step * SECOND // 10, pose)
     stamps = np.random.default_rng(0).integers(SECOND, int(2.9 * SECOND), 20_000)
-    track = buffer._tree.ways.newest_path('map', 'fan').track(stamps.min(), stamps.max())
+    track = buffer._tree.paths.newest_path('map', 'fan').track(stamps.min(), stamps.max())
     assert track._nodes_needed(track._moving[0].knots) == 0
     assert_same_poses(buffer.lookup_many('map', 'fan', stamps)[:300],
                       one_by_one(buffer, 'map', 'fan', stamps[:300]))

@@ -146,7 +146,7 @@ def test_every_answer_is_that_of_the_samples(arrivals, unit):
         expected = [oracle.lookup(target, source, stamp) for stamp in stamps]
         fresh, kept = [], []
         for stamp in stamps:
-            frozen._tree.ways._paths.clear()
+            frozen._tree.paths._paths.clear()
             fresh.append(answer(frozen.lookup_at, target, source, stamp))
             kept.append(answer(buffer.lookup_at, target, source, stamp))
         assert_same_answers(fresh, expected)

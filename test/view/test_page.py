@@ -408,7 +408,7 @@ def test_pages_are_independent_and_a_closed_one_costs_nothing(window):
         second.wait_for_axes(stand_as(robot, LAST))
         for page in (first, second):
             page.page.close()
-        serving.wait_until_nobody_looks()
+        serving.wait_until_closed()
         looked = robot.looked
         feed(robot, LAST, LAST + SECOND)
         assert robot.looked == looked

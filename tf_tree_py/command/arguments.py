@@ -32,7 +32,7 @@ class CommandLine(NamedTuple):
     ros: list[str]
 
 
-def taken_apart(argv: Sequence[str]) -> CommandLine:
+def split_arguments(argv: Sequence[str]) -> CommandLine:
     """
     Return the arguments of a program and those of ROS, as rclpy distinguishes them.
 
@@ -75,7 +75,7 @@ class Parser(argparse.ArgumentParser):
 
         :param argv: without the program's name.
         """
-        own, ros = taken_apart(argv)
+        own, ros = split_arguments(argv)
         arguments = self.parse_args(own)
         arguments.ros_arguments = ros
         return arguments
@@ -86,7 +86,7 @@ class Parser(argparse.ArgumentParser):
 
         :param argv: the whole command line; None: that of this process.
         """
-        return taken_apart((sys.argv if argv is None else argv)[1:]).own
+        return split_arguments((sys.argv if argv is None else argv)[1:]).own
 
     def add_json(self) -> None:
         """Add the option ``--json``."""
@@ -108,8 +108,8 @@ def add_number(where: Any, name: str, default: float | None, text: str) -> None:
 
     :param where: a parser, or a group of one.
     """
-    told = text if default is None else f'{text} (default {default:g})'
-    where.add_argument(name, type=positive_number, default=default, metavar='X', help=told)
+    explained = text if default is None else f'{text} (default {default:g})'
+    where.add_argument(name, type=positive_number, default=default, metavar='X', help=explained)
 
 
 def number(text: str) -> float:

@@ -18,7 +18,7 @@ from .checks.catalogue import CHECKS, CODES
 from .checks.check import Check
 from .checks.finding import Finding
 from .measures.edge_record import Edge, EdgeRecord, is_stale, Parents, Symptoms, symptoms_of
-from .measures.sample_rows import Lately, MessageColumn, MessageColumns
+from .measures.sample_rows import MessageColumn, MessageColumns, RecentSamples
 from .measures.thresholds import Thresholds
 
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing is added.
@@ -57,7 +57,7 @@ class Doctor(Observer):
         self._edges: dict[Edge, EdgeRecord] = {}
         self._parents: dict[str, Parents] = {}
         self._troubles: dict[tuple[Kind, str, str], Trouble] = {}
-        self._lately: dict[Edge, Lately] = {}
+        self._recent: dict[Edge, RecentSamples] = {}
         self._slashed: set[str] = set()
         self._transforms = self._first = self._last = 0
         # The last case that was examined.
@@ -88,7 +88,7 @@ class Doctor(Observer):
                         continue
                     trouble = self._troubles[key] = Trouble(detail=incident.detail)
                 trouble.count += 1
-                self._lately.setdefault(edge, Lately()).incidents[incident.kind] += 1
+                self._recent.setdefault(edge, RecentSamples()).incidents[incident.kind] += 1
                 if len(trouble.authorities) < len(Kind):
                     trouble.authorities.setdefault(incident.authority)
 
@@ -104,7 +104,7 @@ class Doctor(Observer):
                 edge = self._edges[column.edge] = EdgeRecord(*column.edge)
             edge.add(column, self.limits)
             if not column.static:
-                self._lately.setdefault(column.edge, Lately()).add(column.rows)
+                self._recent.setdefault(column.edge, RecentSamples()).add(column.rows)
             of_child.setdefault(edge.child, []).append(column)
         for child, columns in of_child.items():
             self._parents.setdefault(child, Parents()).add(columns)
@@ -121,11 +121,11 @@ class Doctor(Observer):
         """Return the time from the first message to the last, nanoseconds."""
         return self._last - self._first
 
-    def take_lately(self) -> dict[Edge, Lately]:
+    def take_recent(self) -> dict[Edge, RecentSamples]:
         """Return the data since the last call, by (parent, child); for one caller only."""
         with self._lock:
             self._digest()
-            taken, self._lately = self._lately, {}
+            taken, self._recent = self._recent, {}
         return taken
 
     def signs(self, now: int = 0) -> list[Symptoms]:

@@ -24,7 +24,7 @@ from tf_tree_py.health.checks.case import are_robots, pieces_of
 from tf_tree_py.health.checks.structure import late_joiner, qos_mismatch, two_parents
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.edge_record import Edge, Symptoms
-from tf_tree_py.health.measures.sample_rows import Lately
+from tf_tree_py.health.measures.sample_rows import RecentSamples
 from tf_tree_py.reports.switch_status import as_values, DIAGNOSTICS_TOPIC
 
 from .buffer.buffer import Buffer
@@ -118,18 +118,19 @@ class TransformDiagnostics:
         """Return the present health, and counts since the last report."""
         now = self._buffer.now()
         self._doctor.endpoints = endpoints_of(self._node, self._topics)
-        lately = self._doctor.take_lately()
+        recent = self._doctor.take_recent()
         signs = {(one.parent, one.child): one for one in self._doctor.signs(now)}
         infos = {(info.parent, info.child): info for info in self._buffer.edges()}
-        self._note_contested(lately)
+        self._note_contested(recent)
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         broken = [*self._pieces(infos, now), *self._unheard(now), *self._going_on_fights(now)]
         message.status = [self._of_buffer(broken), *(
-            self._status(edge, self._of_edge(info, signs.get(edge), lately.get(edge, Lately())))
+            self._status(edge, self._of_edge(
+                info, signs.get(edge), recent.get(edge, RecentSamples())))
             for edge, info in infos.items())]
         message.status += [
-            self._status(edge, _of_absent(arrivals)) for edge, arrivals in lately.items()
+            self._status(edge, _of_absent(arrivals)) for edge, arrivals in recent.items()
             if edge not in infos and all(edge) and arrivals.incidents]
         return message
 
@@ -150,12 +151,12 @@ class TransformDiagnostics:
             hardware_id=self._node.get_fully_qualified_name(),
             values=[KeyValue(key=key, value=value) for key, value in health.values.items()])
 
-    def _note_contested(self, lately: Mapping[Edge, Lately]) -> None:
+    def _note_contested(self, recent: Mapping[Edge, RecentSamples]) -> None:
         """Update which edges two publishers send; such an edge stays until a publisher leaves."""
         senders = Counter(one.node for one in self._doctor.endpoints if one.publishes)
         self._contested = {edge: then for edge, then in self._contested.items()
                            if then <= senders}
-        for edge, arrivals in lately.items():
+        for edge, arrivals in recent.items():
             if arrivals.incidents[Kind.TWO_PUBLISHERS]:
                 self._contested[edge] = senders
 
@@ -197,7 +198,8 @@ class TransformDiagnostics:
              **{f'{_verb(kind)}, in all: {kind.value}': str(count)
                 for kind, count in now.incidents.items() if count}}))
 
-    def _of_edge(self, info: EdgeInfo, sign: Symptoms | None, arrivals: Lately) -> '_Health':
+    def _of_edge(self, info: EdgeInfo, sign: Symptoms | None,
+                 arrivals: RecentSamples) -> '_Health':
         sources = self._buffer.sources_of(info.child)
         values = _values_of_edge(info, sources, arrivals)
         if info.static:
@@ -217,7 +219,7 @@ class TransformDiagnostics:
         return _Health(level, '; '.join([
             f'{values["Rate (Hz)"]} Hz, from {info.authority}', *wrong]), values)
 
-    def _wrong(self, arrivals: Lately) -> list[str]:
+    def _wrong(self, arrivals: RecentSamples) -> list[str]:
         """Return the reasons for a warning."""
         wrong = []
         if arrivals.refused:
@@ -240,7 +242,7 @@ class _Health(NamedTuple):
     values: dict[str, str]
 
 
-def _values_of_edge(info: EdgeInfo, sources: Iterable[EdgeSource], arrivals: Lately
+def _values_of_edge(info: EdgeInfo, sources: Iterable[EdgeSource], arrivals: RecentSamples
                     ) -> dict[str, str]:
     values = {'Authority': info.authority, 'Samples': str(info.samples), **as_values(sources)}
     if info.static:
@@ -260,7 +262,7 @@ def _values_of_edge(info: EdgeInfo, sources: Iterable[EdgeSource], arrivals: Lat
     return values
 
 
-def _of_absent(arrivals: Lately) -> _Health:
+def _of_absent(arrivals: RecentSamples) -> _Health:
     """Return the health of an edge that is not in the tree, or is no longer."""
     values = {'Arrived': str(arrivals.count), **_counts(arrivals)}
     if not arrivals.refused:
@@ -269,7 +271,7 @@ def _of_absent(arrivals: Lately) -> _Health:
                    + _because(arrivals.incidents), values)
 
 
-def _counts(arrivals: Lately) -> dict[str, str]:
+def _counts(arrivals: RecentSamples) -> dict[str, str]:
     return {f'{_verb(kind)}: {kind.value}': str(count)
             for kind, count in arrivals.incidents.items()}
 

@@ -114,10 +114,10 @@ class LiveTree:
         return []
 
 
-def _hear(hearsay: SwitchReports, buffer: Buffer, message: DiagnosticArray) -> None:
+def _hear(reports: SwitchReports, buffer: Buffer, message: DiagnosticArray) -> None:
     """Notify observers of the states that another buffer reports of its sources."""
     for status in message.status:
-        for incident in hearsay.news(
+        for incident in reports.news(
                 status.name, {pair.key: pair.value for pair in status.values}):
             buffer.intake.refuse(incident)
 

@@ -116,7 +116,7 @@ class RecordedTree:
         """Notify observers of what the robot's buffers reported of their sources, all at once."""
         if not any(source.topic == DIAGNOSTICS_TOPIC for source in self._bag.everything):
             return
-        hearsay = SwitchReports()
+        reports = SwitchReports()
         for arrival in self._bag.messages(DIAGNOSTICS_TOPIC):
             try:
                 statuses = decode(arrival.source, arrival.data).status
@@ -124,7 +124,7 @@ class RecordedTree:
                 continue  # an unreadable diagnostics message is not a fault of the transforms
             for status in statuses:
                 values = {pair.key: pair.value for pair in status.values}
-                for incident in hearsay.news(status.name, values):
+                for incident in reports.news(status.name, values):
                     self.buffer.intake.refuse(incident)
 
     def _take(self, arrival: RecordedMessage) -> None:

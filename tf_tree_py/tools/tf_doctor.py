@@ -84,13 +84,13 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
     out = console()
     for sentence in report['damage']:
         out.print(styled(sentence, 'warning'))
-    told = [finding for finding in findings
-            if with_notes or finding.severity is not Severity.NOTE]
-    for finding in _first_of_each(told):
+    shown_findings = [finding for finding in findings
+                      if with_notes or finding.severity is not Severity.NOTE]
+    for finding in _first_of_each(shown_findings):
         out.print(_heading(finding))
         out.print(fields({'': finding.summary, 'from': ', '.join(finding.publishers),
                           'cause': finding.cause, 'fix': finding.fix}))
-        alike = [f'({listed(other.frames, longest=60)})' for other in told
+        alike = [f'({listed(other.frames, longest=60)})' for other in shown_findings
                  if other.code == finding.code and other is not finding and other.frames]
         if alike:
             out.print(fields({'also': listed(alike, longest=150)}))
@@ -117,12 +117,12 @@ def _heading(finding: Finding) -> Any:
 
 def _verdict(report: dict[str, Any], with_notes: bool) -> Any:
     counts = {name: report[f'{name}s'] for name in ('error', 'warning', 'note')}
-    told = ', '.join(f'{count} {name}{"s" * (count != 1)}' for name, count in counts.items()
-                     if count)
+    summary = ', '.join(f'{count} {name}{"s" * (count != 1)}' for name, count in counts.items()
+                        if count)
     worst = 'error' if counts['error'] else (
         'warning' if counts['warning'] or report['damage'] else 'fine')
     hint = ' (--notes prints them)' if counts['note'] and not with_notes else ''
-    return styled(f'{told or "no findings"}{hint}', worst)
+    return styled(f'{summary or "no findings"}{hint}', worst)
 
 
 def _list(as_json: bool) -> None:

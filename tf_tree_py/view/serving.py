@@ -270,7 +270,7 @@ class Serving:
         address = f'http://{"localhost" if host == "0.0.0.0" else host}:{self._server.get_port()}'
         return f'{address}/?token={self._token}' if self._token else address
 
-    def wait_until_nobody_looks(self) -> None:
+    def wait_until_closed(self) -> None:
         """Wait until no page is open."""
         with self._changed:
             self._changed.wait_for(lambda: not self._pages)

@@ -113,7 +113,7 @@ def as_text(path: object, oddities: Sequence[Anomaly]) -> str:
     more = len(oddities) - len(lines)
     if more:
         lines.append(f'  and {more} more, in the .oddities of the buffer')
-    return '\n'.join([f'{path}: odd, but read:', *lines])
+    return '\n'.join([f'{path}: readable, with anomalies:', *lines])
 
 
 # A larger step back means another run, or another clock: no message is delayed that long.
@@ -279,7 +279,7 @@ class Assembler:
         if isinstance(sound, Incident):
             return False
         history = self.tree.histories.get(sound.child)
-        return history is not None and history.is_static and history.goes_on(
+        return history is not None and history.is_static and history.continues(
             sound.parent, sound.stamp, sound.pose)
 
     def _note_changes(self, batch: Batch) -> None:

@@ -197,7 +197,7 @@ class Anchor:
         if self._published is None:
             return
         here = self._correction.moved(self._published, se3.IDENTITY)
-        self._correction.refine(
+        self._correction.correct(
             estimate.map_T_odom, self._published, here, sighting.odom_T_frame[:3],
             self._limits, self._published - _KEPT)
 
@@ -214,7 +214,7 @@ class Anchor:
             return None
         if self._published is None:
             self._published = stamp
-            self._correction.go_over(
+            self._correction.begin_blend(
                 self.held.map_T_odom, stamp - 1, self.held.map_T_odom, se3.IDENTITY, ORIGIN,
                 self._limits, BEGINNING)
         self._published = max(self._published, stamp)

@@ -79,8 +79,8 @@ class CorrectedHistory(DynamicHistory):
         """
         begin, here, correction = self._newest()
         oldest = begin - self.cache_time
-        stage = correction.refine(motion, begin, here, about, limits, oldest,
-                                  lambda: self._own_turn(correction))
+        stage = correction.correct(motion, begin, here, about, limits, oldest,
+                                   lambda: self._own_turn(correction))
         correction.measured.note(begin if seen_at is None else seen_at, motion, oldest)
         return stage
 
@@ -91,8 +91,8 @@ class CorrectedHistory(DynamicHistory):
         :param raw: that source's pose at the stamp of the newest sample.
         """
         begin, here, correction = self._newest()
-        stage = correction.go_over(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
-                                   begin - self.cache_time, lambda: self._own_turn(correction))
+        stage = correction.begin_blend(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
+                                       begin - self.cache_time, lambda: self._own_turn(correction))
         correction.measured.clear()
         return stage
 

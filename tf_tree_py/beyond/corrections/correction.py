@@ -57,23 +57,23 @@ class Correction:
 
     # --- transitions
 
-    def refine(self, motion: PoseTuple, begin: int, here: PoseTuple, about: Vector3,
-               limits: BlendLimits, oldest: int,
-               own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
+    def correct(self, motion: PoseTuple, begin: int, here: PoseTuple, about: Vector3,
+                limits: BlendLimits, oldest: int,
+                own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
         """
         Begin the transition to another correction of the same samples, unless it is the same.
 
-        The parameters are those of ``go_over``.
+        The parameters are those of ``begin_blend``.
         """
         now = self.stage
         if (about, limits) == (now.about, self._limits) and _is_same(motion, now.motion):
             return now
         raw = self.stages.at(begin).raw(begin, here)
-        return self.go_over(motion, begin, here, raw, about, limits, oldest, own_turn)
+        return self.begin_blend(motion, begin, here, raw, about, limits, oldest, own_turn)
 
-    def go_over(self, motion: PoseTuple, begin: int, here: PoseTuple, raw: PoseTuple,
-                about: Vector3, limits: BlendLimits, oldest: int,
-                own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
+    def begin_blend(self, motion: PoseTuple, begin: int, here: PoseTuple, raw: PoseTuple,
+                    about: Vector3, limits: BlendLimits, oldest: int,
+                    own_turn: Callable[[], Vector3] = _no_turn) -> Stage:
         """
         Begin a transition to another correction or samples, from the present value and rate.
 

@@ -161,7 +161,7 @@ class CurveHistory:
         """Return False: a curve takes no sample."""
         return False
 
-    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+    def continues(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
         """Return False: a sample changes the kind of the edge."""
         return False
 

@@ -131,7 +131,7 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
     twists = np.zeros((len(times), 6))
     if not len(times):
         return twists
-    if frozen._tree.ways.was_rehung:
+    if frozen._tree.paths.has_changed_parent:
         return np.array([
             _twist_at(frozen, tracking_frame, observation_frame, time, interval, axes,
                       reference_point, reference_point_frame) for time in times.tolist()])

@@ -24,7 +24,7 @@ from tf_tree_py.core.messages.observers import asked
 from tf_tree_py.core.stamp import format_span, LATEST
 from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.path import Step
-from tf_tree_py.core.tree.queries import Naming
+from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
 
 from .trials import forecast, start_at, TrialCache, Trials
@@ -75,7 +75,7 @@ def predicted(tree: Tree, target: str, source: str, stamp: int,
     """
     if stamp == LATEST or target == source:
         return None
-    path = tree.ways.newest_path(target, source)
+    path = tree.paths.newest_path(target, source)
     newest = path.latest_common_time()
     if newest == LATEST or stamp <= newest:
         return None
@@ -179,7 +179,7 @@ class PredictionQueries(UncertainQueries):
 
     def _predict(self, target_frame: str, source_frame: str, stamp: int,
                  horizon: int) -> Prediction:
-        with Naming(target_frame, source_frame):
+        with FramesInErrors(target_frame, source_frame):
             with self._lock:
                 ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon)
             if ahead is not None:

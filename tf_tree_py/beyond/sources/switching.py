@@ -65,10 +65,10 @@ class Switching:
                 self._intake.count(0, [sound])
                 return [sound]
             sources = self._made(sound.parent, sound.child)
-            chosen, told = sources.take(self._tree, source, sound)
-            self._intake.count(0, told)
+            chosen, reported = sources.take(self._tree, source, sound)
+            self._intake.count(0, reported)
             self._intake.announce(chosen, sources.active)
-            incidents += told + self._intake.insert_each(chosen, sources.active, False)
+            incidents += reported + self._intake.insert_each(chosen, sources.active, False)
         return incidents
 
     def _made(self, parent: str, child: str) -> EdgeSources:

@@ -266,7 +266,7 @@ def steps_between(tree: Tree, target: str, source: str, stamp: int | None) -> li
 
     :param stamp: nanoseconds; None: use the newest samples.
     """
-    return _steps_of(tree.ways.branches(target, source, stamp))
+    return _steps_of(tree.paths.branches(target, source, stamp))
 
 
 def _steps_of(branches: Branches) -> list[Step]:

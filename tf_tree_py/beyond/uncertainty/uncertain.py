@@ -167,7 +167,7 @@ def errors_on_fixed_path(tree: Tree, target: str, source: str, stamp: int,
     if target == source:
         return None
     try:
-        path = tree.ways.fixed_path(target, source)
+        path = tree.paths.fixed_path(target, source)
         if path is None:
             return None
         found = path.latest_common_time() if stamp == LATEST else stamp
@@ -320,7 +320,7 @@ def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: 
     if target == source or is_certain(tree):
         return np.zeros((len(stamps), 6, 6))
     points = poses[:, :3]
-    if tree.ways.was_rehung:
+    if tree.paths.has_changed_parent:
         return _stacked([
             errors_at(tree, target, source, stamp, False, independent).total(tuple(point))[None]
             for stamp, point in zip(stamps.tolist(), points.tolist(), strict=True)])

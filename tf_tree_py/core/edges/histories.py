@@ -94,7 +94,7 @@ class StaticHistory:
         """Return False: a static edge has no next sample."""
         return False
 
-    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+    def continues(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
         """Return whether a sample equals the stored one, as static broadcasters repeat it."""
         return parent == self.parent and pose == self.pose
 
@@ -148,7 +148,7 @@ class DynamicHistory(PackedSamples):
         """Return whether the parent never changes, so that paths through it can be cached."""
         return self._parents is None
 
-    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+    def continues(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
         """Return whether inserting a sample leaves the parent the same at every time."""
         return (parent == self.parent and self._parents is None
                 and stamp >= self._stamps[self._first()])

@@ -279,7 +279,7 @@ class History(Protocol):
         :return: False in other cases, without any change: see ``insert``.
         """
 
-    def goes_on(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+    def continues(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
         """Return whether a sample does not change any path."""
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:

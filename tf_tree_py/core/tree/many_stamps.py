@@ -39,7 +39,7 @@ def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, sour
     if target == source:
         return np.tile(se3.IDENTITY, (len(stamps), 1)), np.ones(len(stamps), dtype=bool)
     with lock:
-        path, was_rehung = _path_for_all(tree.ways, target, source)
+        path, has_changed_parent = _path_for_all(tree.paths, target, source)
         valid = np.zeros(len(stamps), dtype=bool)
         if path is not None:
             oldest, latest = path.span()
@@ -47,35 +47,35 @@ def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, sour
             inside = stamps if valid.all() else stamps[valid]
             track = path.track(*ends_of(inside))
         # At stamps without data on this path, frames may have had other parents.
-        still = tree.copy() if was_rehung and not valid.all() else None
+        still = tree.copy() if has_changed_parent and not valid.all() else None
     if path is not None and inside is stamps:
         return track.poses_at(stamps), valid
     poses = np.full((len(stamps), 7), np.nan)
     if path is not None:
         poses[valid] = track.poses_at(inside)
     if still is not None:
-        _add_one_by_one(still.ways, target, source, stamps, poses, valid)
+        _add_one_by_one(still.paths, target, source, stamps, poses, valid)
     return poses, valid
 
 
-def _path_for_all(ways: PathFinder, target: str, source: str) -> tuple[Path | None, bool]:
+def _path_for_all(paths: PathFinder, target: str, source: str) -> tuple[Path | None, bool]:
     """Return the path if it is fixed, else None; and whether any parent ever changed."""
-    was_rehung = ways.was_rehung
+    has_changed_parent = paths.has_changed_parent
     try:
-        path = ways.newest_path(target, source)
+        path = paths.newest_path(target, source)
     except ConnectivityException:
-        if not was_rehung:
+        if not has_changed_parent:
             raise
         return None, True
-    return (path if path.fixed else None), was_rehung
+    return (path if path.fixed else None), has_changed_parent
 
 
-def _add_one_by_one(ways: PathFinder, target: str, source: str, stamps: Stamps, poses: Array,
+def _add_one_by_one(paths: PathFinder, target: str, source: str, stamps: Stamps, poses: Array,
                     valid: Mask) -> None:
     """Look up the remaining stamps one by one: frames may have had other parents."""
     for number in np.flatnonzero(~valid).tolist():
         try:
-            poses[number] = ways.pose_at(target, source, int(stamps[number]))
+            poses[number] = paths.pose_at(target, source, int(stamps[number]))
         except (ConnectivityException, ExtrapolationException):
             continue
         valid[number] = True

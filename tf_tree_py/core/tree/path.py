@@ -274,7 +274,7 @@ class Path:
         :param error: the error of one of its edges; returned if that edge is the worst.
         """
         stuck = self.without_data(stamp)
-        worst = furthest_from_cure(stuck, stamp)
+        worst = edge_to_blame(stuck, stamp)
         if worst.child != error.child:
             error = worst.extrapolation(stamp)
         if not any(edge.is_too_old(stamp) for edge in stuck):
@@ -317,7 +317,7 @@ def _chained(poses: Sequence[PoseTuple]) -> PoseTuple:
     return poses[0] if len(poses) == 1 else se3.compose_chain(poses)
 
 
-def furthest_from_cure(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
+def edge_to_blame(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     """
     Return the worst of some edges without data for a stamp.
 

@@ -12,7 +12,7 @@ one pass over the tree.
 from functools import partial
 
 from .climb import blockers, Branches, climb, climb_both
-from .path import furthest_from_cure, Path
+from .path import edge_to_blame, Path
 from ..edges.protocol import History, moves
 from ..errors import (
     ANY_STRUCTURE,
@@ -148,7 +148,7 @@ class PathFinder:
         return blockers(self._histories, target, source, stamp) or ()
 
     @property
-    def was_rehung(self) -> bool:
+    def has_changed_parent(self) -> bool:
         """Return whether the parent of any frame changes within the stored time."""
         if self._was_rehung is None:
             self._was_rehung = not all(
@@ -223,7 +223,7 @@ class PathFinder:
         # If the frames are connected now, name an edge between them, not above them.
         now = climb_both(self._histories, target, source, None)
         between = Path(*now.edges()).without_data(stamp) if now.meet else []
-        return furthest_from_cure(between or stuck, stamp).extrapolation(stamp)
+        return edge_to_blame(between or stuck, stamp).extrapolation(stamp)
 
 
 # An edge, the known end, the end to be computed, and whether the latter is the parent.
@@ -233,14 +233,14 @@ _Step = tuple[History, str, str, bool]
 class Spanning:
     """The order in which all frames are reached from one; cached while no parent changes."""
 
-    def __init__(self, histories: dict[str, History], ways: PathFinder) -> None:
+    def __init__(self, histories: dict[str, History], paths: PathFinder) -> None:
         """
         Begin without orders.
 
         :param histories: the tree's own mapping of each child frame's samples.
         """
         self._histories = histories
-        self._ways = ways
+        self._paths = paths
         self._steps: dict[str, list[_Step]] = {}
 
     def forget(self) -> None:
@@ -255,7 +255,7 @@ class Spanning:
         :raises LookupException: the target is unknown.
         :raises InvalidArgumentException: an invalid frame name.
         """
-        self._ways.check_frame('target_frame', target)
+        self._paths.check_frame('target_frame', target)
         poses = {target: se3.IDENTITY}
         for history, known, frame, upwards in self._steps_from(target, stamp):
             if known not in poses:
@@ -270,7 +270,7 @@ class Spanning:
 
     def newest_of_all(self, target: str) -> int:
         """Return the newest time for which all moving edges of a frame's tree have data, or 0."""
-        self._ways.check_frame('target_frame', target)
+        self._paths.check_frame('target_frame', target)
         stamps = [history.latest_stamp for history, *_ in self._steps_from(target, None)
                   if not history.is_static and history.latest_stamp is not None]
         return min(stamps, default=LATEST)
@@ -279,7 +279,7 @@ class Spanning:
         """Return the edges in an order in which one end of each edge is already known."""
         if target in self._steps:
             return self._steps[target]
-        fixed = not self._ways.was_rehung
+        fixed = not self._paths.has_changed_parent
         neighbours: dict[str, list[_Step]] = {}
         for child, history in self._histories.items():
             parent = history.parent if fixed or stamp is None else history.parent_at(stamp)

@@ -30,7 +30,7 @@ from ..stamp import LATEST
 from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike, without_mask
 
 
-class Naming:
+class FramesInErrors:
     """Adds the frames of a lookup to its error."""
 
     __slots__ = ('frames',)
@@ -106,8 +106,8 @@ class Queries:
                 if target_frame == source_frame:
                     return self._own_stamp(target_frame, stamp), se3.IDENTITY
                 if stamp == LATEST:
-                    return self._tree.ways.newest_pose(target_frame, source_frame)
-                return stamp, self._tree.ways.pose_at(target_frame, source_frame, stamp)
+                    return self._tree.paths.newest_pose(target_frame, source_frame)
+                return stamp, self._tree.paths.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
             error.target_frame, error.source_frame = target_frame, source_frame
             raise
@@ -123,10 +123,10 @@ class Queries:
                                     self._lookup_at, target_frame, source_frame, stamp)
 
     def _lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> Pose:
-        with self._lock, Naming(target_frame, source_frame):
+        with self._lock, FramesInErrors(target_frame, source_frame):
             if target_frame == source_frame:
                 return Pose._make(se3.IDENTITY)
-            return Pose._make(self._tree.ways.pose_at(target_frame, source_frame, stamp))
+            return Pose._make(self._tree.paths.pose_at(target_frame, source_frame, stamp))
 
     def lookup_full(self, target_frame: str, target_stamp: Stamp, source_frame: str,
                     source_stamp: Stamp, fixed_frame: str) -> Pose:
@@ -150,10 +150,10 @@ class Queries:
 
     def _lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
                      source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
-        with self._lock, Naming(target_frame, source_frame):
-            self._tree.ways.check_frame('target_frame', target_frame)
-            self._tree.ways.check_frame('source_frame', source_frame)
-            self._tree.ways.check_frame('fixed_frame', fixed_frame)
+        with self._lock, FramesInErrors(target_frame, source_frame):
+            self._tree.paths.check_frame('target_frame', target_frame)
+            self._tree.paths.check_frame('source_frame', source_frame)
+            self._tree.paths.check_frame('fixed_frame', fixed_frame)
             both = [(fixed_frame, source_frame, source_stamp),
                     (target_frame, fixed_frame, target_stamp)]
             (_, fixed_T_source), (stamp, target_T_fixed) = self._lookup_both(both)
@@ -172,7 +172,7 @@ class Queries:
                 watched += error.blocked_on or ()
             else:
                 # This half may lose its data while the caller waits for the other.
-                watched += () if stamp == LATEST else self._tree.ways.blockers(
+                watched += () if stamp == LATEST else self._tree.paths.blockers(
                     target_frame, source_frame, stamp)
         if not errors:
             return answers
@@ -193,12 +193,12 @@ class Queries:
         This is ``LATEST`` itself if all edges between them are static. It raises the errors of
         ``lookup`` except for extrapolation.
         """
-        with self._lock, Naming(target_frame, source_frame):
-            self._tree.ways.check_frame('target_frame', target_frame)
-            self._tree.ways.check_frame('source_frame', source_frame)
+        with self._lock, FramesInErrors(target_frame, source_frame):
+            self._tree.paths.check_frame('target_frame', target_frame)
+            self._tree.paths.check_frame('source_frame', source_frame)
             if target_frame == source_frame:
                 return self._own_stamp(target_frame, LATEST)
-            return self._tree.ways.newest_path(target_frame, source_frame).latest_common_time()
+            return self._tree.paths.newest_path(target_frame, source_frame).latest_common_time()
 
     def _own_stamp(self, frame: str, stamp: int) -> int:
         """Return the stamp of a frame's transform to itself; ``LATEST`` is its newest."""
@@ -215,10 +215,10 @@ class Queries:
         """
         stamp = self._stamp_of(stamp)
         moment = None if stamp == LATEST else stamp
-        with self._lock, Naming(target_frame, source_frame):
+        with self._lock, FramesInErrors(target_frame, source_frame):
             if target_frame == source_frame:
                 return [source_frame]
-            return self._tree.ways.branches(target_frame, source_frame, moment).frames()
+            return self._tree.paths.branches(target_frame, source_frame, moment).frames()
 
     def edges_between(self, target_frame: str, source_frame: str,
                       stamp: Stamp = LATEST) -> list[EdgeInfo]:
@@ -235,10 +235,10 @@ class Queries:
     def _edges_between(self, target_frame: str, source_frame: str,
                        moment: int | None) -> list[EdgeInfo]:
         """Return the edges at a stamp, which may be 0; None: by the newest samples."""
-        with self._lock, Naming(target_frame, source_frame):
+        with self._lock, FramesInErrors(target_frame, source_frame):
             if target_frame == source_frame:
                 return []
-            links = self._tree.ways.branches(target_frame, source_frame, moment).links()
+            links = self._tree.paths.branches(target_frame, source_frame, moment).links()
             return [info_at(parent, history, moment) for parent, history in links]
 
     # --- many poses
@@ -280,7 +280,7 @@ class Queries:
 
     def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
                      given: npt.NDArray[np.bool_] | None, outside: str) -> Any:
-        with Naming(target_frame, source_frame):
+        with FramesInErrors(target_frame, source_frame):
             poses, valid = poses_at(self._tree, self._lock, target_frame, source_frame, array)
         if given is not None:
             valid &= given
@@ -306,7 +306,7 @@ class Queries:
             integer.
         """
         stamp = self._stamp_of(stamp)
-        with self._lock, Naming(target_frame, None):
+        with self._lock, FramesInErrors(target_frame, None):
             if stamp == LATEST:
                 stamp = self._tree.spanning.newest_of_all(target_frame)
             poses = self._tree.spanning.poses_from(target_frame, stamp)

@@ -126,7 +126,7 @@ class Tree:
     :ivar companions: the data beside the samples; most trees have none.
     :ivar histories: each child frame's samples.
     :ivar frames: every frame name, in order of first appearance.
-    :ivar ways: finds the path between two frames.
+    :ivar paths: finds the path between two frames.
     :ivar spanning: computes the poses of all frames in one pass.
     """
 
@@ -138,8 +138,8 @@ class Tree:
         self.frames: dict[str, None] = {}
         self.version = 0
         self.companions: dict[type[Companion], Companion] = {}
-        self.ways = PathFinder(self.histories, self.frames)
-        self.spanning = Spanning(self.histories, self.ways)
+        self.paths = PathFinder(self.histories, self.frames)
+        self.spanning = Spanning(self.histories, self.paths)
         self._remarks = Remarks()
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
         self._known_count = 0
@@ -205,7 +205,7 @@ class Tree:
         """
         history = self.histories.get(child)
         if history is not None and history.kind == _kind_of(static) and (
-                history.goes_on(parent, stamp, pose) or history.is_too_old(stamp)):
+                history.continues(parent, stamp, pose) or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
                 history.authority = authority
                 return []
@@ -321,7 +321,7 @@ class Tree:
 
     def _structure_changed(self) -> None:
         self.version += 1
-        self.ways.forget()
+        self.paths.forget()
         self.spanning.forget()
         for companion in self.companions.values():
             companion.structure_changed()

@@ -259,6 +259,6 @@ def _alike(case: Case, wanted: Callable[[Delays], bool]) -> list[list[_Late]]:
 def _of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: dict[str, float]) -> Remark:
     """Return a remark on edges of one clock."""
     more = len(edges) - 1
-    told = f'{edges[0]} and {more} more edge{"s" * (more > 1)} are' if more else f'{edges[0]} is'
+    others = f' and {more} more edge{"s" * (more > 1)} are' if more else ' is'
     frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
-    return Remark(f'{told} {summary}', tuple(frames), publishers_of(*edges), evidence)
+    return Remark(f'{edges[0]}{others} {summary}', tuple(frames), publishers_of(*edges), evidence)

@@ -149,7 +149,7 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
        fix='send the slow one more often; lookups for a stamp have to wait for it')
 def skew(case: Case) -> Iterator[Remark]:
     """Find edges that are much older than another edge above or below them."""
-    told = set()
+    reported = set()
     # The oldest and the freshest of the edges above each frame, with their ages.
     extremes: dict[str, tuple[_Aged, _Aged]] = {}
     for edge in case.downward:
@@ -162,8 +162,8 @@ def skew(case: Case) -> Iterator[Remark]:
             continue
         extremes[edge.child] = found
         (age, oldest), (least, freshest) = found
-        if age - least > case.limits.max_skew and oldest.frames not in told:
-            told.add(oldest.frames)
+        if age - least > case.limits.max_skew and oldest.frames not in reported:
+            reported.add(oldest.frames)
             yield _older(oldest, freshest, age - least)
 
 

@@ -38,10 +38,10 @@ def similar_names(case: Case) -> Iterator[Remark]:
     for names in alike.values():
         if len(names) > 1:
             edges = [edge for edge in case.edges if {*edge.frames} & {*names}]
-            told = listed([repr(name) for name in names])
+            spellings = listed([repr(name) for name in names])
             pieces = sum(any(name in tree for name in names) for tree in case.trees)
             yield Remark(
-                f'{told} look like one frame' + (
+                f'{spellings} look like one frame' + (
                     ', and their trees are not connected' if pieces > 1 else ''),
                 tuple(names), publishers_of(*edges), {'names': len(names), 'trees': pieces},
                 severity=Severity.ERROR if pieces > 1 else None)
@@ -136,8 +136,8 @@ def late_joiner(case: Case) -> Iterator[Remark]:
             edges = [edge for edge in case.edges if edge.fixed is not None
                      and (not one.node or one.node in names_of(edge.authorities))]
             frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
-            told = f', with {listed([str(edge) for edge in edges])}' if edges else ''
-            yield Remark(f'{_named(one)} publishes {one.topic} as volatile{told}: listeners '
+            its_edges = f', with {listed([str(edge) for edge in edges])}' if edges else ''
+            yield Remark(f'{_named(one)} publishes {one.topic} as volatile{its_edges}: listeners '
                          'of tf2 do not receive it', tuple(frames), names_of([one.node]),
                          {'publishers': 1, 'edges': len(edges)})
 

@@ -128,7 +128,7 @@ def distances(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 @dataclass
-class Lately:
+class RecentSamples:
     """
     The samples of one edge since the last call.
 

@@ -143,7 +143,7 @@ class Buffer(CoreApi, BufferInterface):
             [as_sample(transform)], authority, static=True, strict=False))
 
     def _say_when_empty(self, fed: bool) -> None:
-        self._tree.ways.when_empty = self._when_empty(fed)
+        self._tree.paths.when_empty = self._when_empty(fed)
 
     def _when_empty(self, fed: bool) -> str:
         """Return the hint for lookups before anything has arrived."""

@@ -84,9 +84,9 @@ def point_times(cloud: PointCloud2, field: str | None = None, unit: str | None =
     values = field_column(cloud, name).reshape(-1)
     values = values.astype(values.dtype.newbyteorder('='))
     valid = np.isfinite(values)
-    told = values[valid if points_valid is None else valid & points_valid]
+    known = values[valid if points_valid is None else valid & points_valid]
     stamp = as_nanoseconds(cloud.header.stamp)
-    first, last = (told.min().item(), told.max().item()) if len(told) else (0, 0)
+    first, last = (known.min().item(), known.max().item()) if len(known) else (0, 0)
 
     limits = _FLOAT_LIMITS if values.dtype.kind == 'f' else _INT_LIMITS
     unit_read = unit or _inferred_unit(first, last, name, stamp, limits)

@@ -3,7 +3,7 @@
 
 """The installed tf2_kdl: it uses PyKDL, so tf_tree_py has no replacement."""
 
-from tf_tree_py.dropin.giving_way import is_installed
+from tf_tree_py.dropin.installed_first import is_installed
 
 if not is_installed(__name__):
     raise ModuleNotFoundError(

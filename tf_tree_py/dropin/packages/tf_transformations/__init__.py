@@ -4,7 +4,7 @@
 """The installed tf_transformations; otherwise the names in tf_tree_py, backed by scipy."""
 
 from tf_tree_py.dropin import transformations
-from tf_tree_py.dropin.giving_way import is_installed
+from tf_tree_py.dropin.installed_first import is_installed
 
 __all__ = [
     'concatenate_matrices',
