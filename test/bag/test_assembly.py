@@ -89,7 +89,7 @@ def stream(edges=(('map', 'odom'), ('odom', 'base')), begin=1, count=50, source=
             for number in range(count)]
 
 
-def test_first_message_of_an_edge_is_taken_at_its_turn_and_all_others_together():
+def test_first_message_of_an_edge_is_inserted_in_order():
     assert ways(stream()) == (1, 2)
 
 

@@ -215,7 +215,7 @@ def test_quality_of_service_that_is_no_yaml_costs_nothing_else(tmp_path, storage
         assert open_bag(file).frames() == fed(SMALL).frames()
 
 
-def test_file_that_unpacks_to_a_thousand_times_its_size_is_refused_and_the_limit_can_be_set(
+def test_file_that_unpacks_to_a_thousand_times_its_size_is_refused(
         tmp_path, monkeypatch):
     monkeypatch.setattr(message_source, '_ALWAYS', 2**20)
     file = tmp_path / 'zeros.db3.zstd'

@@ -210,7 +210,7 @@ def test_given_covariances_weigh_the_observations():
     assert np.trace(weighted.edge.covariance[:3, :3]) < np.trace(equal.edge.covariance[:3, :3])
 
 
-def test_detector_that_is_sure_of_some_axes_and_a_sensor_without_transforms_do_no_harm():
+def test_detector_without_some_axes_does_no_harm():
     given = scene(19, 80, offset_s=0.0)
     flat = np.diag([4e-6, 4e-6, 4e-6, 0.0, 0.0, 4e-6])      # zero: unknown to the driver
     sets = [Observations('camera', given.observations.stamps, given.observations.seen, 'map',

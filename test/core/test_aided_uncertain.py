@@ -50,7 +50,7 @@ def sigma_points():
 
 
 @for_each(part=[0.1, 0.5, 0.8])
-def test_covariance_of_independent_poses_is_that_of_the_aided_interpolation(part):
+def test_covariance_of_independent_poses_is_interpolated_when_aided(part):
     stamp, none = round(part * SECOND), np.zeros((12, 6))
     said = aided(POSES, np.diag(SIGMA**2)).lookup_uncertain(
         'odom', 'base', stamp, independent=True)[1]

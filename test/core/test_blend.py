@@ -180,5 +180,5 @@ def test_goal_that_stays_leaves_the_plan_as_it_was():
     np.testing.assert_allclose(again, once, atol=1e-9)
 
 
-def test_metre_at_half_a_metre_a_second_takes_two_seconds_and_the_two_ramps():
+def test_blend_of_a_metre_takes_two_seconds_and_two_ramps():
     assert begun((1.0, 0, 0, 0, 0, 0), LIMITS[0]).seconds == pytest.approx(2.25)

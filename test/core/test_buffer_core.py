@@ -449,7 +449,7 @@ def test_path_is_kept_though_it_never_had_an_answer():
     assert (never.value.blocked_on, again.value.blocked_on) == ((('b', 11),), (('b', 21),))
 
 
-def test_way_that_went_through_what_is_above_now_is_found_behind_a_fixed_one():
+def test_earlier_path_through_a_new_ancestor_is_found():
     buffer = BufferCore()
     buffer.insert('a', 'b', 1, at(x=1.0))
     buffer.insert('b', 'a', 5 * SECOND, at(x=9.0), strict=False)  # reverses the silent edge
@@ -539,7 +539,7 @@ def test_what_could_not_be_read_is_counted_too(robot):
 
 @pytest.mark.parametrize(('old_half', 'raised'), [
     ('target', ConnectivityException), ('source', ExtrapolationException)])
-def test_lookup_full_that_fails_in_both_halves_raises_what_the_first_does_as_in_tf2(
+def test_lookup_full_raises_the_error_of_its_first_half_as_in_tf2(
         old_half, raised):
     buffer = BufferCore(cache_time=10 * SECOND)
     for stamp in (1, 30, 31):

@@ -204,7 +204,7 @@ def test_turn_alone_is_no_faster_than_stated():
     assert 0.99 * MAX_TURN_RATE < turn_rate <= MAX_TURN_RATE + 1e-9
 
 
-def test_another_pivot_during_a_blend_begins_with_the_rate_that_it_has_there():
+def test_new_pivot_during_a_blend_begins_with_its_rate_there():
     buffer = fed(SECOND)
     buffer.correct('odom', Pose.from_xyz_rpy(yaw=0.4), over=SECOND)
     fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
@@ -538,7 +538,7 @@ def places_of(buffer, stamps, point):
     return se3.apply_many(poses, np.broadcast_to(point, (len(poses), 3)))
 
 
-def test_point_beside_a_child_that_turns_gains_the_turn_times_the_angle_that_is_left():
+def test_point_beside_a_turning_child_moves_with_the_remaining_angle():
     """It rotates with the child, whose rotation is not yet corrected."""
     buffer = BufferCore(UNLIMITED)
     limits = {'max_speed': 0.1, 'max_turn_rate': 0.1, 'reach': 1.0, 'over': 0}
@@ -558,7 +558,7 @@ def test_point_beside_a_child_that_turns_gains_the_turn_times_the_angle_that_is_
     assert speeds[-1] < 1e-6
 
 
-def test_another_pivot_of_a_child_that_turns_begins_with_the_velocity_it_has_there():
+def test_new_pivot_of_a_turning_child_begins_with_its_velocity():
     buffer = BufferCore(UNLIMITED)
     goal = Pose.from_xyz_rpy(yaw=0.5)
     for stamp in range(0, 3 * SECOND, STEP // 5):
@@ -611,7 +611,7 @@ def test_switch_during_a_blend_about_another_point_keeps_the_velocity():
     assert np.linalg.norm(np.diff(velocities, axis=0), axis=1).max() < 0.1
 
 
-def test_jump_in_the_middle_of_a_blend_leaves_the_covariance_that_was_answered():
+def test_jump_during_a_blend_keeps_covariances_already_returned():
     buffer = fed(SECOND)
     buffer.correct('base', SHIFT, over=SECOND)
     fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)

@@ -129,7 +129,7 @@ def test_who_is_not_heard_is_known_from_the_graph():
     assert (found.code, found.publishers) == ('qos_mismatch', ('/quiet', '/ear'))
 
 
-def test_it_watches_any_buffer_and_what_is_inserted_by_hand_is_judged_by_what_is_refused():
+def test_doctor_judges_refusals_of_samples_inserted_by_hand():
     buffer, doctor = BufferCore(), Doctor()
     buffer.observers.add(doctor)
     buffer.insert('a', 'b', 1, Pose(), static=True)

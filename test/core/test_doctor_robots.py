@@ -98,7 +98,7 @@ def test_two_publishers_that_take_turns_exactly_are_found():
     assert list(worth_reporting(robot.findings())) == ['two_publishers']
 
 
-def test_computer_whose_clock_steps_while_it_records_is_no_second_publisher():
+def test_step_of_the_recorders_clock_is_no_second_publisher():
     """The recordings before and after the step overlap."""
     robot = Robot(seconds=20.0, speed=2.0)
     for edge in robot.edges.values():

@@ -102,7 +102,7 @@ EDGES = st.lists(st.sampled_from([ODOM, ARM, TOOL]), min_size=1, unique=True)
 
 
 @given(EVENTS, st.permutations([ODOM, ARM, TOOL]), st.tuples(*[st.integers(1, 50)] * 3))
-def test_whoever_sends_when_and_whatever_gets_lost_edges_of_one_are_not_told_of(
+def test_edges_of_one_publisher_are_never_reported(
         events, edges, begins):
     numbers, messages = list(begins), []
     for who, lost in events:

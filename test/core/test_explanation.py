@@ -130,7 +130,7 @@ def uncertain(tree):
                 covariance=np.diag([9e-4, 0.0, 0.0, 0.0, 0.0, 0.0]))
 
 
-def test_certainty_is_the_total_in_its_worst_direction_and_each_edge_s_share(tree):
+def test_certainty_is_the_worst_direction_and_each_edges_share(tree):
     uncertain(tree)
     stamp = 3_250_000_000
     told = explain(tree, 'map', 'thing', stamp).certainty

@@ -165,7 +165,7 @@ def test_frame_that_is_hung_elsewhere_has_a_closer_look_from_then_on(stream):
     assert stream.send(4.0) == (0, 2, 1, 3)
 
 
-def test_edge_that_was_re_hung_is_fast_again_when_its_old_parent_is_forgotten(stream):
+def test_edge_is_fast_again_when_its_old_parent_is_forgotten(stream):
     stream.send(1.0)
     elsewhere = (EDGES[0], ('map', 'base'), EDGES[2])
     # Twenty a second: expired samples are dropped in blocks.

@@ -79,7 +79,7 @@ print(statuses[-1], len(statuses))
 """
 
 
-def test_child_of_a_process_with_busy_threads_has_a_whole_buffer_and_free_locks():
+def test_child_of_a_busy_process_has_a_whole_buffer_and_free_locks():
     forks = 150 if settings().max_examples >= 20 else 50
     done = subprocess.run([sys.executable, '-W', 'ignore', '-c', PROGRAM, str(forks)],
                           capture_output=True, text=True, timeout=PATIENCE_S, check=False)

@@ -102,7 +102,7 @@ def test_limit_goes_on_with_the_clock(clock):
     assert insert(buffer, NOW + 2 * SECOND) == []
 
 
-def test_limit_goes_back_with_a_clock_that_jumped_when_the_buffer_is_cleared(clock):
+def test_limit_follows_a_clock_that_jumped_back(clock):
     buffer = guarded(clock)
     insert(buffer, NOW)
     clock.now = SECOND
@@ -112,7 +112,7 @@ def test_limit_goes_back_with_a_clock_that_jumped_when_the_buffer_is_cleared(clo
     assert insert(buffer, SECOND) == []
 
 
-def test_clock_that_was_set_back_is_noticed_at_the_next_stamp_beyond_the_limit(clock):
+def test_clock_that_was_set_back_is_noticed_beyond_the_limit(clock):
     buffer = guarded(clock)
     insert(buffer, NOW)
     clock.now -= HOUR

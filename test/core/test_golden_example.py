@@ -76,7 +76,7 @@ def test_map_seen_from_the_turned_camera(turned):
     assert turned.lookup('camera', 'map', 15).translation == pytest.approx((-1.2, 2.5, -0.8))
 
 
-def test_only_the_turned_robot_tells_wrong_orders_and_inverses_from_right_ones():
+def test_only_a_rotated_robot_shows_wrong_orders_and_inverses():
     right, wrong = (
         [compose(MAP_T_ODOM, odom_T_base, BASE_T_CAMERA).translation
          for odom_T_base in (ODOM_T_BASE, ODOM_T_TURNED_BASE)]

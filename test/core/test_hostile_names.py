@@ -57,7 +57,7 @@ class Listening:
 
 # --- the limit
 
-def test_name_beyond_the_limit_is_refused_and_counted_and_the_rest_is_taken():
+def test_name_beyond_the_limit_is_refused_alone():
     listening = Listening()
     told = listening.hear(Sample('map', 'a', 1, Pose()), Sample('map', LONG, 1, Pose()),
                           Sample(LONG, 'b', 1, Pose()), Sample('map', 'c', 1, Pose()))

@@ -57,7 +57,7 @@ def test_bag_that_loops_begins_anew_every_time(buffer):
     assert buffer.edges()[0].oldest >= START
 
 
-def test_without_the_option_the_second_loop_is_refused_and_says_what_to_pass():
+def test_second_loop_is_refused_and_names_the_option():
     buffer = BufferCore()
     play(buffer, START, 60)
     (incident, *_) = send(buffer, START)
@@ -247,7 +247,7 @@ def test_edges_that_nobody_knew_are_no_new_run(buffer):
 
 
 @pytest.mark.parametrize('period_s', [1.5, 5, 30])
-def test_two_publishers_of_one_edge_do_not_make_it_forget_for_ever_in_turns(buffer, period_s):
+def test_two_publishers_of_one_edge_do_not_clear_it_alternately(buffer, period_s):
     """The correct one is so rare that the slow one alone looks like a new run."""
     edge, period = EDGES[:1], round(period_s * 10)
     for number in range(10_000):

@@ -38,7 +38,7 @@ def test_newest_goes_when_it_is_due():
     assert pacing.next_turn == 2 * PERIOD
 
 
-def test_sample_that_comes_when_its_frame_is_due_takes_the_place_of_the_one_that_waits():
+def test_sample_that_is_due_replaces_the_one_that_waits():
     pacing = RateLimit(PERIOD)
     pacing.offer([sample(1)], now=0)
     pacing.offer([sample(2)], now=1)

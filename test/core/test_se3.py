@@ -264,7 +264,7 @@ def test_interpolation_between_equal_poses_stays_there(pose, ratio):
 
 
 @given(quaternions, axes, st.floats(-12.0, -8.5), signs)
-def test_interpolation_as_tf2_keeps_the_first_rotation_below_its_resolution(
+def test_interpolation_keeps_tf2s_rotation_below_its_resolution(
         rotation, axis, power, sign):
     a = (0.0, 0.0, 0.0, *rotation)
     b = (2.0, 0.0, 0.0, *so3.multiply(rotation, about(axis, 10.0 ** power, sign)))

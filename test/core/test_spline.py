@@ -112,7 +112,7 @@ def test_acceleration_has_no_jump_between_two_pieces(group):
 
 
 @on_both
-def test_error_falls_with_the_fourth_power_of_the_rate_and_of_rotations_the_third(group):
+def test_error_falls_with_the_fourth_power_of_the_rate(group):
     asked = START + np.random.default_rng(3).integers(SECOND // 4, 3 * SECOND // 4, 2000)
     worst = []
     for rate in (50, 100, 200):

@@ -47,7 +47,7 @@ def test_every_page_of_internals_has_its_module():
     assert all(path.is_dir() or path.with_suffix('.py').exists() for path in paths), pages
 
 
-def test_every_package_that_lists_names_is_public_or_says_that_it_is_internal():
+def test_every_package_with_names_is_public_or_internal():
     packages = (REPOSITORY / 'tf_tree_py').glob('*/__init__.py')
     listed = {f'tf_tree_py.{path.parent.name}' for path in packages
               if re.search(r'^__all__', path.read_text(), flags=re.MULTILINE)}

@@ -117,7 +117,7 @@ def walk(start, steps):
 
 @given(vectors, axes, st.floats(0.0, math.pi), steps)
 @examples(10)
-def test_interpolation_is_within_twice_the_thresholds_and_the_newest_within_them(
+def test_thinned_samples_interpolate_within_twice_the_thresholds(
         place, axis, angle, steps):
     band, buffer, came = dead_band(), BufferCore(cache_time=UNLIMITED), []
     for now, sample in walk((*place, *about(axis, angle)), steps):

@@ -199,7 +199,7 @@ def test_static_edge_does_not_drop_a_stale_one():
     assert buffer.lookup('a', 'b') == place(1)
 
 
-def test_silent_edge_stays_when_the_one_that_turns_it_round_is_too_old_itself():
+def test_silent_edge_stays_if_its_reverse_is_too_old():
     buffer = BufferCore(10)
     buffer.insert('a', 'b', 1, place(1), authority='first')
     buffer.insert('r', 'a', 100, place(1), authority='root')
@@ -316,7 +316,7 @@ def test_one_publisher_may_change_the_parent_without_a_word():
     assert buffer.lookup('gripper', 'box') == place(1)
 
 
-def test_frame_that_goes_back_and_forth_is_told_once_though_nobody_knows_who_sent_what():
+def test_frame_with_alternating_parents_is_reported_once():
     buffer = BufferCore()
     chain(buffer, ['table', 'box'], authority='one of /slam, /vision')
     told = [buffer.insert(parent, 'box', 2 + number, place(1), authority='one of /slam, /vision')

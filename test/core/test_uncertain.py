@@ -91,7 +91,7 @@ def test_one_edge_is_its_own_covariance_and_backwards_it_is_turned_round():
                                inverse @ covariance @ inverse.T, rtol=1e-9)
 
 
-def test_rotation_about_the_childs_origin_leaves_the_child_and_moves_what_it_carries():
+def test_rotation_about_a_childs_origin_moves_only_what_it_carries():
     buffer = BufferCore()
     buffer.insert('map', 'base', 0, Pose(x=10.0), static=True,
                   covariance=np.diag([0.0, 0.0, 0.0, 0.0, 0.0, 1e-6]))
@@ -264,7 +264,7 @@ def test_snapshot_keeps_them_and_can_be_pickled():
         np.testing.assert_array_equal(one.lookup_uncertain('odom', 'camera')[1], expected[1])
 
 
-def test_clearing_forgets_those_of_moving_edges_and_removing_those_of_a_frame():
+def test_clearing_forgets_covariances_of_moving_edges():
     buffer = moving()
     buffer.clear()
     assert list(edges_with_covariances(buffer)) == [('base', 'camera')]

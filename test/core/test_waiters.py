@@ -226,7 +226,7 @@ def test_only_those_whose_stamp_was_reached_are_woken(buffer):
     assert [asker.tries for asker in askers] == [2] * 4
 
 
-def test_next_sample_of_a_frame_that_once_changed_parents_wakes_nobody_else(buffer):
+def test_sample_after_a_change_of_parent_wakes_only_its_waiters(buffer):
     buffer.insert('map', 'box', 10 * SECOND, Pose(1.0))
     buffer.insert('base', 'box', 11 * SECOND, Pose(1.0))
     asker = Asker(buffer, 'map', 'base', 11 * SECOND).sleeps()

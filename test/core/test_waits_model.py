@@ -210,7 +210,7 @@ def test_wait_ends_when_another_edge_drops_its_stamp():
     assert (asked.answer.child, asked.answer.blocked_on) == ('base', None)
 
 
-def test_wait_between_two_times_ends_when_the_half_that_was_there_is_dropped():
+def test_wait_between_two_times_ends_when_one_half_is_dropped():
     buffer = BufferCore(10)
     for stamp in (1, 2):
         buffer.insert('map', 'arm', stamp, Pose())

@@ -55,7 +55,7 @@ def test_who_has_one_buffer_is_told_so(listen):
         listen()['robot7']
 
 
-def test_more_of_the_past_than_a_channel_holds_does_not_stop_a_late_listener(
+def test_history_beyond_a_channel_does_not_stop_a_late_listener(
         listen, robot, session, hall, monkeypatch):
     """The past arrives while Zenoh still declares the subscription that has requested it."""
     one, now = robot('robot7', history=100), time.time_ns()

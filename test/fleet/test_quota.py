@@ -86,7 +86,7 @@ def test_names_of_frames_are_limited_in_bytes(listen, robot):
     assert 100_000 < sum(map(len, listener.buffer.frames())) < 300_000
 
 
-def test_robot_keeps_what_it_has_where_its_frames_are_used_up_in_a_buffer_of_its_own(
+def test_robot_that_has_used_up_its_frames_keeps_those_it_has(
         listen, robot):
     listener = listen(separate=True, quota=RobotQuota(frames=2))
     one = robot('robot7')
@@ -119,7 +119,7 @@ def test_no_ten_seconds_and_a_burst_hold_more_than_the_quota(events):
         assert len(later) <= 2 * 20 + 1e-6 and sum(later) <= 1_000 * 20 + 1e-6
 
 
-def test_messages_that_cost_more_time_than_a_share_are_refused_until_it_is_made_up():
+def test_messages_beyond_a_share_of_time_are_refused():
     allowance = Allowance(RobotQuota(decoding_share=0.1), 0.0)
     assert allowance.refusal(1, 0.0) == ''
     allowance.spend(3.0)  # one second was available

@@ -78,7 +78,7 @@ def test_a_router_that_comes_back_finds_everything_as_it_was(
     assert messages(caplog) == ['the connection', 'connected']
 
 
-def test_what_was_sent_without_a_connection_is_late_even_if_it_precedes_the_token(monkeypatch):
+def test_messages_sent_without_a_connection_are_late(monkeypatch):
     """Tokens and messages arrive in different threads."""
     now = count(NOW)
     monkeypatch.setattr(roster, 'time', SimpleNamespace(

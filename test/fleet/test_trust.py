@@ -89,7 +89,7 @@ def wide():
 
 @given(st.lists(FORMS, min_size=1, max_size=20))
 @examples(4)
-def test_whatever_key_below_its_name_a_robot_writes_nothing_of_others_changes(wide, written):
+def test_robot_cannot_change_others_with_any_key_of_its_own(wide, written):
     session, listener, good, turns = wide
     for rest in written:
         session.put('/'.join(('robot7', *rest)), message(('map', 'base', 666)))

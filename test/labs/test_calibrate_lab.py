@@ -28,7 +28,7 @@ def test_both_faults_have_their_share_and_together_explain_all():
     assert numbers['edge_and_time_m'] < 0.006
 
 
-def test_height_is_not_visible_and_without_a_turn_nothing_of_the_translation():
+def test_height_is_unobservable_and_so_is_translation_without_a_turn():
     hidden = {row['wrong']: row['hidden'] for row in rows_of('calibrate') if 'wrong' in row}
     assert hidden.pop('both, never turning') == 'x, y, z'
     assert set(hidden.values()) == {'z'}

@@ -17,7 +17,7 @@ def test_rates_are_the_derivative_of_the_rotations():
     np.testing.assert_allclose(turned, true_rates(stamps), atol=1e-4)
 
 
-def test_slerp_is_off_by_the_square_of_the_period_and_the_gyroscope_by_next_to_nothing():
+def test_error_of_slerp_grows_with_the_square_of_the_period():
     numbers = report_of('gyro').numbers
     assert numbers['alone_rad'] > 0.15 and numbers['aided_rad'] < 0.001
     rows = rows_of('gyro')

@@ -11,7 +11,7 @@ from tf_tree_py.labs.interpolation import between_samples, invented, rate_for
 from tf_tree_py.labs.latency import pose_at
 
 
-def test_fitted_law_is_an_eighth_of_the_acceleration_times_the_square_of_the_period():
+def test_fitted_law_is_an_eighth_of_acceleration_times_period_squared():
     numbers = report_of('interpolation').numbers
     assert numbers['factor'] == pytest.approx(0.125, rel=0.01)
     assert numbers['power'] == pytest.approx(2.0, rel=0.01)

@@ -32,7 +32,7 @@ def test_an_edit_is_one_line():
     assert old.inverse() @ now == pytest.approx(EDIT, abs=1e-15)
 
 
-def test_every_line_changes_what_is_looked_up_over_its_edge_and_nothing_else():
+def test_every_line_changes_only_lookups_over_its_edge():
     for edit in edits():
         assert edit.changed == edit.crossing == 2 * edit.below * (39 - edit.below)
         assert edit.others == 0 and edit.off < 1e-14

@@ -32,7 +32,7 @@ def test_spam_is_a_thousand_times_the_messages():
     assert (spam['samples'], once['samples']) == (10_000, 10)
 
 
-def test_stamped_lookup_fails_at_once_and_the_latest_is_wrong_until_the_window_ends():
+def test_stamped_lookup_fails_where_the_latest_is_wrong():
     for row in rows_of('static-spam', 1):
         assert row['moving_stamped'] == 'FutureExtrapolation'
         if row['after_s'] < 10.0:

@@ -26,7 +26,7 @@ def command(*arguments, python=PYTHON):
                           check=False)
 
 
-def test_block_is_picked_and_placed_by_the_stamp_of_an_image_that_came_over_dds():
+def test_block_is_picked_by_the_stamp_of_an_image_over_dds():
     if not PYTHON.exists():
         pytest.skip('scripts/arm has made no venv with PyBullet here')
     done = command('--runs', '1', '--json')

@@ -150,7 +150,7 @@ def test_edge_is_the_preferred_source_and_goes_over_when_it_is_asked_to(context,
     robot.assert_no_faster_than_stated()
 
 
-def test_one_that_falls_silent_makes_way_and_the_log_and_diagnostics_say_so(
+def test_silent_source_is_replaced_and_reported(
         context, robot, capfd):
     statuses = robot.diagnoses()
     with switching(context, robot, max_age=MAX_AGE):

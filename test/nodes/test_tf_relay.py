@@ -92,7 +92,7 @@ def test_numbers_come_out_as_they_came_in(context, robot, recorded):
     assert recorded['/tf'] == [[('map', 'odom', 123_456_789_012, turned)]]
 
 
-def test_statics_of_several_publishers_are_one_message_also_for_who_comes_later(
+def test_statics_of_several_publishers_are_one_latched_message(
         context, robot, recorded):
     other = StaticTransformBroadcaster(robot.node, tf_static_topic='tf_static')
     with relayed(context):

@@ -126,7 +126,7 @@ def test_second_run_goes_on_where_the_first_stopped(archive, scheduler, tmp_path
     assert all(again[name] > others[name] for name in others)
 
 
-def test_killed_workers_lose_nothing_twice_nothing_and_deadly_bags_only_themselves(
+def test_killed_workers_lose_only_the_bags_that_kill_them(
         client, tmp_path):
     folder = tmp_path / 'bags'
     folder.mkdir()

@@ -145,7 +145,7 @@ def test_verdict_edge_and_files_of_a_bag(bag, given, tmp_path):
     assert (tmp_path / 'off.png').stat().st_size > 10_000
 
 
-def test_report_says_it_in_words_and_keeps_an_edge_that_makes_up_for_stamps(bag, tmp_path):
+def test_report_keeps_an_edge_that_compensates_for_stamps(bag, tmp_path):
     robot = tmp_path / 'robot.urdf'
     robot.write_text(URDF)
     done = tool('tf_calibrate', '--bag', bag, *ASK, '--write', robot)

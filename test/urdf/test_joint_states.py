@@ -45,7 +45,7 @@ def test_message_moves_whom_it_names_and_whoever_mimics_them(states):
     assert slides(states) == [0.0, 0.0, 7.0]
 
 
-def test_joint_that_nobody_reports_any_more_keeps_its_position_and_is_sent_with_it(states):
+def test_joint_that_is_not_reported_any_more_keeps_its_position(states):
     for ms in (0, 10, 20):
         assert take(states, ms, j=1.0, k=2.0) == 'jkm'
     # For three of its periods, it may come in the next message or from another publisher.
@@ -68,7 +68,7 @@ def test_rarely_reported_joint_is_sent_with_the_others(states):
     assert take(states, 5010, j=0.0) == 'jkm'
 
 
-def test_joint_goes_no_more_often_than_allowed_and_its_position_is_known_all_the_same(states):
+def test_joint_is_sent_at_most_at_its_rate(states):
     sent = [take(states, ms, interval=20 * MS, j=float(ms), k=0.0) for ms in range(0, 50, 5)]
     assert [number * 5 for number, rows in enumerate(sent) if rows] == [0, 20, 40]
     assert slides(states)[0] == 45.0

@@ -181,7 +181,7 @@ def test_time_that_was_typed_is_not_lost_to_reports_of_the_browser(page, serving
         beating.join()
 
 
-def test_another_fixed_frame_can_be_chosen_and_is_not_lost_to_a_live_picture(
+def test_chosen_fixed_frame_is_kept_on_a_live_page(
         page, robot, serving):
     *_, (shown, _) = serving._pages.values()
     for frame in ('gripper', 'world'):

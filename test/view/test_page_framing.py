@@ -50,7 +50,7 @@ def moment():
     return moment_at(buffer, 'map', 1)
 
 
-def test_smaller_picture_is_fitted_though_an_old_report_of_the_camera_is_on_its_way(
+def test_smaller_picture_is_fitted_despite_an_old_camera_report(
         browser, framing, moment):
     old = browser.position
     framing.see_new(moment, ())

@@ -93,7 +93,7 @@ def shows(expected):
         and np.allclose(np.reshape(cloud, (-1, 3)), expected, atol=1e-4) for cloud in clouds)
 
 
-def test_points_of_a_scan_are_where_an_own_computation_puts_them_at_five_stamps(page):
+def test_points_of_a_scan_are_where_a_second_computation_puts_them(page):
     page.page.get_by_role('checkbox', name='/scan').check()
     for time_s in STAMPS_S:
         page.go_to(time_s)

@@ -53,7 +53,7 @@ class Gui:
         self.changed = changed
 
 
-def test_position_that_a_person_enters_is_not_overwritten_before_its_event_arrives():
+def test_entered_position_is_not_overwritten_before_its_event():
     robot, gui = RestingRobot(Robot.parse(ARM)), Gui()
     panel = JointsPanel(gui, robot, lambda action: action())
     robot.move('j', 0.2)
