@@ -23,8 +23,7 @@ from .errors import (
     TreeFileError,
 )
 from .geometry import se3
-from .geometry.many_poses import Poses
-from .geometry.pose import Pose
+from .geometry.pose import Pose, Poses
 from .messages import wire
 from .messages.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .messages.sample import Sample

@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import ExtrapolationException, InvalidArgumentException
-from tf_tree_py.core.geometry.many_poses import Poses
+from tf_tree_py.core.geometry.pose import Poses
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps, StampsLike

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.geometry.many_poses import Poses
-from tf_tree_py.core.geometry.pose import Pose
+from tf_tree_py.core.geometry.pose import Pose, Poses
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.observers import newest_of

@@ -22,8 +22,7 @@ from .tree import Tree
 from .. import fork_locks
 from ..errors import Blocker, InvalidArgumentException, TransformException
 from ..geometry import se3
-from ..geometry.many_poses import Poses
-from ..geometry.pose import Pose
+from ..geometry.pose import Pose, Poses
 from ..geometry.se3 import PoseTuple
 from ..messages.observers import asked, halves, newest_of, NO_OBSERVERS, Observers
 from ..stamp import LATEST
