@@ -10,7 +10,7 @@ rotation of an edge between its poses.
 
 from collections.abc import Callable
 import math
-from typing import Any
+from typing import Any, TypeVar
 import weakref
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -38,6 +38,8 @@ from ..buffer.interface import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds, as_pose, time_message
 from ..threads.internal_node import internal_node
 from ..threads.receiver import Receiver
+
+Listener = TypeVar('Listener', bound='_Listener')
 
 
 class SideTopics:
@@ -73,13 +75,39 @@ class SideTopics:
         self._receiver.close()
 
 
+class _Listener:
+    """A listener that fills a buffer from side topics; a context manager, which closes it."""
+
+    def __init__(self, buffer: Buffer, node: Node, usage: str, name: str) -> None:
+        """
+        Begin without topics.
+
+        :param usage: how it is made, for errors, such as ``GyroListener(buffer, node, child)``.
+        :param name: of its small node.
+        :raises TypeError: a buffer of another library, such as tf2's.
+        """
+        check_is_ours(buffer, Buffer, type(self).__name__)
+        check_places(usage, node=node)
+        self._topics = SideTopics(self, node, name)
+
+    def close(self) -> None:
+        """Stop listening; the contents of the buffer stay."""
+        self._topics.close()
+
+    def __enter__(self: Listener) -> Listener:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
 _TYPE_NAMES = {Odometry: 'nav_msgs/msg/Odometry',
                PoseWithCovarianceStamped: 'geometry_msgs/msg/PoseWithCovarianceStamped'}
 # How long the transform from the pose's frame to the edge's child may be missing.
 _PATIENCE = Duration(seconds=5.0)
 
 
-class CovarianceListener:
+class CovarianceListener(_Listener):
     """
     A listener that fills a buffer with the covariances of edges whose poses come from ``/tf``.
 
@@ -99,10 +127,9 @@ class CovarianceListener:
         :param static_topic: the topic of these, as Odometry for their two frames.
         :raises TypeError: a buffer of another library, such as tf2's.
         """
-        check_is_ours(buffer, Buffer, 'CovarianceListener')
-        check_places('CovarianceListener(buffer, node)', node=node)
+        super().__init__(
+            buffer, node, 'CovarianceListener(buffer, node)', 'covariance_listener_impl')
         self._buffer = buffer
-        self._topics = SideTopics(self, node, 'covariance_listener_impl')
         self.subscribe(Odometry, static_topic, qos=static_listener_qos())
 
     def subscribe(self, msg_type: type, topic: str, *, child: str | None = None,
@@ -122,16 +149,6 @@ class CovarianceListener:
         source = _Source(self._buffer, topic, rules)
         source.authority = self._topics.subscribe(
             msg_type, topic, source.take, qos or sensor_qos())
-
-    def close(self) -> None:
-        """Stop listening; the contents of the buffer stay."""
-        self._topics.close()
-
-    def __enter__(self) -> 'CovarianceListener':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class _Source:
@@ -178,7 +195,7 @@ _DEPTH = 1000
 _PERIOD_S = 10.0
 
 
-class GyroListener:
+class GyroListener(_Listener):
     """
     A listener that aids an edge with the angular velocities of an ``Imu`` topic.
 
@@ -206,25 +223,13 @@ class GyroListener:
         :raises TypeError: a buffer of another library, such as tf2's.
         :raises ValueError: limits that are not positive.
         """
-        check_is_ours(buffer, Buffer, 'GyroListener')
-        check_places('GyroListener(buffer, node, child)', node=node)
         gap = None if max_gap is None else as_nanoseconds(max_gap)
         if gap is not None and gap <= 0 or not saturation > 0.0:
             raise ValueError(
                 f'max_gap={max_gap} and saturation={saturation!r} have to be positive')
-        self._topics = SideTopics(self, node, 'gyro_listener_impl')
+        super().__init__(buffer, node, 'GyroListener(buffer, node, child)', 'gyro_listener_impl')
         aid = _Aid(buffer, node, child.removeprefix('/'), gap, saturation)
         self._topics.subscribe(Imu, topic, aid.take, qos or sensor_qos(_DEPTH))
-
-    def close(self) -> None:
-        """Stop listening; the contents of the buffer stay."""
-        self._topics.close()
-
-    def __enter__(self) -> 'GyroListener':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class _Aid:
