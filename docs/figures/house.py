@@ -4,6 +4,8 @@
 """
 The table of layers and rooms, what lives in each, and what the files in them import.
 
+python docs/figures/house.py counts the files and the lines of each layer.
+
 ``test/core/test_walls.py`` holds the code to the table, and ``rooms.py`` draws it.
 """
 
@@ -86,6 +88,31 @@ def files() -> list[Path]:
                   and not {'__pycache__', 'packages'} & set(path.parts))
 
 
+class Size(NamedTuple):
+    """The lines of a file: code without blank lines, comments and docstrings; imports; all."""
+
+    code: int
+    imports: int
+    lines: int
+
+
+def size_of(path: Path) -> Size:
+    """Count the lines of a file."""
+    text = path.read_text()
+    lines = text.splitlines()
+    left_out = {number for number, line in enumerate(lines, 1)
+                if not line.strip() or line.strip().startswith('#')}
+    imports: set[int] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            if ast.get_docstring(node, clean=False) is not None:
+                left_out.update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            imports.update(range(node.lineno, node.end_lineno + 1))
+    code = set(range(1, len(lines) + 1)) - left_out
+    return Size(len(code), len(code & imports), len(lines))
+
+
 def parts(path: Path) -> tuple[str, ...]:
     """Return a file's place in the package; an ``__init__`` has that of its folder."""
     *folders, name = path.relative_to(PACKAGE).with_suffix('').parts
@@ -151,3 +178,16 @@ def graph_of_rooms(layer: str) -> dict[str, set[str]]:
                 other for far in imported(path) if far[0] == layer and len(far) > 1
                 for other in [room_of(far)] if other != room)
     return graph
+
+
+def print_sizes() -> None:
+    """Print the number of files and of lines of each layer, and the longest file."""
+    print(f'{"":14}{"files":>6}{"code":>8}{"imports":>9}{"longest":>9}')
+    for layer in [*LAYERS, '']:
+        sizes = [size_of(path) for path in files() if layer in ('', parts(path)[0])]
+        print(f'{layer or "all":14}{len(sizes):6}{sum(size.code for size in sizes):8}'
+              f'{sum(size.imports for size in sizes):9}{max(size.lines for size in sizes):9}')
+
+
+if __name__ == '__main__':
+    print_sizes()

@@ -34,6 +34,14 @@ def test_every_layer_and_room_is_in_the_table():
         assert folders == set(of.rooms.split()), layer
 
 
+def test_core_is_read_in_an_afternoon_and_no_file_is_long():
+    """These are the numbers of docs/heart.md."""
+    sizes = {named(path): house.size_of(path) for path in house.files()}
+    core = [size.code for name, size in sizes.items() if name.startswith('core/')]
+    assert (len(core) <= 40, sum(core) <= 5000) == (True, True), (len(core), sum(core))
+    assert [name for name, size in sizes.items() if size.lines > 450] == []
+
+
 def test_layers_import_only_those_below_them():
     wrong = []
     for path in house.files():

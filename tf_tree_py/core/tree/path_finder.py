@@ -51,13 +51,13 @@ class PathFinder:
         self.when_empty = 'Nothing has been received yet'
         self._histories = histories
         self._frames = frames
-        self._was_rehung: bool | None = None
+        self._changes_parent: bool | None = None
         # None: the path changes with the stamp, or there is none.
         self._paths: dict[tuple[str, str], Path | None] = {}
 
     def forget(self) -> None:
         """Remove all cached paths, because the structure has changed."""
-        self._was_rehung = None
+        self._changes_parent = None
         self._paths.clear()
 
     def newest_path(self, target: str, source: str) -> Path:
@@ -150,10 +150,10 @@ class PathFinder:
     @property
     def has_changed_parent(self) -> bool:
         """Return whether the parent of any frame changes within the stored time."""
-        if self._was_rehung is None:
-            self._was_rehung = not all(
+        if self._changes_parent is None:
+            self._changes_parent = not all(
                 history.fixed_parent for history in self._histories.values())
-        return self._was_rehung
+        return self._changes_parent
 
     def check_frame(self, argument: str, frame: str) -> None:
         """
