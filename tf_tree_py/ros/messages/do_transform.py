@@ -7,7 +7,8 @@ The functions that transform messages, tf2's ``do_transform_*``, and a table of 
 Each is a pure function of a message and a ``TransformStamped``. The result is in the transform's
 ``header.frame_id`` and has its stamp. It shares nothing with the message or the transform, and
 neither is changed. The functions for the parts of messages are in ``geometry`` and
-``point_cloud``. Users register their own types in ``registry``.
+``point_cloud``. Users register their own types in ``registry``, which also has the pairs of a
+stamped type and its content.
 """
 
 from collections.abc import Callable, Mapping
