@@ -125,6 +125,8 @@ class DeadBand:
         return sample
 
 
+# --- rates
+
 class RateLimit:
     """
     Sends at most one sample of each frame in a period: the newest.
@@ -191,6 +193,8 @@ class RateLimit:
 def _newer(sample: Sample, other: Sample | None) -> Sample:
     return sample if other is None or sample.stamp >= other.stamp else other
 
+
+# --- dead band and rates together
 
 class Thinner:
     """
@@ -263,6 +267,8 @@ def _checked(what: str, number: float) -> float:
         raise ValueError(f'{what} must be a finite number, zero or greater, not {number!r}')
     return number
 
+
+# --- sending
 
 # Sends one message; it must not raise.
 Send = Callable[[Collection[Sample]], None]

@@ -119,6 +119,8 @@ def _states(bag: Bag, topic: str, start: int | None, stop: int | None,
                           first=arrival.received)
 
 
+# --- a bag without transforms
+
 _ODOMETRY, _TF_MESSAGE = 'nav_msgs/Odometry', 'tf2_msgs/TFMessage'
 
 
@@ -140,6 +142,8 @@ def no_transforms(bag: Bag) -> str:
     return '; '.join([f'{bag.path} has no topic with transforms; it has: {there}', *hints,
                       *bag.damage])
 
+
+# --- opening
 
 class Recording(Snapshot):
     """
@@ -255,6 +259,8 @@ def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str |
 _STAMP_OF = {'std_msgs/msg/Header': ByteCursor.take_stamp,
              'builtin_interfaces/msg/Time': ByteCursor.take_time}
 
+
+# --- stamps of any topic
 
 def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
     """

@@ -165,6 +165,8 @@ TYPES = tuple(_READERS)
 """The types of messages that carry observations."""
 
 
+# --- in a bag
+
 FRAME = 'tf:'
 """The prefix of a target that is a frame on /tf."""
 

@@ -142,6 +142,8 @@ def between_many(begin: Array, end: Array) -> Array:
     return np.concatenate([end[:, :3] - begin[:, :3], so3.log_many(turned)], axis=1)
 
 
+# --- residuals and derivatives
+
 STENCIL_NS = 10_000_000
 """Half the time between the two lookups of the derivative by the time."""
 _NANOSECONDS = 1e9

@@ -14,6 +14,8 @@ class CalibrationError(ValueError):
     """A calibration is not possible: one sentence with the reason and the remedy."""
 
 
+# --- observations
+
 Array = npt.NDArray[np.float64]
 Stamps = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]

@@ -204,6 +204,8 @@ def _correlation_time(values: Array) -> float:
     return max(total, 1.0)
 
 
+# --- the jitter of stamps
+
 _TURNS = 8
 """How often both are estimated before the next fit of the unknowns."""
 _SIGNIFICANT_JITTER = 3.0

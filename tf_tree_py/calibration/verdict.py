@@ -156,6 +156,8 @@ def _rms(residuals: Array) -> float:
     return float(np.sqrt((residuals ** 2).sum(axis=1).mean())) if len(residuals) else math.nan
 
 
+# --- the result
+
 class EdgeEstimate(NamedTuple):
     """
     An edge before and after.

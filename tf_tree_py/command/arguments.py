@@ -147,6 +147,8 @@ def _float(text: str) -> float:
         return math.nan
 
 
+# --- output
+
 # The most characters of a name or a line, and of a sentence, that are printed.
 _LONGEST = 200
 _LONGEST_SENTENCE = 1200

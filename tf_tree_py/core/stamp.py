@@ -140,6 +140,8 @@ def format_span(nanoseconds: int) -> str:
     return f'{nanoseconds / 1e9:.3f} s'
 
 
+# --- the rule of silence
+
 SILENCE = from_seconds(1.0)
 """The minimum silence of a silent edge, regardless of its rate."""
 

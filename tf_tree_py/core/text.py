@@ -42,6 +42,8 @@ def times(count: int) -> str:
     return {1: 'once', 2: 'twice'}.get(count, f'{count} times')
 
 
+# --- suggestions
+
 # More names than this, and long names, are not compared, because that takes too long.
 _MAX_NAMES = 1000
 _MAX_LENGTH = 200

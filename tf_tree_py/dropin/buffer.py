@@ -74,6 +74,8 @@ def _seconds(stamp: int) -> str:
     return f'{stamp / 1e9:.6f}'
 
 
+# --- waking an executor
+
 class Waker:
     """
     Gives a node's executor a task, so that it wakes up.
@@ -108,6 +110,8 @@ def _executor_of_spin_once(node: Node) -> Any:
         return rclpy.get_global_executor()
     return None
 
+
+# --- velocities
 
 def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
                     averaging_interval: int, *, reference_frame: str | None = None,
@@ -182,6 +186,8 @@ def _tf2_rotation_vector(q: Quaternion) -> Vector3:
     scale = 2.0 * math.acos(w) / math.sqrt(square)
     return (scale * x, scale * y, scale * z)
 
+
+# --- the buffers
 
 class BufferCore(OurBuffer):
     """``tf2_py.BufferCore``; the log and ``statistics()`` show the refused transforms."""

@@ -59,6 +59,8 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(_HOME_OF[name]), name)
 
 
+# --- star imports
+
 _STARS = {
     'tf2_ros':
         'ActionClient Any buffer buffer_client buffer_interface builtin_interfaces '

@@ -90,6 +90,8 @@ def _spin_until_exit(executor: SingleThreadedExecutor) -> None:
         executor.shutdown()
 
 
+# --- the listeners
+
 class TransformListener:
     """
     ``tf2_ros.TransformListener``.

@@ -102,6 +102,8 @@ def _in_turn(handler: Any) -> Iterator[Any]:
                 yield one
 
 
+# --- the connection
+
 # The limit of an attempt, because ``close`` waits for it; five round trips have to fit, over the
 # Internet, too.
 _ATTEMPT_S = 2.0
@@ -187,6 +189,8 @@ class Connection:
             self._lost_at = None
         self._on_change(connected)
 
+
+# --- sending
 
 class Uplink:
     """

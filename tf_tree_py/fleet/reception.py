@@ -54,6 +54,8 @@ def read_attachment(data: bytes) -> Attachment | None:
     return Attachment(number, sent, gid[1:].hex()) if (first, second, third) == _NAMES else None
 
 
+# --- reception
+
 # A client that may write any key can invent robots. Beyond this many, drops are only counted.
 _MOST_LINES = 100
 # The most parsed keys that are remembered for a robot, which needs two.

@@ -90,6 +90,8 @@ def _publisher(session: 'zenoh.Session', key: str, history: int, congestion: Any
             heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S))
 
 
+# --- simulated robots
+
 class SimulatedRobot(NamedTuple):
     """
     A robot and its motion.

@@ -117,6 +117,8 @@ class Presence:
         return max(0.0, min(self._leaving.values()) - self._now()) if self._leaving else None
 
 
+# --- the roster
+
 # Rates and lags are computed from this many recent messages.
 _LATELY = 64
 # A client that may write any key can invent robots and publishers. More than these are not kept.

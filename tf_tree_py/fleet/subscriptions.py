@@ -94,6 +94,8 @@ class OldCaches:
             self.close()
 
 
+# --- subscriptions
+
 OnToken = Callable[[str, bool], object]
 
 # Requests for past messages while a subscription is declared: the first one, and one for each

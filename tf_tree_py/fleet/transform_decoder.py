@@ -140,6 +140,8 @@ class Inbox(Generic[Item]):
         heapq.heappush(self._turns, (line.served, robot))
 
 
+# --- decoding
+
 # Bytes that the layouts of one robot's messages may take, and those of all robots together.
 _LAYOUTS_OF_ONE, _LAYOUTS_OF_ALL = 2_000_000, 64_000_000
 _NOTHING = Batch((), (), ())

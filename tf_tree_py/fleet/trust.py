@@ -67,6 +67,8 @@ def _refused(parent: str, child: str, stamp: int, robot: str) -> Incident:
         'attach it elsewhere. Do not publish this edge on the robot, or insert it here yourself')
 
 
+# --- how much a robot may publish
+
 # A robot may send this many seconds' worth at once: its stored messages arrive in one burst.
 _BURST_S = 10.0
 _MAX_NAME_BYTES = 1_000_000

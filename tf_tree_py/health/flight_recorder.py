@@ -150,6 +150,8 @@ def _own_size(arrival: ReceivedMessage) -> int:
     return _MESSAGE_BYTES + _TRANSFORM_BYTES * len(arrival.batch.edges)
 
 
+# --- the recorder
+
 LOOKUP_FAILED = 'lookup_failed'
 """The reason for a bag: a lookup between two frames failed that worked before."""
 

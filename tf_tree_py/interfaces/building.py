@@ -54,6 +54,8 @@ def differing(prefix: Path) -> list[str]:
             if installed_hash(prefix, name) != expected]
 
 
+# --- building
+
 DEFINITIONS = Path(__file__).with_name('tf2_msgs')
 
 _PACKAGE = 'tf2_msgs'

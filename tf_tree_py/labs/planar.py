@@ -63,6 +63,8 @@ def _wrap(angle: float) -> float:
     return math.pi if wrapped == -math.pi else wrapped
 
 
+# --- the lab
+
 SUMMARY = 'on a slope a planar tree misplaces a thing at height h by h sin(tilt)'
 
 TILTS_DEG = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)

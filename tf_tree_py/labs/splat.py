@@ -112,6 +112,8 @@ def _densities(centres: Array, spreads: Array) -> Array:
     return np.asarray(np.exp(exponent).reshape(len(centres), -1))
 
 
+# --- the relocaliser
+
 # Pixels of blur, and steps at each.
 _BLURS, _STEPS = (3.0, 1.0, 0.0), 4
 # The step of the numeric Jacobian, metres and radians.
@@ -173,6 +175,8 @@ def moved(pose: PoseTuple, step: Array) -> PoseTuple:
     turn = so3.exp((vector[0], vector[1], vector[2]))
     return (pose[0] + x, pose[1] + y, pose[2] + z, *so3.multiply(turn, pose[3:]))
 
+
+# --- the lab
 
 SUMMARY = 'a camera among 180 Gaussians: from 5 cm off to 3 mm, from its picture'
 

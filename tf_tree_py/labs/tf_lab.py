@@ -67,6 +67,8 @@ def _print_duration(what: str, done: threading.Event) -> None:
         print('\r\x1b[K', end='', file=sys.stderr, flush=True)
 
 
+# --- the command
+
 NAME = 'tf_lab'
 
 _DESCRIPTION = """\

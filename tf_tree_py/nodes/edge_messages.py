@@ -50,6 +50,8 @@ def frame_of(values: dict[str, Any], key: str) -> str:
     return name
 
 
+# --- messages
+
 TYPES = {kind.__name__: kind for kind in (
     Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, TFMessage)}
 

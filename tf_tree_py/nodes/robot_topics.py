@@ -82,6 +82,8 @@ def _fit(sample: Sample, publisher: str) -> Sample | Incident:
     return bad or checked(sample, publisher)
 
 
+# --- publishing
+
 class RawPublisher:
     """A topic of TFMessages."""
 

@@ -65,6 +65,8 @@ class ClosingNode(Node, metaclass=_DestroyedOnError):
             super().destroy_node()
 
 
+# --- running
+
 def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -> int:
     """
     Run a function with ROS until it returns or Ctrl-C; the process should end after it.

@@ -92,6 +92,8 @@ def thinning_of(values: Mapping[str, Any]) -> Thinner:
         max_silence=values['max_silence'])
 
 
+# --- links to a fleet
+
 class _ToNode(logging.Handler):
     """Forwards records of Python's ``logging`` to the log of a node."""
 
@@ -164,6 +166,8 @@ class FleetInput(Observer):
         """Stop listening."""
         self._listener.close()
 
+
+# --- echoes
 
 # Samples that are remembered: sixteen seconds of 25 frames at 50 Hz.
 _REMEMBERED = 20_000
@@ -244,6 +248,8 @@ class FleetEchoes:
             self._warned = True
             self._warn(sentence)
 
+
+# --- the node
 
 _DESCRIPTION = """\
 Republishes one robot's transforms on the topics that all robots share, with a prefix

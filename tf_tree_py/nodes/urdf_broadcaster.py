@@ -85,6 +85,8 @@ def _look(path: Path) -> _State | None:
     return status.st_mtime_ns, status.st_size, status.st_ino
 
 
+# --- the node
+
 NAME = 'urdf_broadcaster'
 
 _DESCRIPTION = """\

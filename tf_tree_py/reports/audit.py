@@ -286,6 +286,8 @@ def _is_library(module: str) -> bool:
     return package == _PACKAGE and _EXECUTABLES.isdisjoint(inside[:1])
 
 
+# --- the audit of an unchanged program
+
 _numbers = count()
 
 

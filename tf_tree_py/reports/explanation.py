@@ -65,6 +65,8 @@ def _moving_edges(tree: Queries, error: TransformException) -> list[EdgeInfo]:
     return [edge for edge in edges if not edge.static]
 
 
+# --- certainty
+
 @dataclass(frozen=True)
 class Certainty:
     """
@@ -120,6 +122,8 @@ def certainty_of(tree: UncertainQueries, target: str, source: str, stamp: int) -
         return None
     return None if covariance is None else Certainty(covariance, tuple(shares))
 
+
+# --- the explanation
 
 # If a frame is missing, no more than this number of known frames are listed.
 _MAX_FRAMES = 100

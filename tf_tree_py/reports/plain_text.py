@@ -35,6 +35,8 @@ def as_lines(rows: Sequence[Sequence[str]], right: Container[int],
     return lines
 
 
+# --- poses
+
 def as_line(pose: Pose) -> str:
     """Return translation and roll, pitch, yaw, in columns of constant width."""
     return f'{_translation(pose)}  {_rpy(pose)}'
@@ -76,6 +78,8 @@ def _whole(number: float, digits: int) -> float:
     # Adding 0.0 turns -0.0 into 0.0.
     return round(number, digits) + 0.0
 
+
+# --- buffers
 
 # tf2 divides by the stored span, but never by less than this many seconds.
 _SHORTEST_SPAN_S = 1e-4

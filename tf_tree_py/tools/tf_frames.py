@@ -203,6 +203,8 @@ class _Paper:
         return 0.15 + (box.row + 0.5) * _ROW
 
 
+# --- the command
+
 NAME = 'tf_frames'
 VERSION = 1
 """The version of --json; it changes only if a key is removed or gets another meaning."""

@@ -95,6 +95,8 @@ class DumpRequests:
             node.destroy_node()
 
 
+# --- the command
+
 NAME = 'tf_record'
 VERSION = 1
 """The version of --json; it changes only if a key is removed or gets another meaning."""

@@ -83,6 +83,8 @@ def stamp(text: str) -> int:
     return int(seconds.scaleb(9).to_integral_value())
 
 
+# --- the source
+
 class TreeSource(Protocol):
     """
     A source of a tree.

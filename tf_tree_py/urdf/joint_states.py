@@ -211,6 +211,8 @@ class JointStates:
             self._on_warning(sentence)
 
 
+# --- recorded states
+
 class JointState(NamedTuple):
     """
     The content of one JointState message.

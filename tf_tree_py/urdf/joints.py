@@ -144,6 +144,8 @@ def _mimic_of(joint: Element, kind: str) -> Mimic | None:
                  number(element, 'multiplier', 1.0), number(element, 'offset', 0.0))
 
 
+# --- joints that mimic others
+
 # The greatest multiplier, and offset in metres or radians. No real mechanism has as much.
 _LARGEST = 1e9
 

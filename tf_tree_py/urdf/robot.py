@@ -93,6 +93,8 @@ def _attribute(text: str) -> str:
     return quoted(text).replace("'", '"')
 
 
+# --- the robot
+
 Edge = tuple[str, str]
 
 

@@ -194,6 +194,8 @@ class _Reader:
         return DescriptionError(self._source, error.lineno, '', problem, fix)
 
 
+# --- numbers and poses
+
 def number(element: Element, name: str, default: float) -> float:
     """Return the number in an attribute, or a default without the attribute; see ``numbers``."""
     return numbers(element, name, (default,))[0]

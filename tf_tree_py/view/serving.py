@@ -130,6 +130,8 @@ def _place(origin: str) -> tuple[str | None, int | None] | None:
     return (parts.hostname, port) if parts.hostname else None
 
 
+# --- waking viser
+
 def wake_only_in_loop(client: Any) -> None:
     """
     Let only the thread of the event loop set the event for new messages.
@@ -157,6 +159,8 @@ def _running_loop() -> asyncio.AbstractEventLoop | None:
     except RuntimeError:
         return None
 
+
+# --- the server
 
 RATE_HZ: Final = 30.0
 # The colours of the light from above and below, sRGB.

@@ -116,6 +116,8 @@ def as_text(path: object, oddities: Sequence[Anomaly]) -> str:
     return '\n'.join([f'{path}: readable, with anomalies:', *lines])
 
 
+# --- the order of stamps
+
 # A larger step back means another run, or another clock: no message is delayed that long.
 _JUMP = from_seconds(1.0)
 
@@ -157,6 +159,8 @@ def _fault(before: int, stamp: int) -> tuple[str, str]:
     return reason, (f'{format_stamp(stamp)} arrived after {format_stamp(before)}, '
                     f'which is {format_span(before - stamp)} newer')
 
+
+# --- assembly
 
 # Of a window: enough samples of each edge for numpy, and small compared with the histories.
 _WINDOW_BYTES = 16_000_000

@@ -89,6 +89,8 @@ def renames(names_of: Callable[[MessageSource], Rename],
     return rename_of
 
 
+# --- many messages together
+
 # Messages of one size and first name with more layouts than this are read one by one.
 _MAX_LAYOUTS = 8
 

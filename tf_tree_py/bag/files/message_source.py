@@ -131,6 +131,8 @@ class Scan(Protocol):
         """Yield every message, in the order of the file."""
 
 
+# --- messages of any type
+
 # Types that rosbags does not define. The files of a recorder that was killed have no definitions.
 _DEFINITIONS = {
     'vision_msgs/msg/ObjectHypothesis': 'string class_id\nfloat64 score\n',
@@ -179,6 +181,8 @@ def _types(ros1: bool) -> Any:
             store.register(get_types_from_msg(text, name))
     return store
 
+
+# --- the limit of unpacked sizes
 
 VARIABLE = 'TF_TREE_PY_MAX_UNPACKED'
 """The environment variable that sets the limit, in bytes."""

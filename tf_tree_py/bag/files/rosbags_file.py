@@ -120,6 +120,9 @@ def limit_mcap(table: dict[str, Any] | None) -> None:
 
 limit_mcap(getattr(storage_mcap, 'DECOMPRESSORS', None))
 
+
+# --- the files
+
 _ZSTD = b'\x28\xb5\x2f\xfd'
 """The first bytes of zstd data; no message of ROS begins with them."""
 

@@ -171,6 +171,8 @@ class Bytes:
         return bytes(self.sized()).decode(errors='replace')
 
 
+# --- SQLite
+
 class SqliteScan:
     """Reads one file; see ``Scan``."""
 

@@ -118,6 +118,8 @@ def correction_of(tree: Tree, child: str) -> Pose:
     return Pose._make(se3.IDENTITY if stage is None else stage.motion)
 
 
+# --- callers' arguments
+
 DEFAULT_OVER = from_seconds(0.5)
 
 
@@ -171,6 +173,8 @@ def checked_point(given: npt.ArrayLike) -> Vector3:
     return (x, y, z)
 
 
+# --- corrections of a buffer
+
 class CorrectedBuffer(PlainBuffer):
     """A buffer whose edges can be corrected without a jump."""
 
@@ -213,6 +217,8 @@ class CorrectedBuffer(PlainBuffer):
         with self._lock:
             return absorb(self._tree, checked_frame(child), motion, seen_at, place, limits)
 
+
+# --- queries
 
 class CorrectionQueries(Queries):
     """The corrections of edges, thread-safe."""

@@ -264,6 +264,8 @@ def _span(given: Curve, edge: str) -> tuple[int, int]:
     return oldest, latest
 
 
+# --- one twist
+
 @dataclass(frozen=True)
 class ConstantTwist:
     """

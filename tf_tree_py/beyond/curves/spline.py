@@ -92,6 +92,8 @@ class SplinePieces:
         return *on_pieces(self.knots, self.steps, numbers), u
 
 
+# --- at many stamps
+
 # The pieces of a spline are cut into parts that rotate by at most this angle, radians. So there
 # are few parts, and on each a polynomial equals the curve apart from rounding.
 _TURN = 0.1
@@ -173,6 +175,8 @@ def _derivatives(lengths: Array) -> tuple[Array, Array, Array]:
     one, two, three = lengths[:-2], lengths[1:-1], lengths[2:]
     return (0.5 * one + 0.75 * two + 0.5 * three, one + two + three, one + 2.0 * two + three)
 
+
+# --- the spline
 
 # Radians: if a piece rotates by more than half a turn, the curve rotates the other way round.
 _HOPELESS = 0.5

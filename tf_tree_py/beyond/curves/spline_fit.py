@@ -131,6 +131,8 @@ def _unevenness(steps: Array) -> Array:
     return slope
 
 
+# --- a caller's poses
+
 # Nanoseconds: differences of stamps must fit into 64 bits.
 _LONGEST = 2**62
 

@@ -106,6 +106,8 @@ class RunningFit:
         return self._group.log(self._group.compose(self._group.inverse(a), b))
 
 
+# --- the growing spline
+
 _CACHE_TIME = from_seconds(10.0)
 # If a new pose moves the newest knot, the knot this many before it moves by 3e-5 of that: each
 # knot moves by 2 - sqrt(3) of the movement of the next one.

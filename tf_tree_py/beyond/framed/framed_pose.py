@@ -134,6 +134,8 @@ class FramedPose(Generic[Target, Source]):
         return f'{self.name}: {self.pose}'
 
 
+# --- queries
+
 class FramedQueries(Queries):
     """Lookups whose results have the names of their frames."""
 

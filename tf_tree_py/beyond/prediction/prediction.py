@@ -151,6 +151,8 @@ def _ahead(history: History, stamp: int, horizon: int) -> int:
     return stamp - latest
 
 
+# --- queries
+
 class PredictionQueries(UncertainQueries):
     """Predictions, thread-safe."""
 

@@ -97,6 +97,8 @@ def _times(twist: Twist, factor: float) -> Twist:
     return (factor * vx, factor * vy, factor * vz, factor * wx, factor * wy, factor * wz)
 
 
+# --- earlier predictions
+
 _Error = tuple[float, float, float, float, float, float]
 
 # Predictions are made from one sample in each cell of time. There are at most this many cells;

@@ -174,6 +174,8 @@ def _gate(given: Any) -> tuple[float, float] | None:
     return metres, radians
 
 
+# --- insertion into a buffer
+
 class SourceBuffer(PlainBuffer):
     """A buffer whose edges may have several sources."""
 
@@ -259,6 +261,8 @@ class SourceBuffer(PlainBuffer):
         self._switching().switch_by_rule(child, checked_rule(
             max_age, gate, window, limits, prefer, steady))
 
+
+# --- queries
 
 class SourceQueries(CorrectionQueries):
     """The sources of edges, thread-safe."""

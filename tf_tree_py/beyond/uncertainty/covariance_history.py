@@ -314,6 +314,8 @@ def _turn_by_gyroscope(history: MeasuringHistory, first: int, last: int,
     return closing or (np.array(so3.log(_turn(history, first, last))), np.eye(3))
 
 
+# --- the edges of a tree
+
 @storable
 class EdgeCovariances(Companion):
     """

@@ -182,6 +182,8 @@ def _fault_of(covariance: Array) -> str:
     return ''
 
 
+# --- insertion into a buffer
+
 class UncertainBuffer(PlainBuffer):
     """A buffer that takes covariances with transforms."""
 

@@ -221,6 +221,8 @@ def _draws(count: int) -> Array:
     return np.ascontiguousarray(np.concatenate([half, -half]).T)
 
 
+# --- along a path
+
 # Up to this sum of the variances of the angles, radians^2, the first order is exact to 0.1 %.
 SMALL_ANGLES = np.radians(1.0) ** 2
 

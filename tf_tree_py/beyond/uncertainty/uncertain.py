@@ -224,6 +224,8 @@ def pending_error(history: History, stamp: int, pose: PoseTuple) -> Array | None
     return None if error is None or not error.any() else error[0]
 
 
+# --- lookups
+
 # Stamps per block: a covariance takes 288 bytes, and each stamp needs several.
 _BLOCK = 2048
 

@@ -67,6 +67,8 @@ class RefusalWarnings:
             warnings.warn(text, TransformWarning, stacklevel=_STACK_LEVEL)
 
 
+# --- the buffer
+
 Answer = TypeVar('Answer')
 
 DEFAULT_CACHE_TIME = from_seconds(10.0)

@@ -43,6 +43,8 @@ def call_all(calls: Iterable[Callable[[], object]]) -> None:
         raise first
 
 
+# --- deadlines
+
 class Deadline(Protocol):
     """Blocks a thread until an event is set or the time is up."""
 
@@ -68,6 +70,8 @@ class WallDeadline:
         """Return the seconds since the wait began."""
         return time.monotonic() - self._begin
 
+
+# --- the queues
 
 _Entry = tuple[int, int, 'Waiter']
 
@@ -173,6 +177,8 @@ def wake_all(waiters: Iterable[Waiter]) -> None:
     """
     call_all(waiter.wake for waiter in waiters)
 
+
+# --- waiting
 
 Answer = TypeVar('Answer')
 

@@ -130,6 +130,8 @@ class StaticHistory:
         return cls(child, stored.one('parent', str), (x, y, z, qx, qy, qz, qw))
 
 
+# --- sampled
+
 class DynamicHistory(PackedSamples):
     """
     The samples of a moving edge within a window of time, interpolated as in tf2.

@@ -107,6 +107,8 @@ def _check_structure(stamps: 'memoryview[int]', codes: 'memoryview[int]', names:
         raise ValueError('the stamps or parents of an edge are not valid')
 
 
+# --- the window of samples
+
 POSE_BYTES = 56
 pack_pose = struct.Struct('=7d').pack
 unpack_pose = struct.Struct('=7d').unpack_from

@@ -175,6 +175,8 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(x + y + z + w)
 
 
+# --- histories
+
 Stretch = tuple[str, int, int]
 """A parent, and the interval of stamps in which it is the parent, without the last stamp."""
 

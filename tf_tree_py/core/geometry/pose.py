@@ -181,6 +181,8 @@ def _refusal(other: Any, shape: tuple[int, ...] | None) -> str:
     return f'{_WHAT}, and not {had}'
 
 
+# --- one pose
+
 class Pose(NamedTuple):
     """
     A rigid transform: metres and a unit quaternion, immutable.

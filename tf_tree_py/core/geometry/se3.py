@@ -351,6 +351,8 @@ def _jacobian_product_many(v: Array, w: Array, first: Array, second: Array) -> A
     return so3.joined(_jacobian_product(so3.columns(v), so3.columns(w), first, second))
 
 
+# --- screws
+
 Screw = tuple[float, float, float, float, float, float]
 
 

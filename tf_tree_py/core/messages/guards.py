@@ -123,6 +123,8 @@ class FutureGuard:
         return format_span(stamp - (self.limit - self._span))
 
 
+# --- stamps that jump back
+
 WHY_OLD = ('A bag that loops, a simulation that was restarted, or a second publisher whose clock '
            'is slow')
 CURE = ('For the first two set use_sim_time and publish /clock, or pass '

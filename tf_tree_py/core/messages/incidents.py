@@ -170,6 +170,8 @@ class Statistics:
         return '; '.join([text, *counts])
 
 
+# --- log lines
+
 _PERIOD_S = 10.0
 _LINES_PER_KIND = 5
 

@@ -101,6 +101,8 @@ class MessageBlock:
         return fits, stamps[:, fits], poses[:, fits]
 
 
+# --- the layout
+
 # Positions of the first parent's name, equal in both formats: the seq of ROS 1 is as long as
 # the encapsulation of CDR.
 _FIRST_LENGTH, _FIRST_NAME = 16, 20

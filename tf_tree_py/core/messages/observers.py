@@ -62,6 +62,8 @@ class Endpoint(NamedTuple):
     transient_local: bool
 
 
+# --- observers
+
 Answer = TypeVar('Answer')
 
 AUDIT_FOLDER = 'TF_TREE_PY_AUDIT'

@@ -232,6 +232,8 @@ def checked(sample: Sample, authority: str) -> Sample | Incident:
     return Sample(parent, child, stamp, (x, y, z, *so3.normalize((qx, qy, qz, qw))))
 
 
+# --- many samples of one edge
+
 class SampleTrack(NamedTuple):
     """
     Samples of one edge in the order in which they arrive.

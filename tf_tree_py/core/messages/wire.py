@@ -187,6 +187,8 @@ def read(data: bytes) -> Batch:
     return WireReader().read(data)
 
 
+# --- messages in which only numbers change
+
 class MessageTemplate:
     """
     One serialized message whose numbers are overwritten, at a tenth of the cost of ``write``.

@@ -93,6 +93,8 @@ def thawed(stored: Stored) -> History:
     return history
 
 
+# --- files
+
 _MAGIC = b'tf_tree\0'
 _VERSION = 2
 _PREFIX = struct.Struct('<8sIII')  # magic, version, length and CRC-32 of the header

@@ -34,6 +34,8 @@ def samples_around(history: History | None, stamp: int) -> list[tuple[int, Pose]
     return [(knot, Pose._make(history.sample(knot))) for knot in sorted(around)]
 
 
+# --- edges as data and as text
+
 # More lines than this are not readable, and longer names do not fit on a screen.
 _MAX_LINES = 200
 _MAX_NAME = 80

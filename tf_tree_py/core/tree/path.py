@@ -182,6 +182,8 @@ def _inverse(a_T_b: Array) -> Array:
     return np.array(inverse)
 
 
+# --- the path
+
 class Step(NamedTuple):
     """
     One edge on the path from the target to the source.

@@ -226,6 +226,8 @@ class PathFinder:
         return edge_to_blame(between or stuck, stamp).extrapolation(stamp)
 
 
+# --- all frames
+
 # An edge, the known end, the end to be computed, and whether the latter is the parent.
 _Step = tuple[History, str, str, bool]
 

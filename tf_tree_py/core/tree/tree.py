@@ -106,6 +106,8 @@ def _goes_back(history: History, parent: str, authority: str) -> bool:
             and history.has_named(parent))
 
 
+# --- the tree
+
 Edge = tuple[str, str]
 _Kind = TypeVar('_Kind', bound=Companion)
 

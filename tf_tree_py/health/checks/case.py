@@ -59,6 +59,8 @@ def _reached(frame: str, neighbours: Mapping[str, Sequence[str]]) -> list[str]:
     return list(reached)
 
 
+# --- the case
+
 # The number of samples before and after a step that are compared.
 _AROUND = 20
 # A stamp is frozen only if it was received at least this often.

@@ -65,6 +65,8 @@ def unreadable(case: Case) -> Iterator[Remark]:
                          f'refused {times(trouble.count)}: {trouble.detail}', trouble)
 
 
+# --- the order of stamps
+
 # Fewer cases than this are not reported.
 _FEW = 3
 _SELDOM = 0.01
@@ -157,6 +159,8 @@ def delayed(case: Case) -> Iterator[Remark]:
                 {'p50_delay_s': delays.usual / 1e9, 'p95_delay_s': delays.late / 1e9,
                  'count': moving.timing.delays.count})
 
+
+# --- steps between samples
 
 # With fewer steps than this, their median is not reliable.
 _SEVERAL = 20
@@ -251,6 +255,8 @@ def _of_localiser(case: Case, edge: EdgeRecord) -> dict[str, Any]:
                      'smoothly',
             'fix': f'plan and control in {edge.child}; only goals belong in {edge.parent}'}
 
+
+# --- static edges
 
 # An edge that has not moved for this long, in this many samples, is considered fixed.
 _LONG = from_seconds(4.0)

@@ -73,6 +73,8 @@ def empty_name(case: Case) -> Iterator[Remark]:
         yield of_trouble(frames, f'an empty frame name {beside}, {times(trouble.count)}', trouble)
 
 
+# --- publishers
+
 # Two publishers that disagree make the frame alternate between two poses. Noise does so too, but
 # the next step reverses few of its steps. A vibration, or a toggling last digit, looks the same.
 # But the stamps of one publisher are regular, while those of two interleave: a sample of the
@@ -180,6 +182,8 @@ def _named(endpoint: Endpoint) -> str:
     return endpoint.node or 'an unknown node'
 
 
+# --- sources
+
 @check(Severity.WARNING, explains=('gap', 'irregular_rate', 'skew', 'delayed'),
        catches='a source of an edge that fell silent and was replaced by another',
        cause='its node or its sensor has died, or hangs; or its clock is behind the others',
@@ -205,6 +209,8 @@ def _made_way(case: Case, kind: Kind) -> Iterator[Remark]:
         yield of_trouble(frames, f'{frames[0]} -> {frames[1]} changed its source '
                          f'{times(trouble.count)}: {trouble.detail}', trouble)
 
+
+# --- the tree
 
 # A frame that is handed over has one parent for a while, and then another. In a conflict its
 # parent changes with every other message.

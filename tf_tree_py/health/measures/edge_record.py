@@ -180,6 +180,8 @@ class Parents:
             self.last = int(received[changes[-1]])
 
 
+# --- the summary
+
 @dataclass(frozen=True)
 class Symptoms:
     """

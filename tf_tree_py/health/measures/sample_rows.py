@@ -169,6 +169,8 @@ class RecentSamples:
             self.shortest_delay = min(self.shortest_delay, float(delays.min()))
 
 
+# --- gathering messages
+
 Edge = tuple[str, str]
 
 # How many transforms to gather, how many of each edge, and how many at most: enough to make

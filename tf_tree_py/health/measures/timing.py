@@ -52,6 +52,8 @@ def clock_steps(steps: Steps, interval: float) -> list[ClockStep]:
     return [ClockStep(int(steps.received[place]), round(float(lead[place]))) for place in found]
 
 
+# --- stamps and arrivals
+
 JUMP = from_seconds(1.0)
 """A stamp that goes back by more has jumped to another time; by less, it is out of order."""
 

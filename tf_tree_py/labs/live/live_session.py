@@ -53,6 +53,8 @@ def _is_taken_by(claim: socket.socket, domain_id: int) -> bool:
     return True
 
 
+# --- processes
+
 PATIENCE_S = 60.0
 """How long a lab waits for its processes; on a busy machine, each takes half a minute to start."""
 

@@ -56,6 +56,8 @@ def check_places(call: str, *, buffer: Any = None, node: Any = None) -> None:
         raise TypeError(f'{call}: the node is a {type(node).__name__}')
 
 
+# --- the interface
+
 # The default timeout; a buffer may recognise this object.
 NO_TIME = Duration()
 

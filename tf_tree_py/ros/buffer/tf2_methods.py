@@ -56,6 +56,8 @@ class RosSnapshot(Snapshot):
         return checked_ros_stamp(stamp, lambda: self._simulated)
 
 
+# --- velocities
+
 def velocity_stamped(velocity: Velocity, tracking_frame: str, observation_frame: str,
                      reference_frame: str | None = None) -> VelocityStamped:
     """
@@ -73,6 +75,8 @@ def velocity_stamped(velocity: Velocity, tracking_frame: str, observation_frame:
                            reference_frame_id=observation_frame,
                            velocity=Twist(linear=linear, angular=angular))
 
+
+# --- tf2's methods
 
 class CoreApi(BufferCore):
     """The methods of tf2_py, and twists: lookups that never wait, and listings."""

@@ -90,6 +90,8 @@ def drop_for(error: TransformException, *, released: bool) -> Drop:
     return Drop.CLOSED
 
 
+# --- the filter
+
 # For each target frame its name, the stamp that was found, and target_T_frame.
 _Answer = list[tuple[str, int, PoseTuple]]
 

@@ -161,6 +161,8 @@ def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int
     return f'the field {name!r} ({kind}) holds {unit_read} from {zero}{note}'
 
 
+# --- deskewing
+
 # (frame, reading) pairs that have been logged: all clouds of one driver have the same reading.
 _told: set[tuple[str, str]] = set()
 _MAX_TOLD = 1000

@@ -66,6 +66,8 @@ def _congruent(covariance: Any, matrix: Array) -> Array:
     return np.asarray(matrix @ square @ matrix.T).reshape(36)
 
 
+# --- parts of messages
+
 _accel, _accel_with_covariance = maker(Accel), maker(AccelWithCovariance)
 _point, _point32, _vector3, _quaternion = map(maker, (Point, Point32, Vector3, Quaternion))
 _polygon, _polygon_instance = maker(Polygon), maker(PolygonInstance)

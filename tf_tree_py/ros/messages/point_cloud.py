@@ -208,6 +208,8 @@ def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[Any]],
                   offset, offset * len(points), data, is_dense)
 
 
+# --- scans
+
 def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
     """
     Return a scan as a cloud in its own frame.

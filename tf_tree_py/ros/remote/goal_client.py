@@ -110,6 +110,8 @@ class ServerWatch:
         return frozenset()
 
 
+# --- the client
+
 _SendGoal = LookupTransform.Impl.SendGoalService
 _GetResult = LookupTransform.Impl.GetResultService
 

@@ -178,6 +178,8 @@ class Goals(Generic[Kind]):
         return actions
 
 
+# --- one lookup
+
 # A server accepts a goal at once, no matter how long the lookup takes.
 _ACCEPTANCE_S = 10.0
 # A longer wait is sent in parts, so that a server forgets the goals of a client that died.

@@ -50,6 +50,8 @@ def is_locked_here(context: Context) -> bool:
     return is_owned is not None and bool(is_owned())
 
 
+# --- logging
+
 _PERIOD_S = 10.0
 _EXIT = (' sys.exit() would end only the thread that receives transforms, and lookups would stop '
          'working, so it is ignored. To end the program, call rclpy.shutdown().')
@@ -94,6 +96,8 @@ class RateLimitedLog:
             with suppress(Exception):
                 print(text, file=sys.stderr)
 
+
+# --- small nodes
 
 USE_SIM_TIME = 'use_sim_time'
 

@@ -288,6 +288,8 @@ def _close_all() -> None:
         receiver.close()
 
 
+# --- responses
+
 # Nanoseconds, 146 years.
 _NEVER = 2**62
 

@@ -108,6 +108,8 @@ def node_name(info: Any) -> str:
     return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
+# --- endpoints
+
 def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
     """
     Return the publishers and subscriptions of some topics, from the ROS graph.
@@ -129,6 +131,8 @@ def _endpoint(info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
         qos.reliability != ReliabilityPolicy.BEST_EFFORT,
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
 
+
+# --- two publishers of one edge
 
 class DuplicatePublishers:
     """

@@ -101,6 +101,8 @@ class _Listener:
         self.close()
 
 
+# --- covariances
+
 _TYPE_NAMES = {Odometry: 'nav_msgs/msg/Odometry',
                PoseWithCovarianceStamped: 'geometry_msgs/msg/PoseWithCovarianceStamped'}
 # How long the transform from the pose's frame to the edge's child may be missing.
@@ -188,6 +190,8 @@ class _Source:
             estimate.child, carrier, time_message(estimate.stamp),
             _PATIENCE).add_done_callback(store)
 
+
+# --- gyroscopes
 
 # A second of a fast gyroscope: on a busy machine the thread may be delayed that long.
 _DEPTH = 1000

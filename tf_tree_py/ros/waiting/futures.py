@@ -209,6 +209,8 @@ def _who_awaits() -> Any:
     return None if asyncio is None else asyncio._get_running_loop()
 
 
+# --- the futures of lookups
+
 class TransformFuture(AwaitableFuture):
     """
     A future whose result is the first ``TransformStamped`` that the lookup finds.

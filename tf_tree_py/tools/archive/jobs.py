@@ -150,6 +150,8 @@ def local_copy(path: str) -> Iterator[Path]:
         yield copy
 
 
+# --- jobs
+
 FINE, WARNING, ERROR = 'fine', 'warning', 'error'
 BROKEN = 'broken'
 """The bag yields no result, and another try would not help."""
@@ -243,6 +245,8 @@ def failed(outcome: str, reason: str) -> Result:
     """Return the result for a bag without any files."""
     return Result({'outcome': outcome, 'reason': ' '.join(reason.split())}, {})
 
+
+# --- the record of finished bags
 
 _ROWS, _FILES = 'rows', 'bags'
 _VERSION = 1

@@ -63,6 +63,8 @@ def _settings() -> Any:
     })
 
 
+# --- running
+
 def results(client: Any, job: Job, bags: Sequence[BagPath]) -> Iterator[tuple[BagPath, Result]]:
     """
     Yield the result for each bag, in the order in which they finish.

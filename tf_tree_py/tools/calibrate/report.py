@@ -157,6 +157,8 @@ def _quoted(name: str) -> str:
     return "'" + name.replace("'", "''") + "'"
 
 
+# --- the picture
+
 SUFFIXES = ('.png', '.svg', '.pdf')
 _BEFORE = {'color': '#c84c00', 'marker': 'x', 'linestyle': '', 'markersize': 4.0}
 _AFTER = {'color': '#0060a8', 'marker': '.', 'linestyle': '', 'markersize': 4.0}

@@ -88,6 +88,8 @@ def _check(trajectory: Trajectory) -> None:
         raise Cannot('viewers cannot show NaN: omit --outside nan')
 
 
+# --- formats
+
 _POSE = ('x_m', 'y_m', 'z_m', 'qx', 'qy', 'qz', 'qw')
 _TWIST = ('vx_m_per_s', 'vy_m_per_s', 'vz_m_per_s',
           'wx_rad_per_s', 'wy_rad_per_s', 'wz_rad_per_s')

@@ -85,6 +85,8 @@ def _stamp(text: str) -> int:
                          else int(text))
 
 
+# --- the plan
+
 class Plan(NamedTuple):
     """
     The content of an export from each bag; it can be sent to another process.

@@ -111,6 +111,8 @@ def _distance(across: Array, forward: Array, half: Array, least: float) -> float
     return float(max((needed - forward).max(), least / half.min()))
 
 
+# --- sizes
+
 # Shorter edges do not count, metres.
 _TOGETHER: Final = 1e-3
 _LEAST: Final = 0.1

@@ -108,6 +108,8 @@ def _joined(*parts: str) -> str:
     return ', '.join(filter(None, parts))
 
 
+# --- relative motion
+
 # The number of evenly spaced stamps, and the greatest number of the frame's own samples, which
 # show jumps and gaps.
 _EVEN, _OWN = 300, 900

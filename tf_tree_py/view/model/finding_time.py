@@ -49,6 +49,8 @@ class IncidentLog(Observer):
                            if frames is None or not about.isdisjoint(frames)})
 
 
+# --- the time of a finding
+
 # A gap between samples is at least so many times as long as the median.
 _WIDE: Final = 3.0
 

@@ -99,6 +99,8 @@ def links_of(edges: Sequence[EdgeInfo]) -> dict[str, list[str]]:
     return links
 
 
+# --- the moment
+
 class Moment(NamedTuple):
     """
     The frames that a page draws, and their poses.
@@ -213,6 +215,8 @@ def _static(edges: Sequence[EdgeInfo], frames: Sequence[str]) -> npt.NDArray[np.
     return np.array([frame in fixed for frame in frames], np.bool_)
 
 
+# --- uncertainty
+
 # The true position is inside in 74 % of all cases, and along each single axis in 95 %.
 _SIGMAS: Final = 2.0
 # The least thickness, as a share of the longest axis, so that a flat ellipsoid stays visible.
@@ -252,6 +256,8 @@ def ellipsoid(tree: AllQueries, moment: Moment, frame: str) -> Ellipsoid | None:
     return Ellipsoid(place, so3.from_matrix(axes),
                      np.maximum(semi_axes, _THINNEST * semi_axes[-1]))
 
+
+# --- the trail
 
 # The number of points, which is enough for a smooth line on a screen.
 _MOST = 400

@@ -55,6 +55,8 @@ def _spans(edges: Sequence[EdgeInfo]) -> dict[str, Span | None]:
     return known
 
 
+# --- the playhead
+
 # A lookup at stamp 0 would return the latest transform.
 _FIRST = LATEST + 1
 

@@ -95,6 +95,8 @@ def _camera(text: str) -> Array | None:
     return camera if np.isfinite(camera).all() and np.ptp(camera, axis=0).any() else None
 
 
+# --- the address
+
 class Address:
     """Converts what a page shows to the query of an address, and back."""
 

@@ -34,6 +34,8 @@ def film_stamps(window: tuple[int, int], stamp: int, seconds: float, speed: floa
     return np.linspace(begin, begin + length, min(max(count, 1), MOST_FRAMES)).astype(np.int64)
 
 
+# --- recording
+
 _NAME: Final = 'tf_view.gif'
 _WIDEST: Final = 640
 # A browser does not draw a tab that is hidden, so a picture may never arrive.

@@ -52,6 +52,8 @@ def extent(moment: Moment, shown: npt.NDArray[np.bool_], corners: dict[str, Arra
     return np.concatenate(points)
 
 
+# --- the camera of a page
+
 # The assumed height of the picture until the browser reports it, CSS pixels.
 _HEIGHT: Final = 800.0
 
@@ -123,6 +125,8 @@ class CameraControl:
         """Turn the camera to a point."""
         self._handle.look_at = point
 
+
+# --- fitting
 
 # A camera that no person has moved is fitted again when the frames become so many times as many.
 _MORE = 1.2

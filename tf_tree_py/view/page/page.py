@@ -82,6 +82,8 @@ class SensorView:
         return Seen(np.concatenate(found), True) if found else None
 
 
+# --- the page
+
 # Texts, lists and trails are updated less often than the picture.
 _PANELS_EVERY_S: Final = 0.25
 

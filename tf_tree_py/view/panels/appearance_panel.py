@@ -84,6 +84,8 @@ class AppearancePanel:
                                   show_share_button=False, control_width='medium')
 
 
+# --- joints
+
 _STEPS = 1000.0
 
 
@@ -123,6 +125,8 @@ class JointsPanel:
         for slider in self._robot.sliders:
             self._robot.move(slider.variable, slider.rest)
 
+
+# --- views
 
 _ROBOT, _ALL = 'see the robot', 'see all'
 _BUTTONS: Final = (_ROBOT, _ALL)

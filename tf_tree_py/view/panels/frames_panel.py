@@ -91,6 +91,8 @@ class FramesPanel:
             self._unfolded ^= {row.frame}
 
 
+# --- the chosen frame
+
 class ChosenPanel:
     """
     The controls of the chosen frame of one page.
@@ -154,6 +156,8 @@ class ChosenPanel:
 
 _NOT_CHOSEN = markup.note('click a frame, or its name in the list; click again to deselect it')
 
+
+# --- findings
 
 _MOST: Final = 12
 _SIGNS: Final = {'error': '✖', 'warning': '▲', 'note': '●'}

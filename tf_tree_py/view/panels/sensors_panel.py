@@ -90,6 +90,8 @@ class SensorsPanel:
             self._source.release(topic, self)
 
 
+# --- saving
+
 _RECORD: Final = 'record a GIF'
 
 

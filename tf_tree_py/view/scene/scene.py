@@ -55,6 +55,8 @@ class Ground:
         node.cell_color, node.section_color = _DARK if dark else _LIGHT
 
 
+# --- stale axes
+
 _RADIUS: Final = 0.035
 
 # A box from 0 to 1 along x: eight corners, and twelve triangles.
@@ -113,6 +115,8 @@ class StaleAxes:
             self._on_click(int(self._places[index]))
 
 
+# --- uncertainty
+
 _OPACITY: Final = 0.3
 
 
@@ -143,6 +147,8 @@ class UncertaintyEllipsoid:
         self._node.position = tuple(positions[ellipsoid.place].tolist())
         self._node.visible = True
 
+
+# --- the scene
 
 _THICKNESS: Final = 2.5
 # The size of a sensor's points, as a share of the length of the axes.

@@ -112,6 +112,8 @@ def _as_rgb(image: Any) -> Any:
     return image.convert('RGB')
 
 
+# --- readings
+
 # Larger clouds are thinned. A browser can draw several clouds of this size at 10 Hz.
 MOST_POINTS: Final = 8_000
 _NUMBERS: Final = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
@@ -260,6 +262,8 @@ _READERS: Final[dict[str, Callable[[Any], Reading | None]]] = {
     'sensor_msgs/CompressedImage': partial(_picture, compressed_image),
 }
 
+
+# --- in the fixed frame
 
 def placed(tree: AllQueries, fixed_frame: str, reading: Reading, at_newest: bool = False
            ) -> Array | None:
