@@ -5,23 +5,29 @@
 
 from argparse import Namespace
 
-from bags import write_ros2
+from bags import SECOND, write_ros1, write_ros2
 from patients import FAULTY, HEALTHY
 import pytest
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures import sample_rows
+from tf_tree_py.health.measures.thresholds import Thresholds
 from tf_tree_py.tools.tree_source import open_source
+
+
+def opened(messages, folder, observers, write=write_ros2):
+    """Write these messages to a bag, and return it as a source of a tree."""
+    bag = write(folder, sorted(messages, key=lambda message: message.received))
+    arguments = Namespace(bag=bag, tf_topic=None, tf_static_topic=None, ros_arguments=[],
+                          fleet=None, fleet_config=None)
+    return open_source(arguments, 'test', observers, cache_time=Thresholds().cache_time)
 
 
 def findings_of(messages, folder, seconds=None):
     """Return a doctor's findings in a bag of these messages, or in its first seconds."""
-    bag = write_ros2(folder, sorted(messages, key=lambda message: message.received))
-    arguments = Namespace(bag=bag, tf_topic=None, tf_static_topic=None, ros_arguments=[],
-                          fleet=None, fleet_config=None)
     doctor = Doctor()
-    with open_source(arguments, 'test', [doctor], cache_time=doctor.limits.cache_time) as source:
+    with opened(messages, folder, [doctor]) as source:
         source.watch(seconds)
         doctor.endpoints = source.endpoints()
         return doctor.findings()
@@ -35,6 +41,18 @@ def worth_reporting(findings):
 @pytest.mark.parametrize('name', HEALTHY)
 def test_healthy_robot_is_left_alone(name, tmp_path):
     assert worth_reporting(findings_of(HEALTHY[name](), tmp_path / 'bag')) == {}
+
+
+@pytest.mark.parametrize('write', [write_ros1, write_ros2])
+def test_time_of_a_recording_is_that_of_its_clock(write, tmp_path):
+    messages = HEALTHY['simulation']()
+    if write is write_ros1:  # it has no encapsulation, and a Time no seq, unlike a header
+        messages = [message._replace(data=message.data[4:]) if message.topic == '/clock'
+                    else message for message in messages]
+    with opened(messages, tmp_path / 'run.bag', [], write) as source:
+        source.watch(None)
+        newest = max(stamp for message in messages for *_, stamp, _ in message.transforms)
+        assert newest <= source.now() < newest + SECOND
 
 
 @pytest.mark.parametrize('code', FAULTY)
