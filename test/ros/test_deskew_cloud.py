@@ -44,8 +44,8 @@ def scanned():
 
 
 @pytest.fixture(autouse=True)
-def nothing_told(monkeypatch):
-    monkeypatch.setattr(module, '_told', set())
+def nothing_logged(monkeypatch):
+    monkeypatch.setattr(module, '_logged', set())
 
 
 # --- the wall

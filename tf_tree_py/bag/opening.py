@@ -82,8 +82,8 @@ def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int
     """
     Add the edges of a robot, except those whose child has recorded transforms.
 
-    :param start: skip messages that were received earlier, nanoseconds; None: none.
-    :param stop: skip messages that were received at this time or later.
+    :param start: skip messages received before it, nanoseconds; None: read all.
+    :param stop: skip messages received at it or later; None: read all.
     :param rename: the new names of the edges.
     :raises BagError: the joint states do not move the robot.
     """
@@ -106,7 +106,7 @@ def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int
 
 def _states(bag: Bag, topic: str, start: int | None, stop: int | None,
             oddities: Anomalies) -> Iterator[JointState]:
-    """Yield the messages that were received from start to stop and can be read."""
+    """Yield the readable messages received from start to stop."""
     readers = {source: JointStateReader(source.ros1) for source in bag.sources_of(topic)}
     begin, end = BEGINNING if start is None else start, FOREVER if stop is None else stop
     for arrival in bag.messages(topic):

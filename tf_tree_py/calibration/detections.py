@@ -15,7 +15,7 @@ from tf_tree_py.bag import Bag, Recording
 from tf_tree_py.bag.files.message_source import decode
 from tf_tree_py.core import TransformException
 from tf_tree_py.core.messages.byte_cursor import WireError
-from tf_tree_py.core.stamp import message_stamp
+from tf_tree_py.core.messages.sample import message_stamp
 
 from .chain import Tree
 from .observations import Array, CalibrationError, Observations
@@ -229,6 +229,6 @@ def _on_topic(recording: Recording, topic: str) -> list[Detection]:
             try:
                 message = decode(source, arrival.data)
             except WireError:
-                continue
+                continue  # a damaged message observes nothing
             found += detections_in(source.type_name, message)
         return found

@@ -110,12 +110,6 @@ def _nanoseconds_of(seconds: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.rint(seconds.astype(float) * NANOSECONDS_PER_SECOND)
 
 
-def message_stamp(message: Any) -> int:
-    """Return the stamp in the header of a message, of rclpy or of rosbags, in nanoseconds."""
-    time = message.header.stamp
-    return int(time.sec) * NANOSECONDS_PER_SECOND + int(time.nanosec)
-
-
 def as_seconds(stamp: int) -> float:
     """Return nanoseconds as float seconds: for display and plots, not for comparisons."""
     return stamp / NANOSECONDS_PER_SECOND

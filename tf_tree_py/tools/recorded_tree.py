@@ -168,5 +168,5 @@ def _clock_of(bag: Bag) -> Callable[[int], int]:
 def _ticks(arrivals: Iterator[RecordedMessage]) -> Iterator[tuple[int, int]]:
     """Yield the time of receiving of each message on ``/clock``, and the time in it."""
     for arrival in arrivals:
-        with suppress(WireError):
+        with suppress(WireError):  # a damaged message says nothing about the clock
             yield arrival.received, cursor_of(arrival.data, arrival.source.ros1).take_time()

@@ -65,8 +65,8 @@ class CovarianceTopics:
 
         :param rename_of: returns the new names for the frames of a source.
         :param wanted: returns None for an edge to skip, by its new name.
-        :param start: skip messages that were received earlier, nanoseconds; not of static edges.
-        :param stop: skip messages that were received at this time or later.
+        :param start: skip messages received before it, nanoseconds; not of static edges.
+        :param stop: skip messages received at it or later.
         :param tell: called with the number of messages read since.
         """
         for found, rules, authority in self.heard(

@@ -63,7 +63,7 @@ class Bag:
         """
         Yield every message of ``sources``, in order of arrival.
 
-        :param start: skip moving transforms that were received earlier, nanoseconds; None: none.
+        :param start: skip moving transforms received before it, nanoseconds; None: read all.
             Static ones are valid at all times, so they are never skipped.
         :param stop: skip moving transforms that were received at this time or later.
         """
@@ -88,8 +88,8 @@ class Bag:
         """
         Yield every message of one topic, of any type.
 
-        :param start: skip messages that were received earlier, nanoseconds; None: none.
-        :param stop: skip messages that were received at this time or later.
+        :param start: skip messages received before it, nanoseconds; None: read all.
+        :param stop: skip messages received at it or later; None: read all.
         :raises BagError: the bag does not have it.
         """
         yield from self._read(self.sources_of(topic), start, stop)

@@ -21,8 +21,7 @@ from tf_tree_py.core.geometry.poses import checked_pose, PoseLike
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
-from tf_tree_py.core.messages.sample import admitted, checked, Sample
-from tf_tree_py.core.stamp import message_stamp
+from tf_tree_py.core.messages.sample import admitted, checked, message_stamp, Sample
 from tf_tree_py.core.times import Stamp
 
 from .covariance_history import set_covariance

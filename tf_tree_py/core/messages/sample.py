@@ -108,6 +108,16 @@ def checked_frame(child: Any) -> str:
     return child.removeprefix('/')
 
 
+def message_stamp(message: Any) -> int:
+    """
+    Return the stamp in the header of a message, in nanoseconds.
+
+    :param message: of rclpy or of rosbags; only its header is read.
+    """
+    time = message.header.stamp
+    return int(time.sec) * NANOSECONDS_PER_SECOND + int(time.nanosec)
+
+
 def as_sec_nanosec(stamp: int) -> tuple[int, int]:
     """
     Return a stamp as the two numbers of a message.

@@ -164,8 +164,8 @@ def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int
 # --- deskewing
 
 # (frame, reading) pairs that have been logged: all clouds of one driver have the same reading.
-_told: set[tuple[str, str]] = set()
-_MAX_TOLD = 1000
+_logged: set[tuple[str, str]] = set()
+_MAX_LOGGED = 1000
 
 
 def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = None,
@@ -200,7 +200,7 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     if len(points):
         times = point_times(
             cloud, field, unit, None if origin is None else as_nanoseconds(origin), seen)
-        _warn_once(source_frame, times.reading)
+        _log_once(source_frame, times.reading)
         timed = seen & times.valid
         stamps = times.stamps[timed]
 
@@ -220,8 +220,8 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     return result
 
 
-def _warn_once(frame: str, reading: str) -> None:
-    if (frame, reading) in _told or len(_told) >= _MAX_TOLD:
+def _log_once(frame: str, reading: str) -> None:
+    if (frame, reading) in _logged or len(_logged) >= _MAX_LOGGED:
         return
-    _told.add((frame, reading))
+    _logged.add((frame, reading))
     rclpy.logging.get_logger('tf_tree_py').info(f'Deskewing clouds in {frame!r}: {reading}')

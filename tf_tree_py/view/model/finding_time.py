@@ -4,7 +4,7 @@
 """
 The moment at which a page shows a finding.
 
-The slider marks the stamps of samples that were refused or odd.
+The slider marks the stamps of refused and odd samples.
 """
 
 from collections import deque

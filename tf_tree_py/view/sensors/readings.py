@@ -20,7 +20,8 @@ from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import TransformException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import LATEST, message_stamp
+from tf_tree_py.core.messages.sample import message_stamp
+from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
 
 Pixels: TypeAlias = npt.NDArray[np.uint8]
