@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The messages of the last seconds, and the last static ones, in limited memory.
-
 The flight recorder: the messages of the last seconds, saved as a bag after an incident.
+
+The messages of the last seconds, and the last static ones, are kept in limited memory.
 """
 
 from collections import Counter, deque

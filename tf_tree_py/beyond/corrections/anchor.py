@@ -7,7 +7,7 @@ Estimating map -> odom from poses in the map that are late, infrequent and somet
 AMCL, a tag or a splat gives the pose of a camera in the map, and the odometry gives its pose
 in odom at the same stamp. Both together give the pose of odom in the map. That changes slowly,
 so the delay of the pose does not matter. Each new value is gated, and fused with the
-previous estimate, in the convention of ``geometry.covariances``.
+previous estimate, in the convention of ``uncertainty.covariances``.
 """
 
 import math

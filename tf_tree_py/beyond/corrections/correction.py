@@ -104,7 +104,7 @@ class Correction:
         """
         Return how far poses (N, 7) of the edge are from their final, corrected poses.
 
-        :return: (N, 6) of translation and rotation, as errors in ``geometry.covariances``.
+        :return: (N, 6) of translation and rotation, as errors in ``uncertainty.covariances``.
         """
         there = self.stages.settled_many(stamps, self.stages.raw_many(stamps, poses))
         turned = so3.multiply_many(there[:, 3:], so3.conjugate_many(poses[:, 3:]))

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The pieces of a spline: its knots, the beginning of each piece, and the poses on them.
-
-The track of an edge on a spline, for lookups at many stamps.
-
 A motion in continuous time: a pose, a twist and an acceleration at every nanosecond.
 
-It is independent of frames and trees.
+It is independent of frames and trees. A spline consists of pieces, with poses on them. Lookups
+at many stamps evaluate it as the track of an edge.
 """
 
 import math
@@ -197,7 +194,7 @@ class Spline(SplinePieces):
     the third. Position and rotation are separate splines; with ``on_se3`` both move together,
     on screws. The child rotates by less than half a turn between successive knots.
 
-    See ``geometry.spline_segment`` for the formulas. A knot takes 104 bytes.
+    See ``spline_segment`` for the formulas. A knot takes 104 bytes.
 
     :ivar oldest: the stamp at which it begins, nanoseconds.
     :ivar latest: the stamp at which it ends.

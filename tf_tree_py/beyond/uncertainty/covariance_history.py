@@ -79,7 +79,7 @@ class PendingHistory(History, Protocol):
 
     def pending(self, stamps: Stamps, poses: Array) -> Array | None:
         """
-        Return the errors at stamps (N,), (N, 6) in the convention of ``geometry.covariances``.
+        Return the errors at stamps (N,), (N, 6) in the convention of ``covariances``.
 
         :param poses: (N, 7), or (1, 7) for all stamps.
         :return: None if there are none.

@@ -248,7 +248,7 @@ class Share(NamedTuple):
 
 
 class Uncertain(NamedTuple):
-    """``target_T_source`` and its covariance; see ``geometry.covariances``."""
+    """``target_T_source`` and its covariance; see ``covariances``."""
 
     stamp: int
     pose: PoseTuple

@@ -10,9 +10,8 @@ use this file.
 A publisher sends the same frame names repeatedly. So only the first message is read field by
 field. Its ``MessageLayout`` is kept: one struct for the whole message, and the names that a
 message must contain. A later message with the same names takes one comparison of the names
-and one unpacking of the numbers.
-
-Repeated TFMessages of the same edges, in which only the stamp and the poses change.
+and one unpacking of the numbers. A publisher of the same edges writes in the same way: only the
+stamp and the poses of a ``MessageTemplate`` change.
 """
 
 from collections.abc import Collection, Iterable
