@@ -69,8 +69,11 @@ def serve(make_node, spin, asker):
 @pytest.fixture
 def asker(make_node, spin):
     node = make_node('asking')
+    asker = Asker(node)
+    # Not before: Kilted's ActionClient joins its node before it has its lock, and the executor
+    # that finds it so ends.
     spin(node)
-    return Asker(node)
+    return asker
 
 
 @pytest.fixture
