@@ -13,6 +13,7 @@ from tf_tree_py.health.doctor import Doctor
 
 SECOND = 10**9
 BEGIN = 1_700_000_000
+NEVER = -2e9
 
 
 @dataclass
@@ -20,7 +21,7 @@ class Edge:
     """
     Samples of one edge.
 
-    :ivar stamps: (N,) seconds since the start, by the robot's clock.
+    :ivar stamps: (N,) seconds since the start, by the robot's clock; ``NEVER``: zero.
     :ivar received: (N,) the same by the recorder's clock.
     :ivar poses: (N, 7).
     :ivar sender: edges of one sender share its clock.
@@ -47,6 +48,7 @@ class Robot:
     :ivar delay: the maximum latency of a message, seconds of the recorder.
     :ivar tolerance: how far the localiser post-dates, seconds.
     :ivar speed: metres a second.
+    :ivar lead: what to add to a time for its stamp, seconds.
     """
 
     seed: int = 0
@@ -60,6 +62,7 @@ class Robot:
     delay: float = 0.01
     tolerance: float = 0.0
     speed: float = 1.0
+    lead: float = 0.0
     edges: dict[str, Edge] = field(default_factory=dict)
 
     def __post_init__(self):
@@ -95,17 +98,21 @@ class Robot:
     def _corrections(self, t):
         return planar(0.002 * np.floor(t), 0.0 * t, 0.001 * np.floor(t))
 
+    @property
+    def origin(self):
+        """Return the first stamp, seconds."""
+        return 10 if self.simulated else BEGIN
+
     def messages(self):
         """Return the messages that a recorder receives, in order."""
-        origin = 10 if self.simulated else BEGIN
         messages = []
         for edge in self.edges.values():
             stamps, received = (np.rint((begin + times) * SECOND).astype(np.int64).tolist()
-                                for begin, times in ((origin, edge.stamps),
+                                for begin, times in ((self.origin, edge.stamps),
                                                      (BEGIN, edge.received)))
             topic = '/tf_static' if edge.static else '/tf'
             messages += [ReceivedMessage(
-                Batch([(edge.parent, edge.child)], [0 if edge.static else stamp],
+                Batch([(edge.parent, edge.child)], [0 if edge.static else max(stamp, 0)],
                       [pose.tobytes()]), arrived, topic, edge.static)
                 for stamp, arrived, pose in zip(stamps, received, edge.poses, strict=True)]
         return sorted(messages, key=lambda message: message.received)
@@ -171,6 +178,11 @@ def two_publishers(robot, size):
     edge.poses = np.concatenate([edge.poses, other])
 
 
+def clock_drift(robot, size):
+    """Slow the clock that stamps the tool."""
+    robot.edges['tool'].stamps = (0.98 - 0.1 * size) * robot.edges['tool'].stamps
+
+
 def clock_offset(robot, size):
     """Delay the clock of the computer that sends the arm."""
     for child in ('arm', 'tool'):
@@ -220,4 +232,4 @@ def unconnected(robot, size):
 
 FAULTS = {fault.__name__: fault for fault in (
     outliers, too_fast, clock_step, frozen_stamp, two_publishers, clock_offset, future_stamps,
-    whole_seconds, stale, gap, pose_jump, unconnected)}
+    whole_seconds, stale, gap, pose_jump, unconnected, clock_drift)}

@@ -71,6 +71,9 @@ CALM = {
         'map', 'odom', 2, lambda t, rng: Pose(0.03 * round(t / 3.0)))],
     'a localiser that has nothing to correct': [WHEELS, stream(
         'map', 'odom', 10, lambda t, rng: Pose(1.0))],
+    'a wheel that turns by nearly half a turn a sample, from the fifth second on': [
+        WHEELS, stream('base', 'wheel', 10, lambda t, rng: Pose.from_xyz_rpy(
+            pitch=30.0 * max(0.0, t - 5.0)))],
     'a servo that steps': [WHEELS, stream('base', 'arm', 50, lambda t, rng: Pose.from_xyz_rpy(
         yaw=0.2 * (t > 5.0)))],
     'a robot that stands': [stream('odom', 'base', 50, lambda t, rng: Pose(1.0)),
@@ -82,6 +85,138 @@ CALM = {
 def test_calm_robot_is_left_alone(name):
     assert [finding for finding in findings_of(*CALM[name])
             if finding.severity is not Severity.NOTE] == []
+
+
+def tags(leaves, returns=math.inf):
+    """Return messages of a detector with three tags, of which one leaves the view."""
+    rng = np.random.default_rng(0)
+    edges = [('camera', f'tag_{number}') for number in range(3)]
+    fewer = edges[:2]
+    messages = []
+    for t in np.arange(0.0, 20.0, 0.1):
+        seen = fewer if leaves < t < returns else edges
+        poses = [pack_pose(*Pose.from_xyz_rpy(x=1.0 + 0.2 * math.sin(t) + 0.002 * rng.normal(),
+                                              yaw=0.1 * math.cos(t))) for _ in seen]
+        stamp = BEGIN + round(t * SECOND)
+        messages.append(ReceivedMessage(
+            Batch(seen, [stamp] * len(seen), poses), stamp + SECOND // 20, '/tf', False))
+    return messages
+
+
+CAMERA = stream('base', 'camera', 50, lambda t, rng: Pose(0.1 * math.sin(t)))
+
+
+@pytest.mark.parametrize('returns, code', [(14.0, 'gap'), (math.inf, 'stale')])
+def test_tag_that_leaves_the_view_is_a_note(returns, code):
+    (found,) = findings_of(WHEELS, CAMERA, tags(8.0, returns))
+    assert (found.code, found.severity) == (code, Severity.NOTE)
+    assert found.frames == ('camera', 'tag_2')
+    assert 'out of view' in found.cause
+
+
+def test_detector_that_dies_is_an_error():
+    found = findings_of(WHEELS, CAMERA, [
+        message for message in tags(8.0) if message.received < BEGIN + 10 * SECOND])
+    assert {one.frames[1]: one.severity for one in found} == {
+        'tag_0': Severity.ERROR, 'tag_1': Severity.ERROR, 'tag_2': Severity.NOTE}
+
+
+def test_joint_that_is_missing_among_others_is_an_error():
+    """It rotates in place, unlike a tag."""
+    missing = [message._replace(batch=Batch(
+        message.batch.edges, message.batch.stamps,
+        [pack_pose(*Pose.from_xyz_rpy(yaw=math.sin(number)))
+         for _ in message.batch.edges])) for number, message in enumerate(tags(8.0))]
+    (found,) = findings_of(WHEELS, CAMERA, missing)
+    assert (found.code, found.severity) == ('stale', Severity.ERROR)
+
+
+def test_localiser_of_a_standing_robot_that_dies_is_an_error():
+    still = stream('map', 'odom', 10, lambda t, rng: Pose(1.0))[:80]
+    standing = stream('odom', 'base', 50, lambda t, rng: Pose(0.001 * rng.random()))
+    found = findings_of(standing, still)
+    assert [(one.code, one.severity) for one in found] == [
+        ('stale', Severity.ERROR), ('static_republished', Severity.NOTE)]
+
+
+def test_stamp_that_is_frozen_from_the_first_message_is_an_error():
+    late = [message._replace(batch=message.batch._replace(stamps=[BEGIN - 100 * SECOND]))
+            for message in stream('map', 'odom', 10, lambda t, rng: Pose(1.0))]
+    (found,) = findings_of(WHEELS, late)
+    assert (found.code, found.severity) == ('frozen_stamp', Severity.ERROR)
+    assert 'and with no other' in found.summary
+
+
+def shifted(messages, seconds):
+    """Return messages with other stamps."""
+    return [message._replace(batch=message.batch._replace(
+        stamps=[stamp + round(seconds * SECOND) for stamp in message.batch.stamps]))
+        for message in messages]
+
+
+@pytest.mark.parametrize('seconds, code, severity', [
+    (-0.3, 'clock_offset', Severity.WARNING), (-2.0, 'clock_offset', Severity.WARNING),
+    (0.3, 'post_dated', Severity.NOTE), (1.0, 'post_dated', Severity.NOTE),
+    (3.0, 'future_stamps', Severity.WARNING)])
+def test_clock_of_one_of_two_edges_is_wrong(seconds, code, severity):
+    """The delays of both vary by 30 ms, as in recordings of real robots."""
+    noisy = [stream(*edge, 20, drive, varies=0.03) for edge in [('map', 'odom'), ('odom', 'base')]]
+    for place in (0, 1):
+        edges = [*noisy]
+        edges[place] = shifted(noisy[place], seconds)
+        (found,) = findings_of(*edges)
+        assert (found.code, found.severity) == (code, severity)
+        assert found.edges == (('map', 'odom'), ('odom', 'base'))[place:place + 1]
+
+
+@pytest.mark.parametrize('part', [-0.02, 0.02])
+def test_clock_that_is_slow_or_fast_is_found(part):
+    noisy = stream('map', 'odom', 20, drive, varies=0.03)
+    drifting = [message._replace(batch=message.batch._replace(
+        stamps=[stamp + round(part * (stamp - BEGIN)) for stamp in message.batch.stamps]))
+        for message in noisy]
+    (found,) = findings_of(WHEELS, drifting)
+    assert (found.code, found.edges) == ('clock_drift', (('map', 'odom'),))
+    assert -2.2 < 100.0 * part * found.evidence['drift_percent'] / abs(100.0 * part) < -1.8
+
+
+def test_messages_that_a_link_held_back_are_no_step_of_a_clock():
+    held = [message._replace(received=max(message.received, BEGIN + 5 * SECOND + number * 1000))
+            for number, message in enumerate(stream('map', 'odom', 10, drive)) if number % 17]
+    found = findings_of(held, [message._replace(
+        received=max(message.received, BEGIN + 5 * SECOND)) for message in WHEELS])
+    assert 'clock_step' not in {one.code for one in found}
+
+
+def test_simulated_clock_of_a_recorder_is_not_blamed_on_chrony():
+    """It ticks at 5 Hz, so the stamps of all edges are ahead of it."""
+    ticks = [message._replace(received=(message.received - BEGIN) // 200_000_000 * 200_000_000
+                              + SECOND)
+             for message in WHEELS + stream('map', 'odom', 50, drive)]
+    (found,) = findings_of(shifted(ticks, 1 - BEGIN / SECOND))
+    assert (found.code, found.severity) == ('future_stamps', Severity.NOTE)
+    assert 'chrony' not in found.cause + found.fix
+
+
+def test_largest_jump_of_a_localiser_is_among_those_that_are_reported():
+    poses = np.cumsum([0.0] * 50 + [0.5] + [0.0] * 50 + [2.7] + [0.0] * 50)
+    found = findings_of(WHEELS, stream('map', 'odom', 8, lambda t, rng: Pose(
+        poses[min(round(8 * t), 150)])))
+    jumps = {one.code: one for one in found}
+    assert jumps['interpolated_jump'].severity is Severity.WARNING
+    assert jumps['interpolated_jump'].evidence['count'] == 2
+    assert jumps['interpolated_jump'].evidence['gone_m'] == pytest.approx(2.7)
+
+
+@pytest.mark.parametrize('rate_hz', [10, 20, 50, 200])
+@pytest.mark.parametrize('speed', [0.5, 2.0])
+def test_two_publishers_4_ms_and_0_2_m_apart_are_found_in_motion(rate_hz, speed):
+    first = stream('odom', 'base', rate_hz, lambda t, rng: Pose(speed * t))
+    second = stream('odom', 'base', rate_hz, lambda t, rng: Pose(speed * t, 0.12, 0.16))
+    (found,) = findings_of(first, [message._replace(received=message.received + SECOND // 250)
+                                   for message in shifted(second, 0.004)])
+    assert found.code == 'two_publishers'
+    assert found.evidence['apart_m'] == pytest.approx(0.2, rel=0.1)
 
 
 def test_worst_comes_first_with_numbers_cause_and_fix():
@@ -172,7 +307,8 @@ def test_stamps_at_the_ends_of_time_do_no_harm():
                for stamp in (-2**63, 2**63 - 1, 0, -1) * 5]
     found = findings_of([ReceivedMessage(batch, BEGIN + number, '/tf') for number,
                          batch in enumerate(batches)])
-    assert {one.code for one in found} == {'zero_stamps', 'jump_back'}
+    assert {one.code for one in found} == {
+        'zero_stamps', 'jump_back', 'out_of_order', 'future_stamps'}
     assert all(map(is_finite, found))
 
 

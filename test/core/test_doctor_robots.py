@@ -112,4 +112,4 @@ def test_static_edge_that_is_sent_as_moving_with_one_stamp_is_one_finding():
     robot = Robot()
     edge = robot.edges['arm']
     edge.stamps, edge.poses = 0.0 * edge.stamps + 1.0, 0.0 * edge.poses + edge.poses[0]
-    assert list(worth_reporting(robot.findings())) == ['static_republished']
+    assert list(worth_reporting(robot.findings())) == ['frozen_stamp']

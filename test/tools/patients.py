@@ -257,6 +257,8 @@ FAULTY = {
                       *simulated(send(('base_link', 'pan', swing)), 1.0)],
     'clock_step': [*LOCALISER, *WHEELS, *SENSORS, *send(
         ('base_link', 'pan', swing), stamp=lambda t: t + 0.72 * (t > 4.0))],
+    'clock_drift': [*LOCALISER, *WHEELS, *SENSORS, *send(
+        ('base_link', 'pan', swing), stamp=lambda t: 0.95 * t)],
     'frozen_stamp': [*WHEELS, *ARM, *SENSORS, *send(
         ('map', 'odom', drift), rate_hz=20.0, stamp=lambda t: min(t, 1.5))],
     'whole_seconds': [*LOCALISER, *WHEELS, *SENSORS,

@@ -13,7 +13,7 @@ from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessa
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.text import shorten
 
-from .checks.case import Case, Trouble
+from .checks.case import Case, is_frozen_now, Trouble
 from .checks.catalogue import CHECKS, CODES
 from .checks.check import Check
 from .checks.finding import Finding
@@ -158,7 +158,7 @@ class Doctor(Observer):
             now = max(now, self._last)
             case = self._recent_case(now)
             return {edge.frames for edge, moving in case.moving()
-                    if is_stale(edge, now, case.timebase)
+                    if is_stale(edge, now, case.timebase) or is_frozen_now(moving)
                     or (moving.timing.last and not case.goes_by_main_clock(edge))}
 
     def findings(self, now: int = 0, checks: Iterable[Check] = CHECKS) -> list[Finding]:
@@ -187,13 +187,9 @@ class Doctor(Observer):
                     self.endpoints, self.limits, max(now, self._last))
 
 
-def _causes(findings: Sequence[Finding]) -> Iterable[Finding]:
-    """Yield the findings that no other finding about the same frames explains."""
-    explained: dict[str, list[set[str]]] = {}
-    for finding in findings:
-        for symptom in CODES[finding.code].explains:
-            explained.setdefault(symptom, []).append({*finding.frames})
-    for finding in findings:
-        frames = {*finding.frames}
-        if not frames or not any(frames <= others for others in explained.get(finding.code, ())):
-            yield finding
+def _causes(findings: Sequence[Finding]) -> list[Finding]:
+    """Return the findings that are not symptoms of another one."""
+    causes = [(finding, CODES[finding.code].explains) for finding in findings
+              if CODES[finding.code].explains]
+    return [finding for finding in findings
+            if not any(cause.causes(finding, explains) for cause, explains in causes)]

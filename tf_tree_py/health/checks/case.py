@@ -13,12 +13,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.observers import Endpoint
-from tf_tree_py.core.stamp import silence_allowed
+from tf_tree_py.core.stamp import from_seconds, silence_allowed
 
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents
-from ..measures.spread import quantiles
+from ..measures.spread import median, quantiles
 from ..measures.thresholds import Thresholds
 from ..measures.timebase import Timebase
 from ..measures.timing import ClockStep, Timing
@@ -63,6 +64,12 @@ def _reached(frame: str, neighbours: Mapping[str, Sequence[str]]) -> list[str]:
 
 # The number of samples before and after a step that are compared.
 _AROUND = 20
+# With fewer samples, a drift may be chance; a smaller drift is that of any quartz, or of a fit.
+_SEVERAL, _DRIFTS, _LEAST_DRIFT = 20, 0.003, from_seconds(0.1)
+# A frozen stamp may be this old.
+_DAY = from_seconds(86_400.0)
+# 2001, in nanoseconds: no clock of a computer is before it, and every clock of a simulation is.
+_EPOCH = 10**18
 # A stamp is frozen only if it was received at least this often.
 FROZEN_SAMPLES = 5
 
@@ -99,16 +106,57 @@ class Delays(NamedTuple):
     The delays from an edge's stamps to their arrivals, nanoseconds by the clock of the stamps.
 
     If that clock differs from the clock of the arrivals, the usual delay of most edges is 0.
+
+    :ivar early: 5 % are shorter.
+    :ivar usual: half are shorter.
+    :ivar late: 95 % are shorter.
+    :ivar middle: the width of the interval that contains the middle half of them.
     """
 
     early: float
     usual: float
     late: float
+    middle: float
 
     @property
     def spread(self) -> float:
         """Return the width of the interval that contains 90 % of the delays."""
         return self.late - self.early
+
+
+class Drift(NamedTuple):
+    """
+    A steady change of the delays of an edge.
+
+    :ivar slope: how much they grow per nanosecond of arrivals.
+    :ivar total: how much they grew, nanoseconds.
+    """
+
+    slope: float
+    total: float
+
+
+def _delays_of(delays: Array) -> Delays:
+    early, quarter, usual, three_quarters, late = quantiles(
+        np.sort(delays), (0.05, 0.25, 0.5, 0.75, 0.95))
+    return Delays(early, usual, late, three_quarters - quarter)
+
+
+def drift_of(received: Array, delays: Array) -> Drift | None:
+    """
+    Return the drift of an edge; None if it is not significant.
+
+    :param received: (N,) arrivals, nanoseconds; ``delays`` (N,) likewise.
+    """
+    half = len(received) // 2
+    if 2 * half < _SEVERAL:
+        return None
+    slope = median((delays[half:] - delays[:-half]) / np.maximum(
+        received[half:] - received[:-half], 1.0))
+    low, high = quantiles(np.sort(delays - slope * received), (0.05, 0.95))
+    total = slope * float(np.ptp(received))
+    significant = abs(slope) > _DRIFTS and abs(total) > max(_LEAST_DRIFT, 3.0 * (high - low))
+    return Drift(slope, total) if significant else None
 
 
 def timing_of(edge: EdgeRecord) -> Timing:
@@ -125,6 +173,17 @@ def is_frozen(moving: MovingEdge) -> bool:
     between = timing.span / timing.intervals.count if several else 1.0
     return (timing.frozen.samples >= FROZEN_SAMPLES
             and timing.frozen.span > silence_allowed(max(timing.interval, between)))
+
+
+def is_always_frozen(moving: MovingEdge) -> bool:
+    """Return whether an edge has repeated one stamp from the beginning."""
+    timing = moving.timing
+    return is_frozen(moving) and timing.frozen.samples == timing.timed
+
+
+def is_frozen_now(moving: MovingEdge) -> bool:
+    """Return whether an edge still repeats one stamp, and has for long."""
+    return is_frozen(moving) and moving.timing.run.stamp == moving.timing.frozen.stamp
 
 
 class Case:
@@ -154,10 +213,15 @@ class Case:
     # --- edges
 
     def moving(self) -> Iterator[tuple[EdgeRecord, MovingEdge]]:
-        """Yield the edges that arrived on topics of moving transforms."""
+        """Yield the edges that arrived on topics of moving transforms, if any was accepted."""
         for edge in self.edges:
-            if edge.moving is not None:
+            if edge.moving is not None and not self._is_refused(edge.moving, *edge.frames):
                 yield edge, edge.moving
+
+    def _is_refused(self, moving: MovingEdge, parent: str, child: str) -> bool:
+        """Return whether every sample would have closed a loop."""
+        loop = self.troubles.get((Kind.LOOP, parent, child))
+        return loop is not None and loop.count >= moving.timing.count
 
     def of_kind(self, *kinds: Kind) -> Iterator[tuple[Edge, Trouble]]:
         """Yield (parent, child) and the incidents, for some kinds."""
@@ -186,7 +250,7 @@ class Case:
         """Return the edges to each child's parents, without loops: one without a conflict."""
         found: dict[str, list[EdgeRecord]] = {}
         for edge in self.edges:
-            if (Kind.LOOP, *edge.frames) not in self.troubles:
+            if edge.moving is None or not self._is_refused(edge.moving, *edge.frames):
                 found.setdefault(edge.child, []).append(edge)
         return found
 
@@ -220,16 +284,43 @@ class Case:
         return edge.parent in self.roots and edge.child in self._parents_of_moving
 
     @cached_property
+    def _parents(self) -> set[str]:
+        return {edge.parent for edge in self.edges}
+
+    @cached_property
     def _parents_of_moving(self) -> set[str]:
         return {edge.parent for edge, _ in self.moving()}
+
+    def still_seen(self, edge: EdgeRecord) -> list[EdgeRecord]:
+        """
+        Return the edges that were seen from the same frame by the same node, if it sees things.
+
+        A detector sends a frame for each tag or person in the view of its camera. These frames
+        move freely and have no children, unlike the joints of a robot.
+        """
+        if not self._is_sighting(edge):
+            return []
+        assert edge.moving is not None
+        return [other for other, _ in self.moving()
+                if other is not edge and other.parent == edge.parent and self._is_sighting(other)
+                and (other.frames in edge.moving.beside or other.authorities == edge.authorities
+                     and len(edge.authorities) == 1)]
+
+    def _is_sighting(self, edge: EdgeRecord) -> bool:
+        return (edge.moving is not None and edge.moving.motion.speeds.most > 0.0
+                and edge.moving.motion.turn_rates.most > 0.0
+                and edge.child not in self._parents)
 
     # --- clocks
 
     @cached_property
     def _timed(self) -> list[EdgeRecord]:
-        """Return the moving edges with delays whose stamps are not frozen."""
-        return [edge for edge, moving in self.moving()
-                if moving.timing.delays.count and not is_frozen(moving)]
+        """Return the moving edges that show a clock: not those that only repeat an old stamp."""
+        timed = [(edge, moving.timing.delays.median, is_always_frozen(moving))
+                 for edge, moving in self.moving() if moving.timing.delays.count]
+        usual = median([delay for _, delay, frozen in timed if not frozen])
+        return [edge for edge, delay, frozen in timed
+                if not (frozen and 0.0 < delay - usual < _DAY)]
 
     @cached_property
     def timebase(self) -> Timebase:
@@ -255,8 +346,8 @@ class Case:
         """
         Return the steps of the publishers' clocks, by edge.
 
-        A step changes all later delays. After a pause of a simulation, or a few lost messages,
-        the delays are the same as before.
+        A step changes all later delays, which were steady before it and are after it. After a
+        pause of a simulation, or a few lost messages, the delays are the same as before.
         """
         found = {edge.frames: [step for step in moving.timing.steps
                                if self._shifts(moving.timing, step)]
@@ -264,11 +355,28 @@ class Case:
         return {edge: steps for edge, steps in found.items() if steps}
 
     def _shifts(self, timing: Timing, step: ClockStep) -> bool:
-        later = timing.pairs.kept[:, 0] > step.received
-        delays = self.timebase.delays(timing)
+        received, delays = self.timebase.delays(timing)
+        later = received > step.received
         before, after = delays[~later][-_AROUND:], delays[later][:_AROUND]
-        return bool(len(before) and len(after) and (
-            np.median(before) - np.median(after)) / step.step > 0.5)
+        if not (len(before) and len(after)):
+            return False
+        # A link that stalled delivers all at once, with delays that become shorter and shorter.
+        steady = max(float(np.ptp(quantiles(np.sort(part), (0.1, 0.9))))
+                     for part in (before, after)) < 0.5 * abs(step.step)
+        return steady and bool((np.median(before) - np.median(after)) / step.step > 0.5)
+
+    @cached_property
+    def drifts(self) -> dict[Edge, Drift]:
+        """Return the drifts of edges whose delays grow or shrink steadily."""
+        found = {edge.frames: drift_of(*self.timebase.delays(timing_of(edge)))
+                 for edge in self._timed
+                 if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}
+        return {edge: drift for edge, drift in found.items() if drift is not None}
+
+    @property
+    def recorded_in_simulation(self) -> bool:
+        """Return whether the clock of the arrivals is a simulation's, which begins at zero."""
+        return self.now < _EPOCH
 
     @cached_property
     def delays(self) -> dict[Edge, Delays]:
@@ -277,7 +385,6 @@ class Case:
 
         Edges whose clock was set meanwhile are omitted: their delays have no meaning.
         """
-        return {edge.frames: Delays(*quantiles(np.sort(
-            self.timebase.delays(timing_of(edge))), (0.05, 0.5, 0.95)))
-            for edge in self._timed
-            if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}
+        return {edge.frames: _delays_of(self.timebase.delays(timing_of(edge))[1])
+                for edge in self._timed
+                if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}

@@ -33,6 +33,7 @@ CHECKS: tuple[Check, ...] = (
     clocks.clock_offset,
     clocks.clock_mixture,
     clocks.clock_step,
+    clocks.clock_drift,
     clocks.frozen_stamp,
     clocks.whole_seconds,
     samples.jump_back,

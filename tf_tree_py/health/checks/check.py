@@ -3,14 +3,14 @@
 
 """A check: a code of the catalogue, and a function that looks for it."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from tf_tree_py.core.messages.incidents import candidates
 
 from .case import Case, Trouble
 from .finding import Code, Finding, Number, Severity
-from ..measures.edge_record import EdgeRecord
+from ..measures.edge_record import Edge, EdgeRecord
 
 
 class Remark(NamedTuple):
@@ -27,6 +27,7 @@ class Remark(NamedTuple):
     severity: Severity | None = None
     cause: str = ''
     fix: str = ''
+    edges: tuple[Edge, ...] = ()
 
 
 Look = Callable[[Case], Iterable[Remark]]
@@ -45,7 +46,7 @@ class Check(NamedTuple):
             yield Finding(
                 code.name, remark.severity or code.severity, remark.frames, remark.publishers,
                 remark.summary, remark.evidence, remark.cause or code.cause,
-                remark.fix or code.fix)
+                remark.fix or code.fix, remark.edges)
 
 
 def check(severity: Severity, *, catches: str, cause: str, fix: str,
@@ -60,14 +61,24 @@ def check(severity: Severity, *, catches: str, cause: str, fix: str,
 def of_edge(edge: EdgeRecord, summary: str, evidence: Mapping[str, Number],
             **others: Any) -> Remark:
     """Return a remark on one edge; the summary begins with the edge's names."""
-    return Remark(f'{edge} {summary}', edge.frames, publishers_of(edge), evidence, **others)
+    return Remark(f'{edge} {summary}', edge.frames, publishers_of(edge), evidence,
+                  edges=(edge.frames,), **others)
 
 
 def of_trouble(frames: tuple[str, ...], summary: str, trouble: Trouble,
                **others: Any) -> Remark:
     """Return a remark on refusals or remarks of the buffer."""
+    edges = (frames,) if len(frames) == 2 else ()
     return Remark(summary, frames, names_of(trouble.authorities),
-                  {'count': trouble.count, **others.pop('evidence', {})}, **others)
+                  {'count': trouble.count, **others.pop('evidence', {})}, edges=edges, **others)
+
+
+def of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: Mapping[str, Number],
+             **others: Any) -> Remark:
+    """Return a remark on edges that have a fault in common."""
+    frames = tuple(dict.fromkeys(frame for edge in edges for frame in edge.frames))
+    return Remark(summary, frames, publishers_of(*edges), evidence,
+                  edges=tuple(edge.frames for edge in edges), **others)
 
 
 def publishers_of(*edges: EdgeRecord) -> tuple[str, ...]:

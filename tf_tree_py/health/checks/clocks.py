@@ -4,22 +4,29 @@
 """Checks that recognise wrong or different clocks by the stamps."""
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
-from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
+from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, is_dead
 from tf_tree_py.core.text import times
 
-from .case import Case, Delays, is_frozen
-from .check import check, of_edge, publishers_of, Remark
+from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now
+from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, MovingEdge
+from ..measures.spread import median
 from ..measures.timing import ClockStep
 
 # Two clocks that chrony synchronises may differ by this much.
 _AHEAD = from_seconds(0.05)
 # A computation takes less time than the first, or its time varies by more than the others.
 _BEHIND, _STEADY, _STEADY_PART = from_seconds(0.1), from_seconds(0.01), 0.05
-# A node post-dates by at most the first, and by a constant within the others.
-_POST_DATED, _NEARLY, _NEARLY_PART = from_seconds(5.0), from_seconds(0.2), 0.5
+# The delays of other edges show how much those of the recorder and the network vary.
+_FAR_BEHIND, _AS_STEADY = from_seconds(0.2), 1.5
+# A node post-dates by at most the first, and by a constant within the others. AMCL post-dates by
+# one second unless its user changes it.
+_POST_DATED, _NEARLY, _NEARLY_PART = from_seconds(2.0), from_seconds(0.2), 0.5
+# All moving edges are recorded twice for at most this long after the clock was set back.
+_TWICE = from_seconds(10.0)
 # The offsets of edges from one computer differ by less than this.
 _ALIKE = from_seconds(0.05)
 # One stamp that is further ahead than a buffer's window makes all good data too old.
@@ -35,8 +42,6 @@ _Late = tuple[EdgeRecord, Delays]
 
 
 @check(Severity.ERROR,
-       explains=('delayed', 'future_stamps', 'post_dated', 'skew', 'gap', 'stale', 'jump_back',
-                 'out_of_order', 'clock_offset'),
        catches='stamps of two clocks in one tree: the system clock and a simulated one',
        cause='some nodes run with use_sim_time and others without it; or the clock of one '
              'computer is far off',
@@ -46,17 +51,14 @@ def clock_mixture(case: Case) -> Iterator[Remark]:
     """Find edges whose stamps come from a different clock than those of most edges."""
     for clock in case.clocks[1:]:
         apart = clock.delay - case.clocks[0].delay
-        yield _of_edges(
+        yield _of_clock(
             clock.edges, f'stamped {format_span(abs(round(apart)))} '
             f'{"behind" if apart > 0 else "ahead of"} {len(case.clocks[0].edges)} others',
             {'edges': len(clock.edges), 'apart_s': apart / 1e9})
 
 
 @check(Severity.WARNING,
-       explains=('gap', 'jump_back', 'out_of_order', 'delayed', 'future_stamps', 'post_dated',
-                 'clock_offset', 'clock_mixture', 'skew', 'irregular_rate',
-                 'pose_jump', 'interpolated_jump', 'stale', 'duplicate_stamps', 'outlier',
-                 'too_fast'),
+       explains=('gap', 'jump_back', 'skew'),
        catches='a clock that was set while its edges continued to arrive',
        cause='NTP or chrony set the clock of the computer that stamps these edges, or of the one '
              'that records, in one step',
@@ -70,7 +72,7 @@ def clock_step(case: Case) -> Iterator[Remark]:
         _, largest = max(steps, key=lambda each: abs(each[1].step))
         if len(edges) == len(moving) and largest.step < -_PASS:
             continue  # a restarted recording or simulation: jump_back reports it
-        yield _of_edges(
+        yield _of_clock(
             edges, f'stamped by a clock that was set {"forward" if largest.step > 0 else "back"} '
             f'by {format_span(abs(largest.step))}, at {format_stamp(largest.received)} s, while '
             'their messages continued to arrive',
@@ -79,7 +81,7 @@ def clock_step(case: Case) -> Iterator[Remark]:
     overlap = _overlap(moving)
     if overlap:
         edges = [edge for edge in moving if edge.moving and edge.moving.motion.turns.count]
-        yield _of_edges(
+        yield _of_clock(
             edges, f'recorded twice for {format_span(overlap)}: the clock of the sender and of '
             'the recorder was set back by as much', {'edges': len(edges),
                                                      'step_s': -overlap / 1e9})
@@ -110,7 +112,7 @@ def _overlap(edges: Sequence[EdgeRecord]) -> int:
         return 0
     begin = min(moving.motion.turns.first for moving in turning)
     end = max(moving.motion.turns.last for moving in turning)
-    return end - begin if end - begin < 2 * _POST_DATED else 0
+    return end - begin if end - begin < _TWICE else 0
 
 
 def was_short(moving: MovingEdge) -> bool:
@@ -122,34 +124,31 @@ def was_short(moving: MovingEdge) -> bool:
 
 
 @check(Severity.WARNING,
-       explains=('duplicate_stamps', 'clock_mixture', 'delayed', 'clock_offset', 'skew', 'gap',
-                 'irregular_rate', 'stale', 'interpolated_jump', 'too_fast'),
+       explains=('duplicate_stamps', 'static_republished'),
        catches='a stamp that does not change while messages continue to arrive',
        cause='a node that publishes its last data on a timer, with the old stamp, such as a SLAM '
              'node without scans',
        fix='find out why the node has no new data: lookups for later times fail')
 def frozen_stamp(case: Case) -> Iterator[Remark]:
-    """Find edges that repeat one stamp for long; one that never changes counts as static."""
+    """Find edges that repeat one stamp for long; if they do so to the end, it is an error."""
     for edge, moving in case.moving():
-        if is_frozen(moving) and not is_as_static(moving):
-            run = moving.timing.frozen
-            yield of_edge(
-                edge, f'came {times(run.samples)} in {format_span(run.span)} with the stamp '
-                f'{format_stamp(run.stamp)} s',
-                {'count': run.samples, 'span_s': run.span / 1e9, 'stamp_s': run.stamp / 1e9})
-
-
-def is_as_static(moving: MovingEdge) -> bool:
-    """Return whether an edge always had the same stamp and pose."""
-    timing = moving.timing
-    return (not moving.motion.moved and not timing.zeros
-            and timing.frozen.samples == timing.timed)
+        if not is_frozen(moving):
+            continue
+        run, timing = moving.timing.frozen, moving.timing
+        always = is_always_frozen(moving)
+        dead = is_frozen_now(moving) and is_dead(run.span, timing.interval)
+        yield of_edge(
+            edge, f'came {times(run.samples)} in {format_span(run.span)} with the stamp '
+            f'{format_stamp(run.stamp)} s' + (', and with no other' if always else ''),
+            {'count': run.samples, 'span_s': run.span / 1e9, 'stamp_s': run.stamp / 1e9},
+            severity=Severity.ERROR if dead else None,
+            fix='' if moving.motion.moved else
+            'find out why the node has no new data: lookups for later times fail. If the edge is '
+            'fixed, send it once on /tf_static')
 
 
 @check(Severity.WARNING,
-       explains=('duplicate_stamps', 'delayed', 'irregular_rate', 'clock_offset', 'skew',
-                 'future_stamps', 'post_dated', 'interpolated_jump', 'pose_jump', 'out_of_order',
-                 'gap', 'too_fast'),
+       explains=('duplicate_stamps', 'delayed', 'clock_offset', 'skew', 'irregular_rate'),
        catches='stamps that are whole seconds, although the edge is sent more often',
        cause='a driver that fills in sec and leaves nanosec out',
        fix='fill in both: a buffer uses only the last sample of each second')
@@ -165,7 +164,32 @@ def whole_seconds(case: Case) -> Iterator[Remark]:
 
 # --- offsets
 
-@check(Severity.WARNING, explains=('skew', 'delayed'),
+@check(Severity.WARNING,
+       explains=('delayed', 'clock_offset', 'future_stamps', 'post_dated', 'skew'),
+       catches='stamps that fall behind or run ahead more and more',
+       cause='the clock of the computer that stamps these edges is slow or fast; or, if they fall '
+             'behind, their node takes longer for each sample than the time between two',
+       fix='synchronise the clocks with chrony; if they are synchronised, find out why the node '
+           'falls behind')
+def clock_drift(case: Case) -> Iterator[Remark]:
+    """Find edges whose delay changes steadily, and much more than it varies."""
+    drifting = [(edge, case.drifts[edge.frames]) for edge, _ in case.moving()
+                if edge.frames in case.drifts]
+    for behind in (True, False):
+        edges = [(edge, drift) for edge, drift in drifting if (drift.total > 0) is behind]
+        if edges:
+            _, worst = max(edges, key=lambda each: abs(each[1].total))
+            yield _of_clock(
+                [edge for edge, _ in edges],
+                f'stamped by a clock that {"falls behind" if behind else "runs ahead"} by '
+                f'{abs(worst.slope):.2%} of the time, by {format_span(abs(round(worst.total)))} '
+                'so far',
+                {'edges': len(edges), 'drift_s': worst.total / 1e9,
+                 'drift_percent': 100.0 * worst.slope})
+
+
+@check(Severity.WARNING,
+       explains=('delayed', 'skew'),
        catches='a constant delay, which only a clock that is behind causes',
        cause='the clock of the computer that stamps these edges is behind that of the one that '
              'receives them',
@@ -173,18 +197,15 @@ def whole_seconds(case: Case) -> Iterator[Remark]:
            'offsets')
 def clock_offset(case: Case) -> Iterator[Remark]:
     """Find edges with a constant delay; the delay of a computation varies."""
-    if case.timebase.differs:
-        return
-    for edges in _alike(case, lambda delays: delays.usual > _BEHIND and delays.spread < max(
-            _STEADY, _STEADY_PART * delays.usual)):
+    for edges in _alike(case, lambda edge, delays: _is_behind(case, edge, delays)):
         usual, spread = edges[0][1].usual, edges[0][1].spread
-        yield _of_edges(
+        yield _of_clock(
             [edge for edge, _ in edges], f'received {usual / 1e6:.0f} ms after the stamp, and 90 '
             f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most',
             {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9})
 
 
-@check(Severity.WARNING, explains=('skew',),
+@check(Severity.WARNING,
        catches='stamps that are ahead of the clock',
        cause="the clock of the sender's computer is ahead (chrony or NTP set it)",
        fix='synchronise the clocks; Buffer(max_future=...) refuses stamps that are further ahead '
@@ -199,16 +220,31 @@ def future_stamps(case: Case) -> Iterator[Remark]:
             yield of_edge(
                 edge, f'has stamps up to {furthest / 1e9:.1f} s ahead of the clock: its good '
                 'data is refused until the clock reaches them',
-                {'usually_s': -case.delays[edge.frames].usual / 1e9, 'furthest_s': furthest / 1e9},
+                {'furthest_s': furthest / 1e9},
                 severity=Severity.ERROR)
     for edges in _leading(case):
         edges = [each for each in edges if each[0].frames not in poisoned]
         if edges and not _is_post_dated(edges):
             lead = -edges[0][1].usual
-            yield _of_edges([edge for edge, _ in edges],
+            yield _of_clock([edge for edge, _ in edges],
                             f'stamped {lead / 1e6:.0f} ms ahead of the clock',
                             {'edges': len(edges), 'usually_s': lead / 1e9,
-                             'furthest_s': -min(delays.early for _, delays in edges) / 1e9})
+                             'furthest_s': -min(delays.early for _, delays in edges) / 1e9},
+                            **_of_simulation(case, len(edges)))
+
+
+def _of_simulation(case: Case, edges: int) -> dict[str, Any]:
+    """Return what differs if the clock of the arrivals is a simulation's."""
+    if not case.recorded_in_simulation:
+        return {}
+    return {'severity': Severity.NOTE if edges == len(case.delays) else None,
+            'cause': 'the clock that they are compared with is simulated: it stands still from '
+                     'one message of /clock to the next, which may arrive late'
+                     if edges == len(case.delays) else
+                     'a node that stamps by another clock than the simulation, or that post-dates',
+            'fix': 'nothing to do; with a faster /clock the lead becomes shorter'
+                   if edges == len(case.delays) else
+                   'set use_sim_time for the node, or reduce its tolerance'}
 
 
 @check(Severity.NOTE,
@@ -227,27 +263,39 @@ def post_dated(case: Case) -> Iterator[Remark]:
 
 
 def _furthest(case: Case, edge: EdgeRecord, moving: MovingEdge) -> float:
-    """Return how far ahead a stamp was at most; 0 if the clocks differ: it is unknown then."""
-    if case.timebase.differs or edge.frames not in case.delays:
-        return 0.0
-    return -moving.timing.delays.least
+    """Return how far ahead a stamp was at most, of the clock or of the stamps around it."""
+    known = edge.frames in case.delays and not case.timebase.differs
+    return max(moving.timing.ahead, -moving.timing.delays.least if known else 0.0)
 
 
 def _leading(case: Case) -> list[list[_Late]]:
-    return _alike(case, lambda delays: delays.usual < -_AHEAD)
+    return _alike(case, lambda edge, delays: delays.usual < -_AHEAD)
+
+
+def _is_behind(case: Case, edge: EdgeRecord, delays: Delays) -> bool:
+    """Return whether delays are constant, or vary only as those of the other edges do."""
+    if delays.usual <= _BEHIND:
+        return False
+    if not case.timebase.differs and delays.spread < max(
+            _STEADY, _STEADY_PART * delays.usual):
+        return True
+    others = [other for frames, other in case.delays.items() if frames != edge.frames]
+    return bool(others) and (
+        delays.usual - median([other.usual for other in others]) > _FAR_BEHIND
+        and delays.spread < _AS_STEADY * median([other.spread for other in others]))
 
 
 def _is_post_dated(edges: Sequence[_Late]) -> bool:
     delays = edges[0][1]
-    return len(edges) == 1 and -delays.usual < _POST_DATED and delays.spread < max(
+    return len(edges) == 1 and -delays.usual < _POST_DATED and delays.middle < max(
         _NEARLY, -_NEARLY_PART * delays.usual)
 
 
-def _alike(case: Case, wanted: Callable[[Delays], bool]) -> list[list[_Late]]:
+def _alike(case: Case, wanted: Callable[[EdgeRecord, Delays], bool]) -> list[list[_Late]]:
     """Return the edges with certain delays, grouped if one clock may explain them."""
     found = sorted(((edge, case.delays[edge.frames]) for edge, moving in case.moving()
                     if edge.frames in case.delays and moving.timing.delays.count >= _SEVERAL
-                    and wanted(case.delays[edge.frames])), key=lambda each: each[1].usual)
+                    and wanted(edge, case.delays[edge.frames])), key=lambda each: each[1].usual)
     groups: list[list[_Late]] = []
     for each in found:
         if not groups or each[1].usual - groups[-1][-1][1].usual > _ALIKE:
@@ -256,9 +304,9 @@ def _alike(case: Case, wanted: Callable[[Delays], bool]) -> list[list[_Late]]:
     return groups
 
 
-def _of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: dict[str, float]) -> Remark:
+def _of_clock(edges: Sequence[EdgeRecord], summary: str, evidence: dict[str, float],
+              **more: Any) -> Remark:
     """Return a remark on edges of one clock."""
-    more = len(edges) - 1
-    others = f' and {more} more edge{"s" * (more > 1)} are' if more else ' is'
-    frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
-    return Remark(f'{edges[0]}{others} {summary}', tuple(frames), publishers_of(*edges), evidence)
+    besides = len(edges) - 1
+    others = f' and {besides} more edge{"s" * (besides > 1)} are' if besides else ' is'
+    return of_edges(edges, f'{edges[0]}{others} {summary}', evidence, **more)

@@ -3,7 +3,7 @@
 
 """The findings of a doctor, and the entries of the catalogue."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 import math
@@ -34,7 +34,7 @@ class Code(NamedTuple):
     :ivar catches: a description in one sentence.
     :ivar cause: the usual cause in one sentence.
     :ivar fix: the remedy in one sentence.
-    :ivar explains: codes that are only symptoms of this one if they concern the same frames.
+    :ivar explains: codes of which this one is the cause if both concern the same edge.
     :ivar textbook: whether it is one of the textbook's failure modes.
     """
 
@@ -54,6 +54,7 @@ class Finding:
 
     :ivar code: its name in the catalogue.
     :ivar frames: the affected frames; for an edge first the parent, then the child.
+    :ivar edges: the affected edges, (parent, child); none if frames are affected.
     :ivar publishers: the publishers, as far as they are known.
     :ivar summary: the problem in one sentence, with its numbers.
     :ivar evidence: the numbers by name; a name ends in its unit: ``_s``, ``_m``, ``_deg``,
@@ -70,6 +71,18 @@ class Finding:
     evidence: Mapping[str, Number] = field(default_factory=dict)
     cause: str = ''
     fix: str = ''
+    edges: tuple[tuple[str, str], ...] = ()
+
+    def causes(self, other: 'Finding', explains: Collection[str]) -> bool:
+        """
+        Return whether another finding is only a symptom of this one, and may be omitted.
+
+        A warning never hides an error, nor does an edge hide its inverse.
+
+        :param explains: of this finding's code.
+        """
+        return (other.code in explains and self.severity.rank <= other.severity.rank
+                and bool(other.edges) and {*other.edges} <= {*self.edges})
 
     def as_dict(self) -> dict[str, Any]:
         """
@@ -78,6 +91,7 @@ class Finding:
         Evidence that is not finite becomes None, because JSON has no such numbers.
         """
         return {**asdict(self), 'severity': self.severity.value, 'frames': list(self.frames),
+                'edges': [list(edge) for edge in self.edges],
                 'publishers': list(self.publishers),
                 'evidence': {name: number if math.isfinite(number) else None
                              for name, number in self.evidence.items()}}

@@ -5,7 +5,9 @@
 
 from collections.abc import Iterator, Sequence
 import math
+from typing import Any
 
+import numpy as np
 from tf_tree_py.core.stamp import (
     format_span,
     format_stamp,
@@ -13,11 +15,12 @@ from tf_tree_py.core.stamp import (
     is_silent,
     mean_interval,
     SILENCE,
+    silence_allowed,
 )
 from tf_tree_py.core.text import times
 
-from .case import Case, timing_of
-from .check import check, of_edge, publishers_of, Remark
+from .case import Case, is_frozen_now, timing_of
+from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
 from ..measures.timing import Timing
@@ -27,13 +30,16 @@ _Aged = tuple[float, EdgeRecord]
 
 # With fewer intervals than this, regularity is not judged.
 _SEVERAL = 20
+# With fewer samples than this, nobody knows that the next one is overdue.
+_FEW = 8
 # The middle 80 % of a regular edge's intervals span less than this part of the usual interval.
 _JITTER = 1.2
 # An excess of this, divided by the root of the number of intervals, may be chance.
 _CHANCE = 2.5
 
 
-@check(Severity.WARNING, explains=('skew', 'irregular_rate', 'interpolated_jump', 'pose_jump'),
+@check(Severity.WARNING,
+       explains=('interpolated_jump', 'irregular_rate', 'skew'),
        catches='an edge that was silent for long and then continued',
        cause='its node hung, crashed or was restarted, or the network broke',
        fix='check the log of its publisher at that time: lookups in the gap are interpolated '
@@ -43,33 +49,58 @@ def gap(case: Case) -> Iterator[Remark]:
     silent = [(edge, moving) for edge, moving in case.moving()
               if moving.timing.interval
               and is_silent(moving.timing.intervals.most, moving.timing.interval)]
-    if len(silent) > 1 and _at_once(case, [moving for _, moving in silent]):
+    if len(silent) > 1 and _at_once(case, silent):
         yield _of_all([edge for edge, _ in silent], silent[0][1].timing, case.timebase.differs)
         return
     for edge, moving in silent:
         timing = moving.timing
+        end = timing.longest + timing.intervals.most
         yield of_edge(
             edge, f'was silent for {format_span(round(timing.intervals.most))} after '
             f'{format_stamp(timing.longest)} s; usually it comes every '
             f'{format_span(round(timing.interval))}',
             {'longest_s': timing.intervals.most / 1e9, 'usual_s': timing.interval / 1e9,
-             'after_stamp_s': timing.longest / 1e9})
+             'after_stamp_s': timing.longest / 1e9},
+            **_out_of_view(case, edge, 1, timing.longest, end))
 
 
-def _at_once(case: Case, silent: Sequence[MovingEdge]) -> bool:
+def _out_of_view(case: Case, edge: EdgeRecord, column: int, begin: float,
+                 end: float) -> dict[str, Any]:
+    """
+    Return what differs if only this edge's tag was out of view, from one time to another.
+
+    :param column: of the times: 0 arrivals, 1 stamps.
+    """
+    others = [other for other in case.still_seen(edge) if np.any(
+        (begin < timing_of(other).pairs.kept[:, column])
+        & (timing_of(other).pairs.kept[:, column] < end))]
+    if not others:
+        return {}
+    return {'severity': Severity.NOTE,
+            'cause': f'{edge.child} was out of view: its publisher went on with {others[0]}'
+                     + (f' and {len(others) - 1} more' if len(others) > 1 else ''),
+            'fix': 'nothing to do, if it can leave the view; lookups of it have to expect that'}
+
+
+def _at_once(case: Case, silent: Sequence[tuple[EdgeRecord, MovingEdge]]) -> bool:
     """Return whether all edges were silent at the same time."""
-    begins = [moving.timing.longest for moving in silent]
-    usual = max(moving.timing.interval for moving in silent)
-    return (len(silent) == sum(bool(moving.timing.interval) for _, moving in case.moving())
-            and max(begins) - min(begins) <= max(SILENCE, 2.0 * usual))
+    # By arrival: an edge may be post-dated, or late.
+    begins = [moving.timing.longest + (
+        case.delays[edge.frames].usual if edge.frames in case.delays else 0.0)
+        for edge, moving in silent]
+    usual = max(moving.timing.interval for _, moving in silent)
+    those = {edge.frames for edge, _ in silent}
+    # An edge that has stopped for good has no gap.
+    others = any(moving.timing.interval and edge.frames not in those
+                 and not is_frozen_now(moving) and not is_stale(edge, case.now, case.timebase)
+                 for edge, moving in case.moving())
+    return not others and max(begins) - min(begins) <= max(SILENCE, 2.0 * usual)
 
 
 def _of_all(edges: Sequence[EdgeRecord], timing: Timing, simulated: bool) -> Remark:
-    frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
-    return Remark(
-        f'all {len(edges)} edges that move were silent at once, {edges[0]} for '
+    return of_edges(
+        edges, f'all {len(edges)} edges that move were silent at once, {edges[0]} for '
         f'{format_span(round(timing.intervals.most))} after {format_stamp(timing.longest)} s',
-        tuple(frames), publishers_of(*edges),
         {'edges': len(edges), 'longest_s': timing.intervals.most / 1e9,
          'usual_s': timing.interval / 1e9, 'after_stamp_s': timing.longest / 1e9},
         # A simulation pauses now and then, without harm.
@@ -79,7 +110,7 @@ def _of_all(edges: Sequence[EdgeRecord], timing: Timing, simulated: bool) -> Rem
         fix='find out what stopped all of them; lookups in the gap are interpolated across it')
 
 
-@check(Severity.WARNING, explains=('skew', 'irregular_rate', 'delayed'),
+@check(Severity.WARNING,
        catches='an edge that is silent: its next sample is overdue',
        cause='its node hangs, has crashed or was stopped, or the network is broken',
        fix='check the log of its publisher: lookups for a later time fail')
@@ -92,11 +123,16 @@ def stale(case: Case) -> Iterator[Remark]:
             continue
         usual = f'it came every {format_span(round(timing.interval))}' if timing.interval else (
             f'it came {times(timing.count)}')
-        regular = timing.intervals.count >= _SEVERAL and not _is_irregular(moving)
+        # Stamps of whole seconds arrive more often than they change.
+        interval = min(timing.interval, mean_interval(timing.span, timing.count))
+        if _is_irregular(moving):
+            interval = max(interval, timing.intervals.at(0.9)[0])
+        dead = timing.count >= _FEW and is_dead(silence, interval)
         yield of_edge(
             edge, f'has been silent for {format_span(round(silence))}; {usual}',
             {'silent_s': silence / 1e9, 'usual_s': timing.interval / 1e9, 'samples': timing.count},
-            severity=Severity.ERROR if regular and is_dead(silence, timing.interval) else None)
+            **{'severity': Severity.ERROR if dead else None, **_out_of_view(
+                case, edge, 0, timing.last + silence_allowed(timing.interval), math.inf)})
 
 
 @check(Severity.WARNING,
@@ -123,7 +159,8 @@ def _is_irregular(moving: MovingEdge) -> bool:
     return intervals.count >= _SEVERAL and long - short > limit * usual
 
 
-@check(Severity.WARNING, explains=('skew', 'gap', 'stale', 'irregular_rate', 'interpolated_jump'),
+@check(Severity.WARNING,
+       explains=('skew',),
        catches='an edge so slow that a buffer never holds two samples of it',
        cause='its rate was chosen without regard to the window of buffers',
        fix='send it more often, or, if it never changes, once on /tf_static; or give buffers a '
@@ -173,7 +210,11 @@ def _first(aged: _Aged) -> float:
 
 def _age(case: Case, edge: EdgeRecord) -> float:
     """Return the usual age of the newest sample just before the next; 0 if post-dated."""
-    return max(0.0, case.delays[edge.frames].usual + timing_of(edge).interval)
+    timing = timing_of(edge)
+    # Of a few irregular intervals, the median may be much too long, and the mean contains gaps.
+    interval = min(timing.interval, mean_interval(
+        case.timebase.elapsed(timing.first, timing.last), timing.timed))
+    return max(0.0, case.delays[edge.frames].usual + interval)
 
 
 def _older(edge: EdgeRecord, other: EdgeRecord, apart: float) -> Remark:

@@ -13,7 +13,6 @@ from tf_tree_py.core.text import times
 
 from .case import Case
 from .check import check, of_edge, of_trouble, Remark
-from .clocks import is_as_static
 from .finding import Number, Severity
 from ..measures.edge_record import EdgeRecord
 from ..measures.motion import Jump
@@ -87,9 +86,6 @@ def zero_stamps(case: Case) -> Iterator[Remark]:
 
 
 @check(Severity.WARNING,
-       explains=('out_of_order', 'gap', 'delayed', 'future_stamps', 'post_dated', 'skew',
-                 'irregular_rate', 'duplicate_stamps', 'pose_jump', 'interpolated_jump',
-                 'two_publishers', 'clock_offset', 'stale', 'outlier'),
        catches='stamps that jump back and continue from there',
        cause='a recording that is played in a loop, a simulation that was restarted, or a clock '
              'that was set back',
@@ -122,7 +118,8 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
                  'samples': timing.count})
 
 
-@check(Severity.WARNING, explains=('irregular_rate',),
+@check(Severity.WARNING,
+       explains=('irregular_rate',),
        catches='stamps that are older than the one before',
        cause='a node with several threads that publish, a relay over a network that reorders, or '
              'two publishers whose clocks differ',
@@ -138,7 +135,8 @@ def out_of_order(case: Case) -> Iterator[Remark]:
                           {'count': timing.disorders, 'samples': timing.count})
 
 
-@check(Severity.WARNING, textbook=True, explains=('skew',),
+@check(Severity.WARNING, textbook=True,
+       explains=('skew',),
        catches='transforms that arrive long after their stamp',
        cause='a slow node, a queue that is always full, a busy computer or network; or the clock '
              'of its computer is behind',
@@ -164,9 +162,12 @@ def delayed(case: Case) -> Iterator[Remark]:
 
 # With fewer steps than this, their median is not reliable.
 _SEVERAL = 20
+# Metres: a joint that rotates travels less.
+_IN_PLACE = 1e-3
 
 
 @check(Severity.WARNING,
+       explains=('interpolated_jump',),
        catches='a frame that jumps faster than anything moves',
        cause='an estimator that was reset, an encoder that wrapped around, or an outlier that '
              'was not filtered',
@@ -184,7 +185,8 @@ def pose_jump(case: Case) -> Iterator[Remark]:
         yield of_edge(edge, _in_words(jump), evidence, **_of_localiser(case, edge))
 
 
-@check(Severity.WARNING, explains=('pose_jump', 'interpolated_jump'),
+@check(Severity.WARNING,
+       explains=('pose_jump', 'interpolated_jump'),
        catches='single samples that are far from those before and after them',
        cause='a sensor that returns zero or garbage now and then, or a filter that was reset for '
              'one cycle',
@@ -201,7 +203,8 @@ def outlier(case: Case) -> Iterator[Remark]:
                 _evidence(jump) | {'samples': moving.timing.count})
 
 
-@check(Severity.WARNING, explains=('pose_jump', 'interpolated_jump', 'outlier'),
+@check(Severity.WARNING,
+       explains=('pose_jump', 'interpolated_jump', 'outlier'),
        catches='an edge that is always faster than any real motion',
        cause='millimetres sent as metres, degrees sent as radians, or stamps in another unit',
        fix='check the units of its publisher; --max-speed and --max-turn-rate set the limits of '
@@ -231,7 +234,9 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
     """Find large steps that take long, with the edge almost at rest before and after."""
     for edge, moving in case.moving():
         jump = moving.motion.slow
-        if jump.count:
+        # A wheel may turn by more than half a turn from one sample to the next.
+        in_place = moving.motion.travelled < _IN_PLACE and not case.is_correction(edge)
+        if jump.count and not in_place:
             yield of_edge(edge, f'{_in_words(jump)}: lookups in between return poses that never '
                           'existed', _evidence(jump))
 
@@ -270,8 +275,7 @@ _LATE = from_seconds(3.0)
 
 
 @check(Severity.WARNING, textbook=True,
-       explains=('delayed', 'clock_mixture', 'clock_offset', 'duplicate_stamps', 'skew',
-                 'slow_for_window', 'stale'),
+       explains=('slow_for_window', 'skew'),
        catches='an edge that is sent repeatedly on /tf and never changes',
        cause='a calibration or a fixed joint that is published like a moving edge',
        fix='send it once on /tf_static: it is valid at every stamp there, even after its '
@@ -284,7 +288,7 @@ def static_republished(case: Case) -> Iterator[Remark]:
         timing = moving.timing
         if moving.motion.moved or timing.count < _MANY or timing.span < _LONG:
             continue
-        if robot_stands and not is_as_static(moving):
+        if robot_stands:
             continue
         # A joint at rest is sent together with moving ones.
         is_joint = any(other in moved for other in moving.beside)
@@ -338,8 +342,6 @@ def static_late(case: Case) -> Iterator[Remark]:
 
 
 @check(Severity.ERROR,
-       explains=('static_changed', 'static_republished', 'pose_jump', 'interpolated_jump',
-                 'gap', 'stale', 'irregular_rate', 'two_publishers', 'outlier', 'static_late'),
        catches='an edge that is sent both as static and as moving',
        cause='two nodes send it, such as a URDF with a fixed joint and a driver',
        fix='stop one of them: with each change of kind a buffer removes what it had stored')

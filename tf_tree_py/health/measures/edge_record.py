@@ -23,6 +23,8 @@ Edge = tuple[str, str]
 
 # At most this many publishers of an edge are named.
 _MAX_AUTHORITIES = 8
+# At most this many edges beside an edge are kept, with names of at most this many characters.
+_MAX_BESIDE, _MAX_LETTERS = 64, 200
 # The number of characters of a name that a sentence shows.
 _LONGEST = 80
 # A static transform that differs by less than this, metres and radians together, is the same.
@@ -35,18 +37,20 @@ class MovingEdge:
 
     :ivar timing: the measurements of its stamps and arrivals.
     :ivar motion: the measurements of its poses; invalid poses are omitted.
-    :ivar beside: the edges of the last message that contained it.
+    :ivar beside: edges of the messages that contained it, including itself.
     """
 
     def __init__(self, limits: Thresholds) -> None:
         self.timing = Timing()
         self.motion = Motion(limits)
-        self.beside: Sequence[Edge] = ()
+        self.beside: set[Edge] = set()
         self._tail: Rows | None = None
 
     def add(self, rows: Rows, beside: Sequence[Edge]) -> None:
         """Take samples, in order of arrival."""
-        self.beside = beside
+        if len(self.beside) < _MAX_BESIDE:
+            self.beside.update(edge for edge in beside[:_MAX_BESIDE]
+                               if len(edge[0]) + len(edge[1]) <= _MAX_LETTERS)
         self.timing.add(rows)
         useful = rows.of_use()
         if not len(useful):
@@ -67,13 +71,14 @@ class FixedEdge:
 
     :ivar count: the number of samples.
     :ivar first: when the first one arrived after the clock had begun; 0: none has.
+    :ivar last: when the last one arrived.
     :ivar changes: how often the pose changed.
     :ivar gone: the largest translation of a change, metres.
     :ivar turned: the largest rotation of a change, radians.
     """
 
     def __init__(self) -> None:
-        self.count = self.changes = self.first = 0
+        self.count = self.changes = self.first = self.last = 0
         self.gone = self.turned = 0.0
         self._pose: Array | None = None
 
@@ -83,6 +88,7 @@ class FixedEdge:
         known = rows.received[rows.received > 0]
         if len(known):
             self.first = self.first or int(known[0])
+            self.last = int(known[-1])
         poses = unit_poses(rows.of_use().poses)
         if self._pose is not None:
             poses = np.concatenate([self._pose, poses], axis=1)
@@ -243,8 +249,9 @@ def symptoms_of(edge: EdgeRecord, refused: int, now: int, timebase: Timebase) ->
 
 
 def is_stale(edge: EdgeRecord, now: int, timebase: Timebase) -> bool:
-    """Return whether a moving edge is silent, unless it was sent as static, too."""
-    return (edge.moving is not None and edge.fixed is None
+    """Return whether an edge is silent that was moving when it was received last."""
+    return (edge.moving is not None
+            and (edge.fixed is None or edge.fixed.last < edge.moving.timing.last)
             and is_silent(silence_of(edge, now, timebase), edge.moving.timing.interval))
 
 

@@ -24,6 +24,8 @@ _ISOLATED = 10.0
 _DISPUTE = 5e-3
 # The next step reverses a step if less than this part of it remains.
 _LEFT = 0.3
+# Radians; a rotation by more may have been one by less in the other direction.
+_HALF = math.pi / 2
 # A slow jump has at least this size, metres and radians together, and takes at least this long, so
 # that many lookups fall into it.
 _LARGE = 0.2
@@ -62,37 +64,54 @@ class Jump:
 
 class Turns:
     """
-    Steps that the next one reverses; their causes are two publishers, noise, and outliers.
+    Samples whose step the next one reverses, or that are beside the line of their neighbours.
 
-    :ivar count: their number.
-    :ivar large: the number of steps more than half as large as their median.
-    :ivar sizes: their sizes, metres and radians together.
-    :ivar spans: the time of the step and the reverse step, nanoseconds.
+    In the second case these neighbours are on the other side of theirs, as if two robots that
+    drive side by side had one frame. The causes are two publishers, noise, and outliers.
+
+    :ivar all: their number.
+    :ivar count: the number of those that did not arrive late.
+    :ivar large: the number of samples more than half as far from that line as their median.
+    :ivar sizes: their distances from that line, metres and radians together.
+    :ivar spans: the time between the two neighbours, nanoseconds.
     :ivar first: when the first arrived, nanoseconds.
     :ivar last: when the last arrived, nanoseconds.
     """
 
     def __init__(self) -> None:
-        self.count = self.large = self.first = self.last = 0
+        self.all = self.count = self.large = self.first = self.last = 0
         self.sizes, self.spans = Spread(), Spread()
 
     def add(self, steps: Steps) -> None:
         """Take steps; the first and the last two serve only to judge their neighbours."""
-        size, after = steps.size[JUDGED], steps.size[2:-1]
-        smaller = np.minimum(size, after)
-        # Samples that arrive late look like reversed steps, too.
-        in_order = (steps.time[JUDGED] >= 0) & (steps.time[2:-1] >= 0)
-        turns = in_order & (smaller > _DISPUTE)
+        # Of a wheel that turns by nearly half a turn a sample, nobody knows in which direction.
+        smaller = np.minimum(steps.size[JUDGED], steps.size[2:-1])
+        useful = ((smaller > _DISPUTE)
+                  & ((steps.gone[JUDGED] > _DISPUTE) | (steps.turned[JUDGED] < _HALF)))
+        if not useful.any():
+            return
+        aside = steps.aside
+        sizes = _sizes(aside[:, 1:-1])
+        rest = _sizes(aside[:, 1:-1] + 0.5 * (aside[:, :-2] + aside[:, 2:]))
+        turns = useful & (sizes > _DISPUTE) & (
+            (rest < _LEFT * sizes) | (steps.size_of_two[1:-1] < _LEFT * smaller))
         if turns.any():
-            turns &= steps.size_of_two[1:-1] < _LEFT * smaller
-        if turns.any():
-            self.count += int(np.count_nonzero(turns))
-            self.sizes.add(smaller[turns])
+            self.all += int(np.count_nonzero(turns))
+            # Samples that arrive late are also beside the line.
+            self.count += int(np.count_nonzero(
+                turns & (steps.time[JUDGED] >= 0) & (steps.time[2:-1] >= 0)))
+            self.sizes.add(sizes[turns])
             self.spans.add((steps.time[JUDGED] + steps.time[2:-1])[turns])
             received = steps.received[JUDGED][turns]
             self.first, self.last = self.first or int(received[0]), int(received[-1])
-        if self.count:
-            self.large += int(np.count_nonzero(size > 0.5 * self.sizes.median))
+        if self.all:
+            self.large += int(np.count_nonzero(sizes > 0.5 * self.sizes.median))
+
+
+def _sizes(aside: Array) -> Array:
+    sizes: Array = np.sqrt(np.einsum('ij,ij->j', aside[:3], aside[:3])) + np.sqrt(
+        np.einsum('ij,ij->j', aside[3:], aside[3:]))
+    return sizes
 
 
 class Motion:
@@ -108,10 +127,9 @@ class Motion:
     :ivar steps: how many steps were judged.
     :ivar speeds: of its steps, metres per second; ``turn_rates`` likewise, radians per second.
     :ivar fast: steps faster than the limits and much faster than their neighbours.
-    :ivar slow: large steps over a long time, much faster than their neighbours, but within the
-        limits.
+    :ivar slow: large steps over a long time, much faster than their neighbours.
     :ivar outliers: steps faster than the limits that the next one reverses.
-    :ivar turns: steps that the next one reverses, at any speed.
+    :ivar turns: samples that go to and fro, at any speed.
     """
 
     def __init__(self, limits: Thresholds) -> None:
@@ -167,9 +185,8 @@ class Motion:
         size, time, here = steps.size[JUDGED], steps.time[JUDGED], speed[JUDGED]
         alone = (time > 0) & (here > _ISOLATED * np.maximum(speed[:-3], speed[2:-1]))
         if alone.any():
-            fast = fast[JUDGED]
-            self.fast.add(steps, alone & fast & (size > _NOISE))
-            self.slow.add(steps, alone & ~fast & (size > _LARGE) & (time > _LONG))
+            self.fast.add(steps, alone & fast[JUDGED] & (size > _NOISE))
+            self.slow.add(steps, alone & (size > _LARGE) & (time > _LONG))
 
     def _add_outliers(self, steps: Steps, speed: Array, fast: Mask) -> None:
         """Count pairs of a step and its reverse, if the steps around them are much slower."""

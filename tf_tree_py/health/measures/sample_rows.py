@@ -106,6 +106,25 @@ class Steps:
         self.size = self.gone + self.turned
 
     @cached_property
+    def aside(self) -> Array:
+        """
+        Return how far each row is from the line between its two neighbours, (7, N - 2).
+
+        The first three rows are metres, the others radians. The motion between the neighbours
+        does not matter, if it is steady.
+        """
+        poses = self._poses.copy()
+        q = poses[3:]
+        q *= 2.0 * np.cumprod(np.concatenate([[1.0], np.where(
+            np.einsum('ij,ij->j', q[:, 1:], q[:, :-1]) < 0.0, -1.0, 1.0)]))
+        before, after = self.time[:-1].astype(float), self.time[1:].astype(float)
+        # Of two samples with one stamp, the second is usually newer.
+        part = np.where((before > 0.0) & (after > 0.0), before / np.maximum(
+            before + after, 1.0), 0.5)
+        aside: Array = poses[:, 1:-1] - (1.0 - part) * poses[:, :-2] - part * poses[:, 2:]
+        return aside
+
+    @cached_property
     def size_of_two(self) -> Array:
         """Return the size of the step over two rows, which few edges need."""
         return np.add(*distances(self._poses[:, :-2], self._poses[:, 2:]))
@@ -188,7 +207,7 @@ class MessageColumn(NamedTuple):
 
     :ivar rows: in order of arrival.
     :ivar order: (N,) the number of each row's message.
-    :ivar beside: the edges of the last message that contained it, including itself.
+    :ivar beside: the edges of the messages that contained it, including itself.
     :ivar authorities: its publishers.
     """
 
@@ -292,7 +311,7 @@ def _joined(columns: Sequence[MessageColumn]) -> MessageColumn:
     rows = columns[0].rows
     for column in columns[1:]:
         rows = column.rows.after(rows)
-    newest = max(columns, key=lambda column: int(column.order[-1]))
-    return newest._replace(
+    return columns[0]._replace(
         rows=rows[arrived], order=order[arrived],
+        beside=list(dict.fromkeys(edge for column in columns for edge in column.beside)),
         authorities=frozenset().union(*(column.authorities for column in columns)))

@@ -18,8 +18,9 @@ from tf_tree_py.core.stamp import ANOTHER_CLOCK
 from .spread import median, quantiles
 from .timing import Timing
 
-# The pace of an edge's clock needs this many samples, over this part of the time.
-_SEVERAL, _PART = 16, 0.25
+# The pace of an edge's clock needs this many samples, over this part of the time. Those of all
+# edges of another clock together are at least as many as the last.
+_SEVERAL, _PART, _A_FEW = 16, 0.25, 3
 # The paces of synchronised clocks differ by less than this part.
 _SAME_PACE = 0.02
 # A drift smaller than this, nanoseconds, or than twice the variation of the delays, is ignored.
@@ -38,7 +39,9 @@ class _Line:
 
     def __init__(self, timing: Timing, begin: int) -> None:
         self.timing = timing
-        pairs = timing.pairs.kept
+        # A stamp that is repeated was up to date when it arrived first.
+        pairs = timing.pairs.kept[np.unique(timing.pairs.kept[:, 1], return_index=True)[1]]
+        pairs = pairs[np.argsort(pairs[:, 0], kind='stable')]
         self.received: Array = (pairs[:, 0] - begin).astype(float)
         # How far stamps are ahead, nanoseconds: small numbers, which avoid rounding errors.
         self.lead: Array = (pairs[:, 1] - pairs[:, 0]).astype(float)
@@ -67,11 +70,15 @@ class _Line:
 
 def _pace_of(lines: Sequence[_Line]) -> float:
     """Return the pace of most edges; in a short recording, that of all samples together."""
-    paces = [line.pace for line in lines if line.pace is not None]
+    paces = sorted(line.pace for line in lines if line.pace is not None)
     if paces:
-        return median(paces)
+        # Of two edges, the one whose clock is neither slow nor fast.
+        return min(paces[(len(paces) - 1) // 2], paces[len(paces) // 2],
+                   key=lambda pace: abs(pace - 1.0))
     slopes = np.concatenate([line.slopes() for line in lines])
-    return 1.0 + median(slopes) if len(slopes) >= _SEVERAL else 1.0
+    # Of another clock, a guess by a few samples is better than that it goes as fast as this one.
+    other = any(abs(line.lead[0]) > ANOTHER_CLOCK for line in lines)
+    return 1.0 + median(slopes) if len(slopes) >= (_A_FEW if other else _SEVERAL) else 1.0
 
 
 class Timebase:
@@ -104,8 +111,14 @@ class Timebase:
         self._moment = median(times)
         self._sort(lines)
         alike = [lines[place] for place in self.clocks[0][0]]
-        # A clock that was set does not show the pace of time.
-        self._fit([line for line in alike if not line.timing.steps] or alike)
+        # A clock that was set does not show the pace of time, nor the time, unless most were set.
+        unset = [line for line in alike if not line.timing.steps] or alike
+        self._fit(unset)
+        if self.differs:
+            own = [median(line.lead - self._leads(line.received))
+                   for line in (unset if 2 * len(unset) >= len(alike) else alike)]
+            # An edge that leads is post-dated; so of two, the one behind shows the time.
+            self._lead = float(np.percentile(own, 50, method='lower'))
 
     def _sort(self, lines: Sequence[_Line]) -> None:
         """Group the edges by clock: by what their stamps would have been at one moment."""
@@ -139,8 +152,6 @@ class Timebase:
                    for line, rest in zip(lines, rests, strict=True)]
             self._bow(np.concatenate([line.received for line in lines]), np.concatenate(
                 [rest - mean for rest, mean in zip(rests, own, strict=True)]))
-        # An edge that leads is post-dated on purpose; so of two, the one behind shows the time.
-        self._lead = float(np.percentile(own, 50, method='lower'))
 
     def _drifts(self, lines: Sequence[_Line], rests: Sequence[Array]) -> bool:
         drift = abs(self.pace - 1.0) * float(np.ptp(np.concatenate(
@@ -160,12 +171,17 @@ class Timebase:
         bend: Array = np.interp(times, self._knots, self._shape)
         return bend
 
-    def delays(self, timing: Timing) -> Array:
-        """Return the delays from an edge's stamps to the arrivals, by the clock of the stamps."""
+    def delays(self, timing: Timing) -> tuple[Array, Array]:
+        """
+        Return the delays from an edge's stamps to their first arrivals.
+
+        :return: the arrivals, nanoseconds, and the delays by the clock of the stamps.
+        """
         line = _Line(timing, self._begin)
+        received: Array = line.received + self._begin
         if not self.differs:
-            return -line.lead
-        return self._leads(line.received) - line.lead
+            return received, -line.lead
+        return received, self._leads(line.received) - line.lead
 
     def elapsed(self, begin: int, end: int) -> float:
         """Return the time between two arrivals, by the clock of the stamps."""

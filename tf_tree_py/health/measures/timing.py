@@ -3,6 +3,7 @@
 
 """Measurements of the stamps and the arrivals of one edge, and of steps of its clock."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -57,6 +58,8 @@ def clock_steps(steps: Steps, interval: float) -> list[ClockStep]:
 JUMP = from_seconds(1.0)
 """A stamp that goes back by more has jumped to another time; by less, it is out of order."""
 
+# Two publishers that each repeat a stamp send stamps that differ by less than this.
+_ALIKE = from_seconds(0.01)
 # With fewer intervals than this, their mean is used, too.
 _FEW = 8
 # At most this many steps of one publisher's clock are kept.
@@ -65,11 +68,11 @@ _MAX_STEPS = 100
 
 class Run(NamedTuple):
     """
-    Successive samples with the same stamp.
+    Successive samples without a newer stamp.
 
     :ivar samples: their number.
     :ivar span: from the arrival of the first to that of the last, nanoseconds.
-    :ivar stamp: of all of them, nanoseconds.
+    :ivar stamp: the newest of them, nanoseconds.
     """
 
     samples: int = 0
@@ -93,20 +96,22 @@ class Timing:
     :ivar disorders: steps to an older stamp from which the following stamps do not continue.
     :ivar jumps: steps back from which the stamps continue; ``back`` is the longest of these.
     :ivar whole_seconds: the number of stamps without a fraction of a second.
-    :ivar frozen: the longest run of samples with one stamp.
+    :ivar frozen: the longest run of samples without a newer stamp.
+    :ivar ahead: how far one stamp, or a few, were ahead of those before and after, at most.
+    :ivar run: the present run.
     :ivar steps: of the publisher's clock.
     """
 
     def __init__(self) -> None:
         self.count = self.zeros = self.whole_seconds = 0
-        self.first = self.last = self.longest = 0
+        self.first = self.last = self.longest = self.ahead = 0
         self.delays, self.intervals = Spread(), Spread()
         self.pairs = Sampled(np.empty((0, 2), np.int64))
         self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
         self.frozen = Run()
         self.steps: list[ClockStep] = []
-        # The arrival of the first sample of the present run, and the run.
-        self._run_begin, self._run = 0, Run()
+        # The arrival of the first sample of the present run.
+        self._run_begin, self.run = 0, Run()
 
     @property
     def timed(self) -> int:
@@ -149,23 +154,28 @@ class Timing:
             self._add_runs(received, stamps)
 
     def _add_runs(self, received: Stamps, stamps: Stamps) -> None:
-        """Measure how long a stamp stayed the same."""
-        if stamps[0] != self._run.stamp and (stamps[1:] != stamps[:-1]).all():
-            # The common case: every stamp is new.
-            self._run_begin, self._run = int(received[-1]), Run(1, 0, int(stamps[-1]))
+        """Measure how long no newer stamp came."""
+        if stamps[0] > self.run.stamp and (stamps[1:] > stamps[:-1]).all():
+            # The common case: every stamp is newer than the one before.
+            self._run_begin, self.run = int(received[-1]), Run(1, 0, int(stamps[-1]))
             return
+        jumps = [0, *(np.flatnonzero(np.diff(stamps) < -_ALIKE) + 1).tolist(), len(stamps)]
+        stamps = np.concatenate([np.maximum.accumulate(stamps[begin:end])
+                                 for begin, end in pairwise(jumps)])
+        if 0 <= self.run.stamp - stamps[0] <= _ALIKE:
+            stamps = np.where(stamps <= self.run.stamp, self.run.stamp, stamps)
         begins = np.concatenate([[0], np.flatnonzero(np.diff(stamps)) + 1])
         lasts = np.concatenate([begins[1:], [len(stamps)]]) - 1
         begun, counts = received[begins], lasts - begins + 1
-        if self._run.samples and int(stamps[0]) == self._run.stamp:
-            begun[0], counts[0] = self._run_begin, counts[0] + self._run.samples
+        if self.run.samples and int(stamps[0]) == self.run.stamp:
+            begun[0], counts[0] = self._run_begin, counts[0] + self.run.samples
         spans = received[lasts] - begun
         longest = int(spans.argmax())
         if spans[longest] > self.frozen.span:
             self.frozen = Run(int(counts[longest]), int(spans[longest]),
                               int(stamps[begins[longest]]))
         self._run_begin = int(begun[-1])
-        self._run = Run(int(counts[-1]), int(spans[-1]), int(stamps[-1]))
+        self.run = Run(int(counts[-1]), int(spans[-1]), int(stamps[-1]))
 
     def add_steps(self, steps: Steps) -> None:
         """Take steps; the first and the last two serve only to judge their neighbours."""
@@ -189,6 +199,8 @@ class Timing:
         self.duplicates += int(np.count_nonzero(same))
         self.differing += int(np.count_nonzero(same & (steps.size[JUDGED] > 0.0)))
         self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
+        if ahead.any():
+            self.ahead = max(self.ahead, -int(time[ahead].min()))
         jumps = back & ~late & ~ahead
         if jumps.any():
             self.jumps += int(np.count_nonzero(jumps))

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A second fault of an edge never hides the error of the first one, for every pair of codes."""
+
+from edge_faults import ERRORS, WARNINGS
+import pytest
+from robot_model import Robot
+from tf_tree_py.health.checks.catalogue import CODES
+from tf_tree_py.health.checks.finding import Severity
+
+# They replace values or omit samples, and with these the fault that was there before.
+ONLY_BEFORE = {'static_republished', 'interpolated_jump', 'gap', 'irregular_rate', 'skew'}
+
+
+def errors(*faults):
+    """Return the codes of a robot's errors if one edge of it has these faults."""
+    robot = Robot(seconds=60.0, wheels_hz=10.0, jitter=0.05)
+    del robot.edges['tool']
+    for fault in faults:
+        fault(robot, robot.edges['arm'])
+    return {finding.code for finding in robot.findings() if finding.severity is Severity.ERROR}
+
+
+@pytest.mark.parametrize('first', ERRORS)
+def test_second_fault_hides_no_error(first):
+    assert errors(ERRORS[first]) == {first}
+    hidden = [(second, order) for second, fault in [*WARNINGS.items(), *ERRORS.items()]
+              for order, faults in (('before', [fault, ERRORS[first]]),
+                                    ('after', [ERRORS[first], fault]))
+              if not (order == 'after' and second in ONLY_BEFORE)
+              and fault is not ERRORS[first] and first not in errors(*faults)]
+    assert hidden == []
+
+
+def test_no_code_explains_one_that_may_be_an_error():
+    for code in CODES.values():
+        assert not {*code.explains} & {name for name in CODES
+                                       if CODES[name].severity is Severity.ERROR}, code.name
+
+
+def test_no_two_codes_explain_each_other():
+    assert [(one.name, other) for one in CODES.values() for other in one.explains
+            if one.name in CODES[other].explains] == []
