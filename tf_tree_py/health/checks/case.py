@@ -66,6 +66,8 @@ def _reached(frame: str, neighbours: Mapping[str, Sequence[str]]) -> list[str]:
 _AROUND = 20
 # With fewer samples, a drift may be chance; a smaller drift is that of any quartz, or of a fit.
 _SEVERAL, _DRIFTS, _LEAST_DRIFT = 20, 0.003, from_seconds(0.1)
+# Of more edges than this, one more hardly changes the median.
+_MANY = 30
 # A frozen stamp may be this old.
 _DAY = from_seconds(86_400.0)
 # 2001, in nanoseconds: no clock of a computer is before it, and every clock of a simulation is.
@@ -140,6 +142,10 @@ def _delays_of(delays: Array) -> Delays:
     early, quarter, usual, three_quarters, late = quantiles(
         np.sort(delays), (0.05, 0.25, 0.5, 0.75, 0.95))
     return Delays(early, usual, late, three_quarters - quarter)
+
+
+def _medians(delays: Sequence[Delays]) -> Delays:
+    return Delays(*(median(column) for column in zip(*delays, strict=True)))
 
 
 def drift_of(received: Array, delays: Array) -> Drift | None:
@@ -364,6 +370,17 @@ class Case:
         steady = max(float(np.ptp(quantiles(np.sort(part), (0.1, 0.9))))
                      for part in (before, after)) < 0.5 * abs(step.step)
         return steady and bool((np.median(before) - np.median(after)) / step.step > 0.5)
+
+    def delays_beside(self, edge: EdgeRecord) -> Delays | None:
+        """Return the medians of the delays of the other edges; None: there are none."""
+        if len(self.delays) > _MANY:
+            return self._all_delays
+        others = [delays for frames, delays in self.delays.items() if frames != edge.frames]
+        return _medians(others) if others else None
+
+    @cached_property
+    def _all_delays(self) -> Delays:
+        return _medians([*self.delays.values()])
 
     @cached_property
     def drifts(self) -> dict[Edge, Drift]:

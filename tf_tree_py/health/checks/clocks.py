@@ -13,7 +13,6 @@ from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now
 from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, MovingEdge
-from ..measures.spread import median
 from ..measures.timing import ClockStep
 
 # Two clocks that chrony synchronises may differ by this much.
@@ -199,15 +198,18 @@ def clock_offset(case: Case) -> Iterator[Remark]:
     """Find edges with a constant delay; the delay of a computation varies."""
     for edges in _alike(case, lambda edge, delays: _is_behind(case, edge, delays)):
         usual, spread = edges[0][1].usual, edges[0][1].spread
+        others = case.delays_beside(edges[0][0])
+        beside = f'; most other edges after {others.usual / 1e6:.0f} ms' if others else ''
         yield _of_clock(
             [edge for edge, _ in edges], f'received {usual / 1e6:.0f} ms after the stamp, and 90 '
-            f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most',
+            f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most{beside}',
             {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9})
 
 
 @check(Severity.WARNING,
        catches='stamps that are ahead of the clock',
-       cause="the clock of the sender's computer is ahead (chrony or NTP set it)",
+       cause="the clock of the sender's computer is ahead (chrony or NTP set it); or a node "
+             'post-dates by more than a localiser does, which is up to a second',
        fix='synchronise the clocks; Buffer(max_future=...) refuses stamps that are further ahead '
            'than that')
 def future_stamps(case: Case) -> Iterator[Remark]:
@@ -237,14 +239,13 @@ def _of_simulation(case: Case, edges: int) -> dict[str, Any]:
     """Return what differs if the clock of the arrivals is a simulation's."""
     if not case.recorded_in_simulation:
         return {}
-    return {'severity': Severity.NOTE if edges == len(case.delays) else None,
+    if edges < len(case.delays):
+        return {'cause': 'a node that stamps by another clock than the simulation, or post-dates',
+                'fix': 'set use_sim_time for the node, or reduce its tolerance'}
+    return {'severity': Severity.NOTE,
             'cause': 'the clock that they are compared with is simulated: it stands still from '
-                     'one message of /clock to the next, which may arrive late'
-                     if edges == len(case.delays) else
-                     'a node that stamps by another clock than the simulation, or that post-dates',
-            'fix': 'nothing to do; with a faster /clock the lead becomes shorter'
-                   if edges == len(case.delays) else
-                   'set use_sim_time for the node, or reduce its tolerance'}
+                     'one message of /clock to the next, which may arrive late',
+            'fix': 'nothing to do; with a faster /clock the lead becomes shorter'}
 
 
 @check(Severity.NOTE,
@@ -279,10 +280,9 @@ def _is_behind(case: Case, edge: EdgeRecord, delays: Delays) -> bool:
     if not case.timebase.differs and delays.spread < max(
             _STEADY, _STEADY_PART * delays.usual):
         return True
-    others = [other for frames, other in case.delays.items() if frames != edge.frames]
-    return bool(others) and (
-        delays.usual - median([other.usual for other in others]) > _FAR_BEHIND
-        and delays.spread < _AS_STEADY * median([other.spread for other in others]))
+    others = case.delays_beside(edge)
+    return others is not None and (delays.usual - others.usual > _FAR_BEHIND
+                                   and delays.spread < _AS_STEADY * others.spread)
 
 
 def _is_post_dated(edges: Sequence[_Late]) -> bool:
