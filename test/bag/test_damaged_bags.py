@@ -3,7 +3,10 @@
 
 """All readable parts of a damaged bag are read, and one warning describes the missing ones."""
 
+from contextlib import closing
 import re
+import shutil
+import sqlite3
 import warnings
 
 from bags import (
@@ -96,8 +99,58 @@ def test_missing_split_is_told_and_the_others_are_read(tmp_path):
     folder = write_split(tmp_path / 'run', [RUN[:100], RUN[100:200], RUN[200:]])
     (folder / 'run_1.mcap').unlink()
     buffer, told = warned(folder)
-    assert 'run_1.mcap, which the index of the bag lists, is missing' in told
+    assert 'run_1.mcap, which the index or a log in the folder names, is missing' in told
     assert_same(buffer, fed(RUN[:100] + RUN[200:]))
+
+
+@pytest.fixture
+def killed(tmp_path):
+    """Return the file of a recorder that was killed: most of its rows are in SQLite's log."""
+    file = file_of(write_ros2(tmp_path / 'run', RUN, 'sqlite3'))
+    with closing(sqlite3.connect(file)) as recorder:
+        recorder.execute('PRAGMA journal_mode = WAL')
+        rows = recorder.execute('SELECT * FROM messages WHERE id > 50').fetchall()
+        recorder.execute('DELETE FROM messages WHERE id > 50')
+        recorder.commit()
+        recorder.execute('PRAGMA wal_checkpoint(TRUNCATE)')
+        recorder.executemany('INSERT INTO messages VALUES (?, ?, ?, ?)', rows)
+        recorder.commit()
+        for each in (file, file.with_name(file.name + '-wal')):
+            shutil.copyfile(each, tmp_path / each.name)
+    return tmp_path / file.name
+
+
+def test_rows_in_the_log_of_sqlite_are_read(killed):
+    before = killed.read_bytes()
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert_same(open_bag(killed), fed(RUN))
+    assert killed.read_bytes() == before
+
+
+def test_log_of_sqlite_without_its_file_is_damage(killed):
+    killed.unlink()
+    with pytest.raises(BagError, match=f'only {killed.name}-wal, the log of one that is missing'):
+        open_bag(_folder(killed))
+    write_ros2(killed.parent / 'other', RUN[:50])
+    file = file_of(killed.parent / 'other')
+    shutil.copyfile(file, _folder(killed) / file.name)
+    _, told = warned(_folder(killed))
+    assert f'{killed.name}, which the index or a log in the folder names, is missing' in told
+
+
+def _folder(killed):
+    """Return a folder with only the log."""
+    folder = killed.parent / 'left'
+    folder.mkdir(exist_ok=True)
+    shutil.copyfile(f'{killed}-wal', folder / f'{killed.name}-wal')
+    return folder
+
+
+def test_log_of_a_truncated_file_is_mentioned(killed):
+    cut(killed, 0.2)
+    with pytest.raises(BagError, match=f'without {killed.name}-wal, which has the newest ones'):
+        open_bag(killed)
 
 
 def test_folder_without_its_index_is_read_in_order_of_the_numbers(tmp_path):

@@ -150,7 +150,8 @@ def _open_all(path: Path, damage: list[str]) -> list[Storage]:
     except ImportError as error:
         raise needs_extra(error) from error
     files = files_of(path)
-    damage += [f'{name}, which the index of the bag lists, is missing' for name in files.missing]
+    damage += [f'{name}, which the index or a log in the folder names, is missing'
+               for name in files.missing]
     storages: list[Storage] = []
     for file in files.present:
         try:

@@ -16,6 +16,9 @@ SUFFIXES = ('.mcap', '.db3', '.bag')
 PACKED = '.zstd'
 """An additional suffix after one of them: the whole file is compressed."""
 
+LOG = '-wal'
+"""SQLite appends this to a file's name for its write-ahead log, which has the newest rows."""
+
 INDEX = 'metadata.yaml'
 """The name of the index of a bag's folder, as rosbag2 writes it."""
 
@@ -25,7 +28,8 @@ class BagFiles(NamedTuple):
     The files of one bag.
 
     :ivar present: in the order of their numbers.
-    :ivar missing: names in the folder's index whose files do not exist.
+    :ivar missing: names of files that do not exist, though the folder's index or a log of SQLite
+        names them.
     """
 
     present: Sequence[Path]
@@ -46,10 +50,13 @@ def files_of(path: Path) -> BagFiles:
             raise BagError(f'{path} is not a bag: its name ends in none of {", ".join(SUFFIXES)}')
         return BagFiles([path], [])
     present = sorted((file for file in path.iterdir() if _holds_messages(file)), key=_number)
+    left = [file.name.removesuffix(LOG) for file in sorted(path.glob(f'*.db3{LOG}'))]
     if not present:
-        raise BagError(f'{path} is not a bag: the folder has no file {", ".join(SUFFIXES)}')
+        only = f', only {left[0]}{LOG}, the log of one that is missing' if left else ''
+        raise BagError(f'{path} is not a bag: the folder has no file {", ".join(SUFFIXES)}{only}')
     there = {file.name for file in present}
-    return BagFiles(present, [name for name in _indexed(path / INDEX) if name not in there])
+    named = dict.fromkeys([*_indexed(path / INDEX), *left])
+    return BagFiles(present, [name for name in named if name not in there])
 
 
 def _holds_messages(path: Path) -> bool:

@@ -10,9 +10,11 @@ rosbags has no limit on unpacking chunks; here they have one.
 import bz2
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import closing
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from shutil import copyfile
 import sqlite3
 import struct
 import sys
@@ -44,7 +46,7 @@ from rosbags.typesys import (
 )
 from tf_tree_py.core.stamp import format_stamp
 
-from .discovery import PACKED
+from .discovery import LOG, PACKED
 from .message_source import (
     MessageSource,
     RecordedMessage,
@@ -150,9 +152,11 @@ class RosbagsFile:
         self.path = path
         self._scan = scan
         self.damage: list[str] = []
-        self._unpacked = TemporaryDirectory() if path.suffix == PACKED else None
+        log = log_of(path)
+        self._unpacked = TemporaryDirectory() if path.suffix == PACKED or log else None
         if self._unpacked is not None:
-            path = _unpacked_file(path, Path(self._unpacked.name))
+            folder = Path(self._unpacked.name)
+            path = with_log(path, log, folder) if log else _unpacked_file(path, folder)
         self._file = path
         self._reader: Any = Reader1(path) if path.suffix == '.bag' else Reader2(path)
         self._reader.open()
@@ -239,6 +243,27 @@ def _decompressed(data: bytes) -> bytes:
         return unpacked if reader.eof else data
     except zstd.ZstdError:
         return data
+
+
+def log_of(path: Path) -> Path | None:
+    """Return the write-ahead log that a killed recorder left beside a file of SQLite."""
+    log = path.with_name(path.name + LOG)
+    return log if path.suffix == '.db3' and log.is_file() and log.stat().st_size else None
+
+
+def with_log(path: Path, log: Path, folder: Path) -> Path:
+    """
+    Copy a file of SQLite into a folder, write the rows of its log into the copy, and return it.
+
+    The recording itself may be read-only, and stays as it is.
+    """
+    copy = folder / path.name
+    for file in (path, log):
+        copyfile(file, folder / file.name)
+    with closing(sqlite3.connect(copy)) as database:
+        database.execute('PRAGMA wal_checkpoint(TRUNCATE)')
+        database.execute('PRAGMA journal_mode = DELETE')
+    return copy
 
 
 def _unpacked_file(path: Path, folder: Path) -> Path:

@@ -27,6 +27,7 @@ from .rosbags_file import (
     is_reliable,
     is_transient_local,
     is_volatile,
+    log_of,
     profiles_of,
     salvaged,
 )
@@ -55,8 +56,11 @@ class SalvagedFile:
         received = '' if begin > end else (
             f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
         reason = printable(str(why)).rstrip('.') or type(why).__name__
-        self.damage = [f'{path.name} is not whole ({reason}): '
-                       f'{self.counts.total()} messages could be read{received}, {first.lost}']
+        log = log_of(path)
+        ignored = f'; without {log.name}, which has the newest ones' if log else ''
+        self.damage = [
+            f'{path.name} is not whole ({reason}): {self.counts.total()} messages could be read'
+            f'{received}, {first.lost}{ignored}']
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
