@@ -93,6 +93,7 @@ def test_bag_without_an_index_is_read_to_its_end(tmp_path, write):
     buffer, told = warned(without_index(write(tmp_path / 'run')))
     assert_same(buffer, fed(RUN))
     assert 'nothing is missing except the index at its end' in told
+    assert 'is not whole' not in told
 
 
 def test_missing_split_is_told_and_the_others_are_read(tmp_path):

@@ -32,6 +32,8 @@ from .rosbags_file import (
     salvaged,
 )
 
+NOTHING_MISSING = 'and nothing is missing'
+
 
 class SalvagedFile:
     """The readable part of one file."""
@@ -58,8 +60,10 @@ class SalvagedFile:
         reason = printable(str(why)).rstrip('.') or type(why).__name__
         log = log_of(path)
         ignored = f'; without {log.name}, which has the newest ones' if log else ''
+        state = ('could not be opened as usual' if first.lost.startswith(NOTHING_MISSING)
+                 else 'is not whole')
         self.damage = [
-            f'{path.name} is not whole ({reason}): {self.counts.total()} messages could be read'
+            f'{path.name} {state} ({reason}): {self.counts.total()} messages could be read'
             f'{received}, {first.lost}{ignored}']
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,
@@ -109,7 +113,7 @@ def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
     """
     behind = f'; behind it at least {more:,} more bytes are missing' if more else ''
     if not lost and not more:
-        return 'and nothing is missing' + ('' if ended else ' except the index at its end')
+        return NOTHING_MISSING + ('' if ended else ' except the index at its end')
     return f'and {lost:,} of its {size:,} bytes could not{behind}'
 
 
@@ -201,7 +205,7 @@ class SqliteScan:
 
     def __iter__(self) -> Iterator[RecordedMessage]:
         """Yield every message, in the order of the file."""
-        self.lost = 'and nothing is missing'
+        self.lost = NOTHING_MISSING
         try:
             for topic, received, data in self._database.execute(
                     'SELECT topic_id, timestamp, data FROM messages NOT INDEXED ORDER BY id'):
