@@ -63,6 +63,9 @@ CALM = {
     'a vibration near half the rate': [stream(
         'odom', 'base', 50, lambda t, rng: Pose.from_xyz_rpy(
             x=0.1 * t, roll=0.02 * math.sin(150.0 * t)))],
+    'a circular vibration at 0.4 of the rate': [stream(
+        'odom', 'base', 50, lambda t, rng: Pose(
+            0.03 * math.sin(40.0 * math.pi * t), 0.03 * math.cos(40.0 * math.pi * t)))],
     'a timer that trembles': [stream('odom', 'base', 50, drive, jitter=0.003)],
     'a car': [stream('map', 'base', 20, lambda t, rng: Pose(30.0 * t))],
     'a wheel': [WHEELS, stream('base', 'wheel', 50, lambda t, rng: Pose.from_xyz_rpy(
@@ -129,6 +132,53 @@ def test_joint_that_is_missing_among_others_is_an_error():
          for _ in message.batch.edges])) for number, message in enumerate(tags(8.0))]
     (found,) = findings_of(WHEELS, CAMERA, missing)
     assert (found.code, found.severity) == ('stale', Severity.ERROR)
+
+
+@pytest.mark.parametrize('first_hz, second_hz', [(100, 50), (100, 20), (50, 20)])
+def test_two_publishers_of_different_rates_are_found(first_hz, second_hz):
+    first = stream('odom', 'base', first_hz, drive)
+    second = shifted(stream('odom', 'base', second_hz, lambda t, rng: drive(t, rng) @ Pose(
+        y=0.2)), 0.004)
+    (found,) = findings_of(first, [message._replace(received=message.received + SECOND // 250)
+                                   for message in second])
+    assert found.code == 'two_publishers'
+
+
+def test_wheel_that_dies_beside_another_is_an_error_though_its_place_flickers():
+    """A product of poses differs in the last bit."""
+    wheels = [('base', 'left'), ('base', 'right')]
+    messages = []
+    for number, message in enumerate(WHEELS):
+        edges = wheels if number < 500 else wheels[:1]
+        messages.append(message._replace(batch=Batch(
+            edges, message.batch.stamps * len(edges),
+            [pack_pose(*Pose.from_xyz_rpy(x=0.3 + 1e-9 * (number % 2), pitch=0.1 * number))
+             for _ in edges])))
+    (found,) = findings_of(WHEELS, messages)
+    assert (found.code, found.severity) == ('stale', Severity.ERROR)
+
+
+def test_old_stamps_are_not_ahead_of_the_clock():
+    mixed = stream('map', 'odom', 20, drive)
+    for number in range(100, 300, 20):
+        for place in (number, number + 2):
+            mixed[place] = shifted(mixed[place:place + 1], -15.0)[0]
+    assert 'future_stamps' not in {one.code for one in findings_of(WHEELS, mixed)}
+
+
+def test_node_that_sends_its_last_data_by_a_timer_of_its_own_has_no_slow_clock():
+    resent = []
+    for place, message in enumerate(stream('map', 'odom', 2, drive)):
+        late = 0.01 * place  # of up to an interval
+        resent.append(message._replace(received=message.received + round(late * SECOND)))
+    assert findings_of(WHEELS, resent) == []
+
+
+def test_frozen_stamp_that_resumes_is_no_gap():
+    frozen = [shifted([message], -0.02 * max(0, min(number, 700) - 400))[0]
+              if 400 < number <= 700 else message for number, message in enumerate(WHEELS)]
+    (found,) = findings_of(frozen)
+    assert (found.code, found.severity) == ('frozen_stamp', Severity.WARNING)
 
 
 def test_localiser_of_a_standing_robot_that_dies_is_an_error():

@@ -66,11 +66,13 @@ def _reached(frame: str, neighbours: Mapping[str, Sequence[str]]) -> list[str]:
 _AROUND = 20
 # With fewer samples, a drift may be chance; a smaller drift is that of any quartz, or of a fit.
 _SEVERAL, _DRIFTS, _LEAST_DRIFT = 20, 0.003, from_seconds(0.1)
+# Metres, and radians per second: what is seen by a camera moves more, a joint about its axis less.
+_FREELY = 1e-3
 # Of more edges than this, one more hardly changes the median.
 _MANY = 30
 # A frozen stamp may be this old.
 _DAY = from_seconds(86_400.0)
-# 2001, in nanoseconds: no clock of a computer is before it, and every clock of a simulation is.
+# 2001, in nanoseconds: the clock of a simulation usually begins at zero.
 _EPOCH = 10**18
 # A stamp is frozen only if it was received at least this often.
 FROZEN_SAMPLES = 5
@@ -148,11 +150,13 @@ def _medians(delays: Sequence[Delays]) -> Delays:
     return Delays(*(median(column) for column in zip(*delays, strict=True)))
 
 
-def drift_of(received: Array, delays: Array) -> Drift | None:
+def drift_of(received: Array, delays: Array, interval: float) -> Drift | None:
     """
     Return the drift of an edge; None if it is not significant.
 
     :param received: (N,) arrivals, nanoseconds; ``delays`` (N,) likewise.
+    :param interval: between the stamps, nanoseconds. A node that sends its last data at nearly the
+        rate of the data delays it by up to one interval, more and more, and again from zero.
     """
     half = len(received) // 2
     if 2 * half < _SEVERAL:
@@ -161,7 +165,8 @@ def drift_of(received: Array, delays: Array) -> Drift | None:
         received[half:] - received[:-half], 1.0))
     low, high = quantiles(np.sort(delays - slope * received), (0.05, 0.95))
     total = slope * float(np.ptp(received))
-    significant = abs(slope) > _DRIFTS and abs(total) > max(_LEAST_DRIFT, 3.0 * (high - low))
+    significant = abs(slope) > _DRIFTS and abs(total) > max(
+        _LEAST_DRIFT, 1.5 * interval, 3.0 * (high - low))
     return Drift(slope, total) if significant else None
 
 
@@ -313,8 +318,8 @@ class Case:
                      and len(edge.authorities) == 1)]
 
     def _is_sighting(self, edge: EdgeRecord) -> bool:
-        return (edge.moving is not None and edge.moving.motion.speeds.most > 0.0
-                and edge.moving.motion.turn_rates.most > 0.0
+        return (edge.moving is not None and edge.moving.motion.travelled > _FREELY
+                and edge.moving.motion.turn_rates.median > _FREELY
                 and edge.child not in self._parents)
 
     # --- clocks
@@ -385,7 +390,8 @@ class Case:
     @cached_property
     def drifts(self) -> dict[Edge, Drift]:
         """Return the drifts of edges whose delays grow or shrink steadily."""
-        found = {edge.frames: drift_of(*self.timebase.delays(timing_of(edge)))
+        found = {edge.frames: drift_of(
+            *self.timebase.delays(timing_of(edge)), timing_of(edge).interval)
                  for edge in self._timed
                  if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}
         return {edge: drift for edge, drift in found.items() if drift is not None}

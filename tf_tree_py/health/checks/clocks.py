@@ -166,10 +166,10 @@ def whole_seconds(case: Case) -> Iterator[Remark]:
 @check(Severity.WARNING,
        explains=('delayed', 'clock_offset', 'future_stamps', 'post_dated', 'skew'),
        catches='stamps that fall behind or run ahead more and more',
-       cause='the clock of the computer that stamps these edges is slow or fast; or, if they fall '
-             'behind, their node takes longer for each sample than the time between two',
-       fix='synchronise the clocks with chrony; if they are synchronised, find out why the node '
-           'falls behind')
+       cause='the clock of the computer that stamps these edges is slow or fast; or their node '
+             'falls behind because it takes too long for each sample, or catches up again',
+       fix='synchronise the clocks with chrony; if they are synchronised, find out what delays '
+           'the node')
 def clock_drift(case: Case) -> Iterator[Remark]:
     """Find edges whose delay changes steadily, and much more than it varies."""
     drifting = [(edge, case.drifts[edge.frames]) for edge, _ in case.moving()
@@ -180,20 +180,20 @@ def clock_drift(case: Case) -> Iterator[Remark]:
             _, worst = max(edges, key=lambda each: abs(each[1].total))
             yield _of_clock(
                 [edge for edge, _ in edges],
-                f'stamped by a clock that {"falls behind" if behind else "runs ahead"} by '
-                f'{abs(worst.slope):.2%} of the time, by {format_span(abs(round(worst.total)))} '
-                'so far',
+                f'stamped more and more {"behind" if behind else "ahead"}: by '
+                f'{abs(worst.slope):.2%} of the time, {format_span(abs(round(worst.total)))} so '
+                'far',
                 {'edges': len(edges), 'drift_s': worst.total / 1e9,
                  'drift_percent': 100.0 * worst.slope})
 
 
 @check(Severity.WARNING,
        explains=('delayed', 'skew'),
-       catches='a constant delay, which only a clock that is behind causes',
+       catches='a delay that is constant, or that varies only as those of the other edges do',
        cause='the clock of the computer that stamps these edges is behind that of the one that '
-             'receives them',
+             'receives them; or, less likely, each sample takes that long to compute',
        fix='synchronise the clocks of both computers with chrony; chronyc tracking prints their '
-           'offsets')
+           'offsets. If they agree, lookups for the stamps of data need a timeout of this delay')
 def clock_offset(case: Case) -> Iterator[Remark]:
     """Find edges with a constant delay; the delay of a computation varies."""
     for edges in _alike(case, lambda edge, delays: _is_behind(case, edge, delays)):
@@ -209,7 +209,7 @@ def clock_offset(case: Case) -> Iterator[Remark]:
 @check(Severity.WARNING,
        catches='stamps that are ahead of the clock',
        cause="the clock of the sender's computer is ahead (chrony or NTP set it); or a node "
-             'post-dates by more than a localiser does, which is up to a second',
+             'post-dates by more than two seconds, which no localiser does by default',
        fix='synchronise the clocks; Buffer(max_future=...) refuses stamps that are further ahead '
            'than that')
 def future_stamps(case: Case) -> Iterator[Remark]:

@@ -19,7 +19,7 @@ from tf_tree_py.core.stamp import (
 )
 from tf_tree_py.core.text import times
 
-from .case import Case, is_frozen_now, timing_of
+from .case import Case, is_frozen, is_frozen_now, timing_of
 from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
@@ -48,7 +48,9 @@ def gap(case: Case) -> Iterator[Remark]:
     """Find the longest gap of each edge, if it is too long for the edge's rate."""
     silent = [(edge, moving) for edge, moving in case.moving()
               if moving.timing.interval
-              and is_silent(moving.timing.intervals.most, moving.timing.interval)]
+              and is_silent(moving.timing.intervals.most, moving.timing.interval)
+              # Its messages went on, with a stamp that was frozen.
+              and not (is_frozen(moving) and moving.timing.longest == moving.timing.frozen.stamp)]
     if len(silent) > 1 and _at_once(case, silent):
         yield _of_all([edge for edge, _ in silent], silent[0][1].timing, case.timebase.differs)
         return

@@ -80,7 +80,7 @@ def empty_name(case: Case) -> Iterator[Remark]:
 # But the stamps of one publisher are regular, while those of two interleave: a sample of the
 # second lies between two of the first, whereas an outlier replaces a sample.
 _TURNS = 5
-_PART = 0.35
+_PART = 0.3
 _INTERLEAVED = 0.3
 _BETWEEN = 1.5
 # Two publishers that alternate exactly differ by a nearly constant amount; the amplitude of a
@@ -117,7 +117,7 @@ def _goes_to_and_fro(moving: MovingEdge) -> bool:
     if turns.all < _TURNS or was_short(moving):
         return False
     small, large = turns.sizes.at(0.1, 0.9)
-    if (turns.all > _ALWAYS * moving.motion.steps and small > _SAME_SIZE * large
+    if (turns.exact > _ALWAYS * moving.motion.steps and small > _SAME_SIZE * large
             and turns.sizes.median > _APART):
         return True
     if turns.count < _TURNS or turns.count < _PART * turns.large:

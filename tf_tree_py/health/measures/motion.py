@@ -23,7 +23,7 @@ _ISOLATED = 10.0
 # Two publishers of one edge that differ by less than this do little harm.
 _DISPUTE = 5e-3
 # The next step reverses a step if less than this part of it remains.
-_LEFT = 0.3
+_LEFT, _EXACTLY = 0.3, 0.05
 # Radians; a rotation by more may have been one by less in the other direction.
 _HALF = math.pi / 2
 # A slow jump has at least this size, metres and radians together, and takes at least this long, so
@@ -70,6 +70,8 @@ class Turns:
     drive side by side had one frame. The causes are two publishers, noise, and outliers.
 
     :ivar all: their number.
+    :ivar exact: the number of those that are reversed exactly, as a vibration is only near half
+        the rate of the samples.
     :ivar count: the number of those that did not arrive late.
     :ivar large: the number of samples more than half as far from that line as their median.
     :ivar sizes: their distances from that line, metres and radians together.
@@ -79,7 +81,7 @@ class Turns:
     """
 
     def __init__(self) -> None:
-        self.all = self.count = self.large = self.first = self.last = 0
+        self.all = self.exact = self.count = self.large = self.first = self.last = 0
         self.sizes, self.spans = Spread(), Spread()
 
     def add(self, steps: Steps) -> None:
@@ -93,8 +95,10 @@ class Turns:
         aside = steps.aside
         sizes = _sizes(aside[:, 1:-1])
         rest = _sizes(aside[:, 1:-1] + 0.5 * (aside[:, :-2] + aside[:, 2:]))
-        turns = useful & (sizes > _DISPUTE) & (
-            (rest < _LEFT * sizes) | (steps.size_of_two[1:-1] < _LEFT * smaller))
+        turns = useful & (sizes > _DISPUTE)
+        reverse = turns & (steps.size_of_two[1:-1] < _LEFT * smaller)
+        self.exact += int(np.count_nonzero(reverse | turns & (rest < _EXACTLY * sizes)))
+        turns = reverse | turns & (rest < _LEFT * sizes)
         if turns.any():
             self.all += int(np.count_nonzero(turns))
             # Samples that arrive late are also beside the line.

@@ -199,8 +199,7 @@ class Timing:
         self.duplicates += int(np.count_nonzero(same))
         self.differing += int(np.count_nonzero(same & (steps.size[JUDGED] > 0.0)))
         self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
-        if ahead.any():
-            self.ahead = max(self.ahead, -int(time[ahead].min()))
+        self.ahead = max(self.ahead, -int(time[ahead & ~late].min(initial=0)))
         jumps = back & ~late & ~ahead
         if jumps.any():
             self.jumps += int(np.count_nonzero(jumps))
