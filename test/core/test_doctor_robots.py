@@ -59,6 +59,10 @@ def healthy(**options):
 # Of a few irregular intervals, the middle one is short.
 @example(healthy(seed=63, seconds=5.679, arm_hz=100.0, jitter=0.9, delay=0.001), 3.0)
 @example(healthy(seed=275, seconds=5.155, wheels_hz=200.0, arm_hz=100.0, jitter=0.9), 0.05)
+# The median of a few jittering intervals of a second is much longer than a second.
+@example(healthy(seed=10, seconds=5.0, wheels_hz=20.0, arm_hz=20.0, jitter=0.9, delay=0.05), None)
+# A few samples of a very slow simulation.
+@example(healthy(seconds=0.2, localiser_hz=10.0, wheels_hz=20.0, arm_hz=20.0, jitter=0.1), 0.05)
 @examples(1.0)
 @given(options=HEALTHY, pace=PACES)
 def test_healthy_robot_gives_no_finding(options, pace):
