@@ -16,7 +16,9 @@ from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Severity
 from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.sample_rows import Rows
 from tf_tree_py.health.measures.thresholds import Thresholds
+from tf_tree_py.health.measures.timing import Timing
 
 BEGIN = 10**18
 SECOND = 10**9
@@ -174,6 +176,29 @@ def test_node_that_sends_its_last_data_by_a_timer_of_its_own_has_no_slow_clock()
         late = 0.01 * place  # of up to an interval
         resent.append(message._replace(received=message.received + round(late * SECOND)))
     assert findings_of(WHEELS, resent) == []
+
+
+def test_recording_in_a_loop_with_repeated_stamps_is_not_frozen():
+    """The two samples of one stamp are in two blocks, and the second pass is in the second."""
+    timing = Timing()
+    stamps = BEGIN + np.repeat(np.arange(300), 2) * SECOND // 10
+    received = BEGIN + np.arange(1200) * SECOND // 20
+    for block in (slice(0, 599), slice(599, 1200)):
+        stamps_of = np.concatenate([stamps, stamps])[block]
+        timing.add(Rows(received[block], stamps_of, np.zeros((7, len(stamps_of)))))
+    assert timing.frozen.samples == 2
+
+
+def test_static_edge_that_is_refused_as_a_loop_has_no_second_parent():
+    buffer, doctor = BufferCore(), Doctor()
+    buffer.observers.add(doctor)
+    for parent, child in [('a', 'b'), ('b', 'c'), ('c', 'b')]:
+        arrival = ReceivedMessage(Batch([(parent, child)], [0], [pack_pose(*Pose())]), BEGIN,
+                                  '/tf_static', True)
+        buffer.observers.notify_received(arrival)
+        buffer.insert_batch(arrival.batch, '', True, announced=True)
+    (found,) = doctor.findings()
+    assert (found.code, found.edges) == ('loop', (('c', 'b'),))
 
 
 def test_frozen_stamp_that_resumes_is_no_gap():

@@ -226,13 +226,15 @@ class Case:
     def moving(self) -> Iterator[tuple[EdgeRecord, MovingEdge]]:
         """Yield the edges that arrived on topics of moving transforms, if any was accepted."""
         for edge in self.edges:
-            if edge.moving is not None and not self._is_refused(edge.moving, *edge.frames):
+            if edge.moving is not None and not self._is_refused(edge):
                 yield edge, edge.moving
 
-    def _is_refused(self, moving: MovingEdge, parent: str, child: str) -> bool:
-        """Return whether every sample would have closed a loop."""
-        loop = self.troubles.get((Kind.LOOP, parent, child))
-        return loop is not None and loop.count >= moving.timing.count
+    def _is_refused(self, edge: EdgeRecord) -> bool:
+        """Return whether every sample of an edge would have closed a loop."""
+        loop = self.troubles.get((Kind.LOOP, *edge.frames))
+        samples = ((edge.moving.timing.count if edge.moving else 0)
+                   + (edge.fixed.count if edge.fixed else 0))
+        return loop is not None and loop.count >= samples
 
     def of_kind(self, *kinds: Kind) -> Iterator[tuple[Edge, Trouble]]:
         """Yield (parent, child) and the incidents, for some kinds."""
@@ -261,7 +263,7 @@ class Case:
         """Return the edges to each child's parents, without loops: one without a conflict."""
         found: dict[str, list[EdgeRecord]] = {}
         for edge in self.edges:
-            if edge.moving is None or not self._is_refused(edge.moving, *edge.frames):
+            if not self._is_refused(edge):
                 found.setdefault(edge.child, []).append(edge)
         return found
 

@@ -160,10 +160,10 @@ class Timing:
             self._run_begin, self.run = int(received[-1]), Run(1, 0, int(stamps[-1]))
             return
         jumps = [0, *(np.flatnonzero(np.diff(stamps) < -_ALIKE) + 1).tolist(), len(stamps)]
+        if 0 <= self.run.stamp - stamps[0] <= _ALIKE:
+            stamps = np.concatenate([[self.run.stamp], stamps[1:]])
         stamps = np.concatenate([np.maximum.accumulate(stamps[begin:end])
                                  for begin, end in pairwise(jumps)])
-        if 0 <= self.run.stamp - stamps[0] <= _ALIKE:
-            stamps = np.where(stamps <= self.run.stamp, self.run.stamp, stamps)
         begins = np.concatenate([[0], np.flatnonzero(np.diff(stamps)) + 1])
         lasts = np.concatenate([begins[1:], [len(stamps)]]) - 1
         begun, counts = received[begins], lasts - begins + 1
