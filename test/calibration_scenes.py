@@ -68,6 +68,27 @@ def scene(seed=0, count=200, *, offset_s=0.08, turned_deg=1.0, moved_m=0.0, nois
                                       seen[:, :3] if points else seen, 'map'), TRUE)
 
 
+def with_target_moved(given, shift):
+    """
+    Return the observations of a scene as if its target moved in the map.
+
+    :param shift: from seconds since the start (N,) to metres (N, 3).
+    """
+    sets = given.observations
+    camera = se3.compose_many(given.buffer.lookup_many('map', 'base', sets.stamps),
+                              np.tile(given.true, (len(sets), 1)))
+    target = se3.compose_many(camera, sets.seen)
+    target[:, :3] += shift((sets.stamps - START) / 1e9)
+    return Observations('camera', sets.stamps, se3.compose_many(se3.inverse_many(camera), target),
+                        'map')
+
+
+def direction(seed):
+    """Return a unit vector (3,)."""
+    vector = np.random.default_rng(seed).normal(size=3)
+    return vector / np.linalg.norm(vector)
+
+
 def at(seconds):
     """Return the stamps of times in seconds since the start."""
     return START + np.round(np.asarray(seconds) * 1e9).astype(np.int64)

@@ -6,7 +6,7 @@
 import json
 
 from bags import file_of, JAZZY, LATCHED, Message, SECOND, without_index, write_ros2
-from calibration_scenes import EDGE, errors, scene, START
+from calibration_scenes import EDGE, errors, scene, START, with_target_moved
 import numpy as np
 import pytest
 from rosbags.typesys import get_types_from_msg
@@ -155,6 +155,28 @@ def test_report_keeps_an_edge_that_compensates_for_stamps(bag, tmp_path):
     assert done.stdout.startswith('edge and time: The mounting is wrong, and the')
     assert 'add --time' in done.stdout and 'error left, mm' in done.stdout
     assert 'base -> camera' in done.stdout and '--write' not in done.stdout
+
+
+def test_target_that_moves_gets_no_edge(tmp_path, given):
+    robot, edge, picture = (tmp_path / name for name in ('robot.urdf', 'edge.yaml', 'off.svg'))
+    robot.write_text(URDF)
+    moving = given._replace(observations=with_target_moved(
+        given, lambda seconds: seconds[:, None] * [0.0, 0.15, 0.0]))
+    done = tool('tf_calibrate', '--bag', bag_of(tmp_path / 'run', moving), *ASK, '--time',
+                '--write', robot, '-o', edge, '-o', picture)
+    assert done.returncode == 1, done.stderr
+    why = "the observations do not fit one target at rest: '/target' moves in map"
+    assert done.stdout.startswith('cannot tell: The observations do not fit one target at rest')
+    assert why in ' '.join(done.stdout.split()) and 'fasten the target' in done.stdout
+    assert '--write' not in done.stdout and 'not seen' not in done.stdout
+    assert f'robot.urdf is unchanged, because {why}' in done.stderr
+    assert f'edge.yaml is not written, because there is no estimate: {why}' in done.stderr
+    assert robot.read_text() == URDF and not edge.exists() and picture.exists()
+    done = tool('tf_calibrate', '--bag', tmp_path / 'run', *ASK, '--json')
+    found = json.loads(done.stdout)
+    assert_shape(found, 'calibration', '### `tf_calibrate --json`')
+    assert found['contradiction']['what'].startswith(why)
+    assert found['edge']['after'] == pytest.approx(found['edge']['before'])
 
 
 def test_robot_without_an_origin_gets_one(tmp_path):

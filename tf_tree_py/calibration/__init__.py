@@ -7,16 +7,19 @@ Mountings and time offsets, estimated from observations without ROS.
 Reading messages of a running system, and printing results, are in ``tools``.
 """
 
+from .at_rest import Contradiction
 from .calibrating import calibrate
 from .detections import recorded_observations
-from .observability import Limits, Unobservable
+from .observability import Limits
 from .observations import CalibrationError, Observations
+from .unobservable import Unobservable
 from .verdict import Calibration, EdgeEstimate, Explanation, Outlier, TimeOffset, Verdict
 
 __all__ = [
     'calibrate',
     'Calibration',
     'CalibrationError',
+    'Contradiction',
     'EdgeEstimate',
     'Explanation',
     'Limits',

@@ -10,29 +10,43 @@ from typing import Any, NamedTuple
 import numpy as np
 from tf_tree_py.core import Pose
 
+from .at_rest import contradiction
 from .chain import check_edges, Edge, Tree
 from .model import Model, State
-from .observability import (
-    at_the_tree,
-    covariance_of,
-    described,
-    free_basis,
-    held_directions,
-    Limits,
+from .observability import covariance_of, fixed, freedom_of, Held, held_directions, Limits
+from .observations import CalibrationError, Observations
+from .solve import (
+    Fit,
+    fitted,
+    Freedom,
+    is_at_bound,
+    Precision,
+    precision,
+    roughly,
+    settled,
 )
-from .observations import Array, CalibrationError, Observations
-from .solve import Fit, fitted, Precision, precision, roughly, settled
 from .spread import are_outliers
 from .start import some_of, starts
-from .verdict import Calibration, EdgeEstimate, explanations, judged, Outlier, TimeOffset, Trace
+from .unobservable import described, Unobservable
+from .verdict import (
+    Calibration,
+    EdgeEstimate,
+    explanations,
+    judged,
+    Outlier,
+    TimeOffset,
+    Trace,
+    Verdict,
+)
 
 _LEAST = 3
 _LEAST_REACH_S = 0.01
 """Where the transforms allow only smaller shifts of the stamps, they are not shifted."""
 _STEP_S = 0.1
 """The distance between the offsets that the search begins with."""
-_AT_BOUND = 0.98
-"""From this fraction of the largest offset on, an estimate counts as at the bound."""
+_LOOKS = 3
+"""How often what is not observable is sought, each time at a better estimate."""
+_ROUGHLY = 1e-3
 
 
 class _Estimate(NamedTuple):
@@ -40,7 +54,8 @@ class _Estimate(NamedTuple):
 
     model: Model
     fit: Fit
-    held: Array
+    freedom: Freedom
+    held: Held
     precision: Precision
 
 
@@ -129,22 +144,30 @@ def _estimated(model: Model, values: State, time: bool, limits: Limits,
     begins = _begins(few, values, time)
     if near is not None:
         begins.append(near._replace(offsets=values.offsets))
-    none = np.diag((~free).astype(float))[:, ~free]
-    basis = free_basis(model.unknowns, none, limits)
-    tried = [roughly(few, begin, basis) for begin in begins]
+    held = fixed(free)
+    freedom = freedom_of(model.unknowns, values, held, limits)
+    tried = [roughly(few, begin, freedom) for begin in begins]
     best = min(tried, key=lambda fit: fit.cost)
-    begin = best.state if len(few) == len(model) else settled(few, best.state, basis).state
-    fit = settled(model, begin, basis)
-    for _ in range(3):
-        sure = precision(model, fit, basis.shape[1])
-        held = held_directions(model, fit.state, sure.information, free, limits)
-        if held.shape[1] == none.shape[1]:
-            return _Estimate(model, fit, held, sure)
-        basis = free_basis(model.unknowns, held, limits)
-        begin = at_the_tree(model.unknowns, values, fit.state, held, limits)
-        fit = settled(model, begin, basis)
-    sure = precision(model, fit, basis.shape[1])
-    return _Estimate(model, fit, held, sure)
+    begin = best.state if len(few) == len(model) else settled(few, best.state, freedom).state
+    fit = settled(model, begin, freedom)
+    for _ in range(_LOOKS):
+        before, sure = held, precision(model, fit, freedom.size)
+        held = held_directions(model, values, fit.state, sure.information, free, limits)
+        if held.size == before.size:
+            return _Estimate(model, fit, freedom, before, sure)
+        freedom = freedom_of(model.unknowns, values, held, limits)
+        fit = settled(model, fit.state, freedom)
+    return _Estimate(model, fit, freedom, held, precision(model, fit, freedom.size))
+
+
+def _nothing_estimated(estimate: _Estimate, values: State, limits: Limits) -> _Estimate:
+    """Return an estimate with the tree's values of all edges and offsets."""
+    model = estimate.model
+    held = fixed(np.zeros(model.unknowns.of_interest, dtype=bool))
+    freedom = freedom_of(model.unknowns, values, held, limits)
+    fit = fitted(model, estimate.fit.state, freedom, estimate.fit.covariances, _ROUGHLY)
+    fit = fit._replace(jitters_s=(0.0,) * len(model.seen))
+    return _Estimate(model, fit, freedom, held, precision(model, fit, freedom.size))
 
 
 def _begins(model: Model, values: State, time: bool) -> list[State]:
@@ -158,9 +181,14 @@ def _result(full: _Estimate, wanted: _Estimate, values: State, limits: Limits,
     sizes = [each.observations.size for each in full.model.seen]
     inliers = [~are_outliers(far, np.full(len(far), float(size)))
                for far, size in zip(full.fit.distances, sizes, strict=True)]
-    hidden = described(unknowns, full.held)
+    seen_together = described(full.model, full.held)
+    hidden = seen_together if time else _without_time(wanted, seen_together)
+    against = contradiction(full.model, full.fit, full.freedom)
+    if against is not None:
+        wanted = _nothing_estimated(wanted, values, limits)
     found = explanations(full.model, values, full.fit, full.precision, inliers, limits)
-    covariance = covariance_of(unknowns, wanted.precision.information, wanted.held, limits)
+    covariance = covariance_of(unknowns, values, wanted.fit.state,
+                               wanted.precision.information, wanted.held, limits)
     edges = [
         EdgeEstimate(*edge, Pose(*before.tolist()), Pose(*after.tolist()),
                      covariance[unknowns.edge(number), unknowns.edge(number)])
@@ -169,19 +197,25 @@ def _result(full: _Estimate, wanted: _Estimate, values: State, limits: Limits,
     offsets = [
         TimeOffset(sensor, float(wanted.fit.state.offsets[number]),
                    math.sqrt(covariance[unknowns.offset(sensor), unknowns.offset(sensor)]),
-                   _is_at_bound(wanted, number), _jitter_of(wanted, sensor))
+                   is_at_bound(float(wanted.fit.state.offsets[number]), wanted.model.reach),
+                   _jitter_of(wanted, sensor))
         for number, sensor in enumerate(unknowns.sensors)] if time else []
+    verdict = Verdict.UNKNOWN if against else judged(found, seen_together, unknowns)
     return Calibration(
-        edges, offsets, judged(found, hidden, unknowns), found, hidden,
-        _outliers(wanted), len(wanted.model),
+        edges, offsets, verdict, against, found, hidden, _outliers(wanted), len(wanted.model),
         {target: Pose(*place.tolist()) for target, place
          in zip(unknowns.targets, wanted.fit.state.places, strict=True)},
         wanted.precision.correlation_time, covariance, _trace(wanted, values, limits))
 
 
-def _is_at_bound(estimate: _Estimate, sensor: int) -> bool:
-    reach = estimate.model.reach
-    return bool(abs(estimate.fit.state.offsets[sensor]) >= _AT_BOUND * reach > 0.0)
+def _without_time(wanted: _Estimate, together: Sequence[Unobservable]) -> list[Unobservable]:
+    """
+    Return what an estimate without time offsets does not show.
+
+    :param together: what one with offsets does not show.
+    """
+    return [*(each for each in described(wanted.model, wanted.held) if each.kind != 'time'),
+            *(each for each in together if each.kind in ('time', 'both'))]
 
 
 def _jitter_of(estimate: _Estimate, sensor: str) -> float:
@@ -201,11 +235,7 @@ def _outliers(estimate: _Estimate) -> list[Outlier]:
 
 def _trace(estimate: _Estimate, values: State, limits: Limits) -> Trace:
     model, fit = estimate.model, estimate.fit
-    unknowns = model.unknowns
-    count = unknowns.of_interest
-    begin = values._replace(places=fit.state.places)
-    basis = free_basis(unknowns, np.eye(count), limits)  # the targets' places alone
-    before = fitted(model, begin, basis, fit.covariances, 1e-3)
+    before = _nothing_estimated(estimate, values, limits).fit
     stamps = np.concatenate([each.stamps for each, _ in model.seen])
     order = np.argsort(stamps, kind='stable')
     far, near = (np.concatenate([np.linalg.norm(each[:, :3], axis=1) for each in residuals])

@@ -226,6 +226,17 @@ class Model:
         """Return how many observations there are."""
         return sum(len(each.observations) for each in self.seen)
 
+    def moves(self, frame: str) -> bool:
+        """Return whether an edge between a frame and the root of the tree moves."""
+        above = {edge.child: edge for edge in self._tree.edges()}
+        passed = set[str]()
+        while frame in above and frame not in passed:
+            passed.add(frame)
+            if not above[frame].static:
+                return True
+            frame = above[frame].parent
+        return False
+
     def shift(self, number: int, state: State) -> int:
         """Return the time offset of a set in nanoseconds."""
         sensor = self.seen[number].observations.sensor
@@ -296,6 +307,16 @@ class Model:
         if each.place is None:
             where = self.unknowns.place(each.name)
             moved[:, :, where] = _by_place(placed)[:, :, :where.stop - where.start]
+        return self._of_residuals(each, placed, moved)
+
+    def by_place(self, number: int, state: State) -> Array:
+        """Return the derivatives of the residuals by the place of their target, (N, p, p)."""
+        each = self.seen[number].observations
+        placed = self.placed(number, state)
+        return self._of_residuals(each, placed, _by_place(placed)[:, :, :each.size])
+
+    def _of_residuals(self, each: Observations, placed: Placed, moved: Array) -> Array:
+        """Return the derivatives of residuals (N, p, K) from those of the pose, (N, 6, K)."""
         if each.size == 3:
             return -moved[:, :3]
         turn = between_many(placed.pose, each.seen)[:, 3:]
@@ -312,6 +333,13 @@ class Model:
             ends.append(np.where(known[:, None], end, here))
             span += known * STENCIL_NS
         return between_many(*ends) * (_NANOSECONDS / np.maximum(span, 1.0))[:, None]
+
+
+def as_poses(seen: Array) -> Array:
+    """Return poses (N, 7) of poses or points (N, 3); the rotation of a point has no meaning."""
+    if seen.shape[1] == 7:
+        return seen
+    return np.concatenate([seen, np.tile((0.0, 0.0, 0.0, 1.0), (len(seen), 1))], axis=1)
 
 
 def by_rigid_motion(placed: Placed, fixed_T_body: Array, centre: Array) -> Array:

@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Find the directions of the unknowns that the observations do not show, and describe them.
+Find the directions of the unknowns that the observations do not show.
 
 A direction is not observable if the observations determine it less precisely than it is known
 without any calibration: a mounting to some centimetres, a clock to some hundredths of a second.
-Such directions keep the value of the tree.
+
+Such a direction often mixes several things: of two edges in a row, only the product shows. Then
+the part that is held at the value of the tree is a *plain* direction: a translation or a rotation
+of one edge, or one time. So a value that is kept is kept exactly, and the others make up for it.
 """
 
 from dataclasses import dataclass
@@ -18,10 +21,12 @@ from tf_tree_py.core.geometry import so3
 
 from .model import Model, State, Unknowns
 from .observations import Array, Mask
+from .solve import Freedom
 
-_AXES = 'xyz'
-_MOSTLY = 0.9
-_SOME = 0.35
+MOSTLY = 0.9
+"""From this share of its square on, a direction counts as plain."""
+_PREFERRED = 0.05
+"""An edge is held rather than a later one, unless that has this much more share."""
 
 
 @dataclass(frozen=True)
@@ -50,76 +55,76 @@ class Limits:
         return np.array(edge * len(unknowns.edges) + [self.known_s] * len(unknowns.sensors))
 
 
-class Unobservable(NamedTuple):
+class Held(NamedTuple):
     """
-    A direction that the observations do not show.
+    The directions of edges and offsets that keep the values of the tree.
 
-    :ivar what: in words, such as 'the z of base -> camera'.
-    :ivar remedy: the motion that would show it.
-    :ivar parent: the parent of the edge; '' for a time offset.
-    :ivar child: the child of the edge, or the sensor of a time offset.
-    :ivar kind: 'translation', 'rotation', 'both' or 'time'.
-    :ivar axis: (3,) in the parent's axes; zeros for a time.
+    Both arrays are in units of the standard deviations without calibration.
+
+    :ivar plain: (Q, H) orthonormal: a translation or a rotation of one edge, or one time.
+    :ivar hidden: (Q, H) of unit length: what the observations do not show, and for which the
+        plain direction stands. The two differ where several things can make up for each other.
     """
 
-    what: str
-    remedy: str
-    parent: str
-    child: str
-    kind: str
-    axis: tuple[float, float, float]
+    plain: Array
+    hidden: Array
+
+    @property
+    def size(self) -> int:
+        """Return H."""
+        return int(self.plain.shape[1])
 
 
-def held_directions(model: Model, state: State, information: Array, free: Mask,
-                    limits: Limits) -> Array:
+def fixed(free: Mask) -> Held:
+    """Return the numbers (Q,) that are not free, as directions."""
+    columns = np.diag((~free).astype(float))[:, ~free]
+    return Held(columns, columns)
+
+
+def held_directions(model: Model, tree: State, state: State, information: Array, free: Mask,
+                    limits: Limits) -> Held:
     """
-    Return the directions of edges and offsets that are not observable, (Q, H).
+    Return the directions of edges and offsets that are not observable.
 
-    They are orthonormal in units of the standard deviations without calibration.
-
-    :param information: (P, P) the information matrix of all unknowns.
+    :param tree: the values of the unknowns in the tree.
+    :param information: (P, P) the information matrix of all unknowns, at the state.
     :param free: (Q,) which numbers may be estimated at all.
     """
     unknowns = model.unknowns
-    scales = limits.scales(unknowns)
-    held = np.diag((~free).astype(float))[:, ~free]
+    held = fixed(free).plain
     for number in range(len(unknowns.edges)):
-        held = np.hstack([held, _still(model, state, number, limits)])
-    basis = _orthonormal(held)
-    rest = _complement(basis, len(scales))
-    scaled = scales[:, None] * _schur(information, len(scales)) * scales
+        held = _extended(held, _still(model, state, number, limits))
+    rest = _complement(held)
+    scaled, _ = _scaled(unknowns, tree, state, information, limits)
     values, vectors = np.linalg.eigh(rest.T @ scaled @ rest)
-    return np.hstack([basis, rest @ vectors[:, values < 1.0]])
+    plain, hidden = _plain(unknowns, rest @ vectors[:, values < 1.0], held)
+    return Held(plain, np.hstack([held, hidden]))
 
 
-def free_basis(unknowns: Unknowns, held: Array, limits: Limits) -> Array:
-    """Return a basis (P, F) of the steps that do not change the held directions."""
+def freedom_of(unknowns: Unknowns, tree: State, held: Held, limits: Limits) -> Freedom:
+    """Return the steps from the tree's values that do not change the held directions."""
     count = unknowns.of_interest
-    rest = _complement(held, count)
+    rest = _complement(held.plain)
     places = unknowns.size - count
     basis = np.zeros((unknowns.size, rest.shape[1] + places))
     basis[:count, :rest.shape[1]] = limits.scales(unknowns)[:, None] * rest
     basis[count:, rest.shape[1]:] = np.eye(places)
-    return basis
+    return Freedom(tree, basis)
 
 
-def at_the_tree(unknowns: Unknowns, tree: State, state: State, held: Array,
-                limits: Limits) -> State:
-    """Return a state with the tree's values along the held directions."""
-    count, scales = unknowns.of_interest, limits.scales(unknowns)
-    step = unknowns.step_to(tree, state)
-    rest = _complement(held, count)
-    step[:count] = scales * (rest @ (rest.T @ (step[:count] / scales)))
-    return unknowns.moved(tree, step)
+def covariance_of(unknowns: Unknowns, tree: State, state: State, information: Array,
+                  held: Held, limits: Limits) -> Array:
+    """
+    Return the covariance (Q, Q) of edges and offsets at a state.
 
-
-def covariance_of(unknowns: Unknowns, information: Array, held: Array, limits: Limits) -> Array:
-    """Return the covariance (Q, Q) of edges and offsets; held directions get their ``Limits``."""
-    count, scales = unknowns.of_interest, limits.scales(unknowns)
-    basis = free_basis(unknowns, held, limits)
-    within = np.linalg.pinv(basis.T @ information @ basis, hermitian=True)
-    return np.asarray((basis @ within @ basis.T)[:count, :count]
-                      + (scales[:, None] * (held @ held.T) * scales))
+    Held directions have the standard deviations of ``Limits``. What makes up for their errors
+    has the same errors. The parameters are those of ``held_directions``.
+    """
+    scaled, units = _scaled(unknowns, tree, state, information, limits)
+    rest = _complement(held.plain)
+    within = np.linalg.pinv(rest.T @ scaled @ rest, hermitian=True)
+    with_held = held.hidden @ np.linalg.inv(held.plain.T @ held.hidden)
+    return np.asarray(units @ (rest @ within @ rest.T + with_held @ with_held.T) @ units.T)
 
 
 def _still(model: Model, state: State, number: int, limits: Limits) -> Array:
@@ -149,70 +154,82 @@ def _schur(information: Array, count: int) -> Array:
         information[count:, count:], hermitian=True) @ inner.T)
 
 
-def _orthonormal(columns: Array) -> Array:
-    if not columns.shape[1]:
-        return columns
-    left, values, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(left[:, values > 1e-9])
+def _scaled(unknowns: Unknowns, tree: State, state: State, information: Array,
+            limits: Limits) -> tuple[Array, Array]:
+    """
+    Return the information of edges and offsets (Q, Q), for steps from the tree in ``Limits``.
+
+    :return: and the matrix (Q, Q) from such a step to one from the state.
+    """
+    scales = limits.scales(unknowns)
+    step = unknowns.step_to(tree._replace(places=state.places), state)
+    units = unknowns.about(step)[:len(scales), :len(scales)] * scales
+    return np.asarray(units.T @ _schur(information, len(scales)) @ units), units
 
 
-def _complement(basis: Array, count: int) -> Array:
+def _extended(basis: Array, columns: Array) -> Array:
+    """Return an orthonormal basis with more columns, each of which stays plain."""
+    for column in columns.T:
+        rest = column - basis @ (basis.T @ column)
+        if (length := np.linalg.norm(rest)) > 1e-4:
+            basis = np.hstack([basis, rest[:, None] / length])
+    return basis
+
+
+def _complement(basis: Array) -> Array:
     """Return an orthonormal basis of the orthogonal complement of an orthonormal basis."""
+    count = len(basis)
     left = np.linalg.svd(np.eye(count) - basis @ basis.T)[0]
     return np.asarray(left[:, :count - basis.shape[1]])
 
 
-# --- in words
+# --- plain directions
 
-def described(unknowns: Unknowns, held: Array) -> list[Unobservable]:
-    """Describe directions (Q, H) in words, along the axes of the parent where possible."""
-    found, rest = list[Unobservable](), held @ held.T
-    for place in range(unknowns.of_interest):
-        if rest[place, place] > _MOSTLY:
-            direction = rest[:, place] / math.sqrt(rest[place, place])
-            direction /= np.linalg.norm(direction)
-            rest = rest - np.outer(direction, direction)
-            axis = np.zeros(unknowns.of_interest)
-            axis[place] = 1.0
-            found.append(_described(unknowns, axis))
-    values, vectors = np.linalg.eigh(rest)
-    found += [_described(unknowns, vectors[:, place]) for place in np.flatnonzero(values > 0.5)]
-    return list(dict.fromkeys(found))
+def _plain(unknowns: Unknowns, hidden: Array, held: Array) -> tuple[Array, Array]:
+    """
+    Return the plain directions for some hidden ones, after those that are held already.
 
+    Each in turn has the largest share in the hidden directions. Those that are left are the
+    hidden directions in which it does not change.
 
-def _described(unknowns: Unknowns, direction: Array) -> Unobservable:
-    part = int(np.argmax([np.linalg.norm(direction[unknowns.edge(number)])
-                          for number in range(len(unknowns.edges))]))
-    edge = direction[unknowns.edge(part)]
-    times = direction[6 * len(unknowns.edges):unknowns.of_interest]
-    sensor = unknowns.sensors[int(np.abs(times).argmax())]
-    parent, child = unknowns.edges[part]
-    moved, turned = np.linalg.norm(edge[:3]), np.linalg.norm(edge[3:])
-    if np.abs(times).max() > _MOSTLY:
-        return Unobservable(
-            f'the time of {sensor}', 'move faster: a time offset shows only while the '
-            'target moves past the sensor', '', sensor, 'time', (0.0, 0.0, 0.0))
-    axis = edge[:3] if moved >= turned else edge[3:]
-    axis = axis / np.linalg.norm(axis) * np.sign(axis[np.abs(axis).argmax()])
-    name = _axis_name(axis, parent)
-    if np.abs(times).max() > _SOME:
-        return Unobservable(
-            f'{name} of {parent} -> {child} apart from the time of {sensor}',
-            'vary the speed, and drive backwards too: at one constant speed, a late stamp and '
-            'a shifted mounting look the same', parent, child, 'both', tuple(axis.tolist()))
-    if moved >= turned:
-        return Unobservable(
-            f'the translation along {name} of {parent} -> {child}',
-            f'turn {parent} about an axis that is not {name}: only a rotation shows '
-            'the lever arm', parent, child, 'translation', tuple(axis.tolist()))
-    return Unobservable(
-        f'the rotation about {name} of {parent} -> {child}',
-        f'turn {parent} about two axes that are not parallel, or move it across {name}',
-        parent, child, 'rotation', tuple(axis.tolist()))
+    :param hidden: (Q, K) orthonormal, and orthogonal to the held ones.
+    :param held: (Q, H) plain, orthonormal.
+    :return: (Q, H + K) and the hidden directions in their order, (Q, K).
+    """
+    found = np.zeros((len(hidden), 0))
+    while hidden.shape[1]:
+        direction = _largest(unknowns, hidden, held)
+        held = np.hstack([held, direction[:, None]])
+        share = hidden.T @ direction
+        along = hidden @ share
+        found = np.hstack([found, along[:, None] / np.linalg.norm(along)])
+        hidden = hidden @ _complement(share[:, None] / np.linalg.norm(share))
+    return held, found
 
 
-def _axis_name(axis: Array, parent: str) -> str:
-    place = int(np.abs(axis).argmax())
-    if abs(axis[place]) > 0.98:
-        return f'{_AXES[place]}'
-    return '(' + ', '.join(f'{value:.2f}' for value in axis) + ')'
+def _largest(unknowns: Unknowns, hidden: Array, held: Array) -> Array:
+    """
+    Return the plain direction (Q,) with the largest share: along an axis, if possible.
+
+    Where an edge and a time make up for each other, it is the edge.
+    """
+    every = np.eye(len(hidden))
+    for place, shares in enumerate((hidden ** 2).sum(axis=1)):
+        if shares > MOSTLY and not np.abs(held[place]).max(initial=0.0) > 1e-9:
+            return np.asarray(every[place])
+    best, share = every[0], -1.0
+    for part in parts(unknowns):
+        if part.start >= unknowns.times.start and share > _PREFERRED:
+            break
+        axes, lengths, _ = np.linalg.svd(hidden[part], full_matrices=False)
+        if lengths[0] ** 2 > share + _PREFERRED:
+            best, share = every[:, part] @ axes[:, 0], float(lengths[0]) ** 2
+    return np.asarray(best)
+
+
+def parts(unknowns: Unknowns) -> list[slice]:
+    """Return the indices of each translation and rotation, and then of each time, in order."""
+    begins = range(0, unknowns.times.start, 3)
+    times = range(unknowns.times.start, unknowns.times.stop)
+    return [*(slice(begin, begin + 3) for begin in begins),
+            *(slice(begin, begin + 1) for begin in times)]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from .model import by_rigid_motion, Model, State
+from .model import by_rigid_motion, Model, State, Unknowns
 from .observations import Array, Mask
 from .spread import (
     correlation_time,
@@ -26,7 +26,37 @@ _ROUNDS = 12
 _SETTLED = 0.1
 _STEPS = 30
 _ROUGHLY, _EXACTLY = 1e-3, 1e-8
+_AT_BOUND = 0.98
+"""From this fraction of the largest offset on, an estimate counts as at the bound."""
 _ROUGH = np.repeat([0.01, 0.01], 3) ** 2
+
+
+class Freedom(NamedTuple):
+    """
+    The steps that a fit may take.
+
+    They begin at the values of the tree, so what the steps leave alone has exactly these.
+
+    :ivar tree: the values of edges and offsets in the tree.
+    :ivar basis: (P, F) the directions of the steps.
+    """
+
+    tree: State
+    basis: Array
+
+    @property
+    def size(self) -> int:
+        """Return F."""
+        return int(self.basis.shape[1])
+
+    def origin(self, near: State) -> State:
+        """Return the state of the step zero: the tree has no places of targets."""
+        return self.tree._replace(places=near.places)
+
+    def nearest(self, unknowns: Unknowns, state: State) -> Array:
+        """Return the coordinates (F,) in the basis that lead nearest to a state."""
+        step = unknowns.step_to(self.origin(state), state)
+        return np.asarray(np.linalg.lstsq(self.basis, step, rcond=None)[0])
 
 
 class Fit(NamedTuple):
@@ -58,41 +88,41 @@ class Fit(NamedTuple):
         return float(loss(np.concatenate(self.distances), self.sizes).sum())
 
 
-def fitted(model: Model, begin: State, basis: Array, covariances: list[Array],
+def fitted(model: Model, begin: State, freedom: Freedom, covariances: list[Array],
            accuracy: float) -> Fit:
     """
-    Return the fit over the directions of a basis, with given covariances.
+    Return the fit with given covariances.
 
-    :param basis: (P, F) the steps that the search may take.
+    :param begin: where the search begins, as near as the freedom allows.
     :param covariances: of the observations of each set, (N, p, p).
     :param accuracy: the relative change of the cost at which the search ends.
     """
     white = [whitening(each) for each in covariances]
-    state = begin
-    if basis.shape[1]:
-        problem = _Problem(model, begin, basis, white)
+    state = freedom.origin(begin)
+    if freedom.size:
+        problem = _Problem(model, begin, freedom, white)
         found = least_squares(
-            problem.residuals, np.ones(basis.shape[1]), problem.derivatives,
+            problem.residuals, np.ones(freedom.size), problem.derivatives,
             x_scale='jac', loss=problem.loss, max_nfev=_STEPS,
-            tr_solver='lsmr' if basis.shape[1] > 1 else 'exact',  # lsmr fails with one unknown
+            tr_solver='lsmr' if freedom.size > 1 else 'exact',  # lsmr fails with one unknown
             ftol=accuracy, xtol=1e-9, gtol=1e-10)
-        state = model.unknowns.moved(begin, problem.step(found.x))
+        state = problem.state(found.x)
         state = state._replace(offsets=np.clip(state.offsets, -model.reach, model.reach))
     residuals = model.residuals(state)
     return Fit(state, covariances, residuals,
                [_distances(*pair) for pair in zip(white, residuals, strict=True)])
 
 
-def roughly(model: Model, begin: State, basis: Array) -> Fit:
+def roughly(model: Model, begin: State, freedom: Freedom) -> Fit:
     """Return a fit with an assumed spread of centimetres, to choose where to begin."""
     covariances = [np.tile(np.diag(_ROUGH[:each.size]), (len(each), 1, 1))
                    for each, _ in model.seen]
-    return fitted(model, begin, basis, covariances, _ROUGHLY)
+    return fitted(model, begin, freedom, covariances, _ROUGHLY)
 
 
-def settled(model: Model, begin: State, basis: Array) -> Fit:
+def settled(model: Model, begin: State, freedom: Freedom) -> Fit:
     """
-    Return the fit over the directions of a basis, with the spread of the observations.
+    Return the fit with the spread of the observations.
 
     Both are estimated in turns until the spread no longer changes.
     """
@@ -105,16 +135,16 @@ def settled(model: Model, begin: State, basis: Array) -> Fit:
         for given, base, each in zip(_given(model), known, residuals, strict=True)]
     if not any(given is None for given in _given(model)):
         covariances = _scaled(covariances, residuals)
-    fit = fitted(model, begin, basis, covariances, _ROUGHLY)
+    fit = fitted(model, begin, freedom, covariances, _ROUGHLY)
     found = [Scatter(each) for each in covariances]
     for _ in range(_ROUNDS):
-        found = _scatters(model, fit, known, velocities, basis.shape[1], found)
+        found = _scatters(model, fit, known, velocities, freedom.size, found)
         before, covariances = covariances, [each.covariances for each in found]
         begin = fit.state
         if _same(before, covariances):
             break
-        fit = fitted(model, begin, basis, covariances, _ROUGHLY)
-    return fitted(model, begin, basis, covariances, _EXACTLY)._replace(
+        fit = fitted(model, begin, freedom, covariances, _ROUGHLY)
+    return fitted(model, begin, freedom, covariances, _EXACTLY)._replace(
         jitters_s=tuple(each.jitter_s for each in found))
 
 
@@ -176,43 +206,46 @@ class _Problem:
     """
     The callbacks of ``least_squares``: residuals, derivatives and the loss.
 
-    The search begins at ones, and the step is the difference from them. The first trust region
-    of ``least_squares`` is then about as large as ``Limits``. A search from zeros would begin
-    with one standard deviation of one observation, and spend ten rounds on doubling it.
+    The search begins at ones, and the coordinates of the step are those of its begin plus the
+    difference from ones. The first trust region of ``least_squares`` is then about as large as
+    ``Limits``. A search from zeros would begin with one standard deviation of one observation,
+    and spend ten rounds on doubling it.
     """
 
-    def __init__(self, model: Model, begin: State, basis: Array, white: list[Array]) -> None:
-        self._model, self._begin, self._basis, self._white = model, begin, basis, white
+    def __init__(self, model: Model, begin: State, freedom: Freedom, white: list[Array]) -> None:
+        self._model, self._white = model, white
+        self._origin, self._basis = freedom.origin(begin), freedom.basis
+        self._begin = freedom.nearest(model.unknowns, begin)
         self._last: tuple[Array, State] | None = None
-        self._moving = basis.any(axis=1)
+        self._moving = freedom.basis.any(axis=1)
         sizes = [np.full(len(each), each.shape[1]) for each in white]
         self._sizes = np.concatenate(sizes)
         self._owner = np.repeat(np.arange(len(self._sizes)), self._sizes)
 
     def residuals(self, x: Array) -> Array:
-        state = self._state(x)
+        state = self.state(x)
         return np.concatenate([
             np.einsum('nij,nj->ni', white, each).ravel() for white, each
             in zip(self._white, self._model.residuals(state), strict=True)])
 
     def derivatives(self, x: Array) -> Array:
-        state = self._state(x)
+        state = self.state(x)
         jacobian = whitened_derivatives(self._model, state, self._white, self._moving)
         return jacobian @ self._turned(x)
 
-    def step(self, x: Array) -> Array:
-        """Return the step from the begin of the search, (P,)."""
-        return np.asarray(self._basis @ (x - 1.0))
-
-    def _state(self, x: Array) -> State:
+    def state(self, x: Array) -> State:
         # Derivatives are needed where residuals were just computed: both share one prediction.
         if self._last is None or not np.array_equal(self._last[0], x):
-            self._last = x.copy(), self._model.unknowns.moved(self._begin, self.step(x))
+            self._last = x.copy(), self._model.unknowns.moved(self._origin, self._step(x))
         return self._last[1]
+
+    def _step(self, x: Array) -> Array:
+        """Return the step from the origin, (P,)."""
+        return np.asarray(self._basis @ (self._begin + x - 1.0))
 
     def _turned(self, x: Array) -> Array:
         """Return the basis as steps from the present state: Exp(r + dr) = Exp(J dr) Exp(r)."""
-        return self._model.unknowns.about(self.step(x)) @ self._basis
+        return self._model.unknowns.about(self._step(x)) @ self._basis
 
     def loss(self, squares: Array) -> Array:
         """Return rho and its first and second derivative for the square of each number."""
@@ -234,16 +267,23 @@ def whitened_derivatives(model: Model, state: State, white: list[Array],
         for number, scale in enumerate(white)])
 
 
+def is_at_bound(offset: float, reach: float) -> bool:
+    """Return whether a time offset is the largest that was tried: the true one may be larger."""
+    return abs(offset) >= _AT_BOUND * reach > 0.0
+
+
 class Precision(NamedTuple):
     """
     The precision of a fit.
 
     :ivar information: (P, P) the information matrix of all unknowns.
     :ivar correlation_time: how many successive observations carry as much information as one.
+    :ivar free: how many directions were estimated.
     """
 
     information: Array
     correlation_time: float
+    free: int
 
 
 def precision(model: Model, fit: Fit, free: int) -> Precision:
@@ -261,4 +301,4 @@ def precision(model: Model, fit: Fit, free: int) -> Precision:
     independent = sizes.sum() / time
     freedom = max((independent - free) / independent, 0.05)
     factor = inefficiency(distance, sizes) / freedom * time
-    return Precision(jacobian.T @ jacobian / max(factor, 1e-18), time)
+    return Precision(jacobian.T @ jacobian / max(factor, 1e-18), time, free)

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from tf_tree_py.core import se3
 from tf_tree_py.core.geometry import so3
 
-from .model import between_many, Model, Placed, State
+from .model import as_poses, between_many, Model, Placed, State
 from .observations import Array
 
 _DRAWS, _OF = 40, 5
@@ -76,17 +76,11 @@ def _with_places(model: Model, state: State) -> State:
     places = state.places.copy()
     for number, target in enumerate(model.unknowns.targets):
         seen = [
-            se3.compose_many(model.placed(index, state).fixed_T_sensor, _as_poses(each.seen))
+            se3.compose_many(model.placed(index, state).fixed_T_sensor, as_poses(each.seen))
             for index, (each, _) in enumerate(model.seen) if each.name == target and len(each)]
         if seen:
             places[number] = _where_most_are(np.concatenate(seen))
     return state._replace(places=places)
-
-
-def _as_poses(seen: Array) -> Array:
-    if seen.shape[1] == 7:
-        return seen
-    return np.concatenate([seen, np.tile((0.0, 0.0, 0.0, 1.0), (len(seen), 1))], axis=1)
 
 
 def _where_most_are(poses: Array) -> Array:
@@ -120,7 +114,7 @@ def _edge_of(model: Model, state: State, number: int, index: int) -> Array | Non
     upwards = ways.chain.links[link].upwards
     placed = model.placed(index, state)
     edge = state.edges[number]
-    fixed_T_near, far_T_target = _around(placed, link, edge, upwards, _as_poses(each.seen))
+    fixed_T_near, far_T_target = _around(placed, link, edge, upwards, as_poses(each.seen))
     guess = np.array(se3.inverse_many(edge[None])[0]) if upwards else edge
     if each.size == 3:
         if each.place is None:

@@ -20,17 +20,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from tf_tree_py.core import Pose
 
+from .at_rest import Contradiction
 from .model import Model, State, Unknowns
-from .observability import (
-    at_the_tree,
-    free_basis,
-    held_directions,
-    Limits,
-    Unobservable,
-)
+from .observability import freedom_of, held_directions, Limits
 from .observations import Array, Mask
 from .solve import Fit, fitted, Precision
 from .spread import inflation
+from .unobservable import Unobservable
 
 _SURE = 6.0
 """A difference of the criterion from which one of two explanations is strongly preferred (Kass
@@ -93,21 +89,32 @@ def explanations(model: Model, tree: State, full: Fit, sure: Precision,
     :param sure: its precision.
     :param inliers: of each set, which observations are not outliers.
     """
-    made, correlation_time = [], sure.correlation_time
-    scale = max(inflation(np.concatenate(full.distances), full.sizes), 1e-9)
+    made, time, numbers = [], sure.correlation_time, float(full.sizes.sum())
+    # The residuals of a fit with few observations are smaller than the errors.
+    left = max(numbers - sure.free, 1.0) / numbers
+    scale = max(inflation(np.concatenate(full.distances), full.sizes) / left, 1e-9)
     for name, free in FREE.items():
-        without = held_directions(model, full.state, sure.information,
+        without = held_directions(model, tree, full.state, sure.information,
                                   _free(model, *free), limits)
-        begin = at_the_tree(model.unknowns, tree, full.state, without, limits)
-        basis = free_basis(model.unknowns, without, limits)
+        freedom = freedom_of(model.unknowns, tree, without, limits)
         fit = full if all(free) else fitted(
-            model, begin, basis, full.covariances, _ACCURACY)
-        numbers = fit.sizes.sum() / correlation_time
-        misfit, count = fit.cost / (correlation_time * scale), basis.shape[1]
+            model, full.state, freedom, full.covariances, _ACCURACY)
+        misfit, count = fit.cost / (time * scale), freedom.size
         made.append(Explanation(
-            name, misfit + count * math.log(max(numbers, 2.0)), misfit, count,
+            name, misfit + _penalty(count, numbers, time), misfit, count,
             *_unexplained(fit, inliers), tuple(fit.state.offsets.tolist())))
     return made
+
+
+def _penalty(count: int, numbers: float, correlation_time: float) -> float:
+    """
+    Return the penalty for some unknowns of so many numbers.
+
+    With few numbers, it is larger than Schwarz's: McQuarrie, "A small-sample correction for the
+    Schwarz SIC model selection criterion", Statistics & Probability Letters 44, 1999.
+    """
+    few = numbers / max(numbers - count - 2.0, 1.0)
+    return count * few * math.log(max(numbers / correlation_time, 2.0))
 
 
 def judged(found: Sequence[Explanation], hidden: Sequence[Unobservable],
@@ -120,7 +127,8 @@ def judged(found: Sequence[Explanation], hidden: Sequence[Unobservable],
     if no_edge and no_time:
         return Verdict.UNKNOWN
     if best is Verdict.NOTHING:
-        blind = sum(each.kind in ('translation', 'rotation') for each in hidden) >= _HIDDEN
+        blind = sum(each.kind in ('translation', 'rotation') and each.product_with is None
+                    for each in hidden) >= _HIDDEN
         return Verdict.UNKNOWN if no_time or blind else best
     return Verdict.UNKNOWN if best is not Verdict.BOTH and _alike(found) else best
 
@@ -239,6 +247,8 @@ class Calibration:
     :ivar edges: the edges, in the order of the arguments.
     :ivar time_offsets: one for each sensor; empty without ``time``.
     :ivar verdict: what is wrong.
+    :ivar contradiction: why the observations do not fit one target at rest; None: they may. If
+        they do not, the edges and offsets are those of the tree.
     :ivar explanations: all four, with the errors that each leaves unexplained.
     :ivar unobservable: the directions that the observations do not show; these keep the value
         of the tree.
@@ -253,6 +263,7 @@ class Calibration:
     edges: Sequence[EdgeEstimate]
     time_offsets: Sequence[TimeOffset]
     verdict: Verdict
+    contradiction: Contradiction | None
     explanations: Sequence[Explanation]
     unobservable: Sequence[Unobservable]
     outliers: Sequence[Outlier]
@@ -293,6 +304,7 @@ class Calibration:
         edges = [_plain_edge(each) for each in self.edges]
         return {
             'verdict': self.verdict.value,
+            'contradiction': self.contradiction and self.contradiction._asdict(),
             'edge': edges[0],
             'edges': edges,
             'time_offset_s': self.time_offset_s,

@@ -165,6 +165,10 @@ def _report(found: Calibration) -> dict[str, Any]:
 def _write(found: Calibration, report: dict[str, Any], path: Path) -> None:
     if path.suffix in SUFFIXES:
         write_picture(found, path)
+    elif found.contradiction is not None and path.suffix != '.json':
+        print(f'{NAME}: {path} is not written, because there is no estimate: '
+              f'{found.contradiction.what}', file=sys.stderr)
+        return
     else:
         _write_text(path, json.dumps(report, indent=2) + '\n' if path.suffix == '.json'
                     else as_yaml(found))
@@ -190,6 +194,8 @@ def _write_urdf(found: Calibration, arguments: Namespace) -> None:
 
 def _reason_to_keep(found: Calibration, time: bool) -> str:
     """Return why the estimated edge must not go into a robot's description, or ''."""
+    if found.contradiction is not None:
+        return found.contradiction.what
     if not found.wants_new_edge:
         return f'the verdict is {found.verdict.value!r}'
     if found.verdict is Verdict.BOTH and not time:

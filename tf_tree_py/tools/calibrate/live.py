@@ -81,7 +81,8 @@ def _print_state(collector: '_Collector', arguments: Namespace, estimated: Estim
     except (CalibrationError, TransformException) as error:
         said = [str(error)]
     else:
-        said = [f'not seen yet: {each}' for each in hidden(found)] or [
+        said = [found.contradiction.what] if found.contradiction is not None else [
+            f'not seen yet: {each}' for each in hidden(found)] or [
             f'everything is observable from {found.observations} observations; more of them '
             'reduce the error']
     for sentence in said:

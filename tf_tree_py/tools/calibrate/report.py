@@ -13,7 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tf_tree_py.calibration import Calibration, EdgeEstimate, Explanation, TimeOffset, Verdict
+from tf_tree_py.calibration import (
+    Calibration,
+    EdgeEstimate,
+    Explanation,
+    TimeOffset,
+    Unobservable,
+    Verdict,
+)
+from tf_tree_py.calibration.at_rest import NOT_AT_REST
 from tf_tree_py.calibration.observations import Array
 from tf_tree_py.command.arguments import console, fields, styled, table
 from tf_tree_py.command.endings import Cannot, needs
@@ -35,7 +43,7 @@ def print_report(found: Calibration, time: bool) -> None:
     """Print the verdict, the estimates, and what to do next."""
     out = console()
     what = 'fine' if found.verdict is Verdict.NOTHING else 'warning'
-    out.print(styled(f'{found.verdict}: {SENTENCES[found.verdict]}', what))
+    out.print(styled(f'{found.verdict}: {sentence_of(found)}', what))
     out.print(table(_COLUMNS, [_row(each, found.explanations) for each in found.explanations],
                     right=_COLUMNS[1:]))
     for edge in found.edges:
@@ -44,11 +52,20 @@ def print_report(found: Calibration, time: bool) -> None:
                           'sigma': _sigmas(edge)}))
     for offset in found.time_offsets:
         out.print(fields({'time': _late(offset)}))
+    if found.contradiction is not None:
+        out.print(fields({'reason': found.contradiction.what}))
     for sentence in hidden(found):
         out.print(fields({'not seen': sentence}))
     _print_outliers(found)
     for sentence in advice(found, time):
         out.print(fields({'next': sentence}))
+
+
+def sentence_of(found: Calibration) -> str:
+    """Return what the verdict means."""
+    if found.contradiction is not None:
+        return f'{NOT_AT_REST[0].upper()}{NOT_AT_REST[1:]}.'
+    return SENTENCES[found.verdict]
 
 
 def _row(each: Explanation, all_of_them: Sequence[Explanation]) -> tuple[str, ...]:
@@ -89,22 +106,40 @@ def _print_outliers(found: Calibration) -> None:
 
 
 def hidden(found: Calibration) -> list[str]:
-    """Return a sentence for each direction that is not observable; one if none is observable."""
+    """
+    Return a sentence for each direction that is not observable; one if none is observable.
+
+    If the observations do not fit one target at rest, no motion of the robot would help.
+    """
+    if found.contradiction is not None:
+        return []
     if found.all_at_one_place:
         parents = ' and '.join(dict.fromkeys(edge.parent for edge in found.edges))
         return ['all observations are from one place, so they show neither the mounting nor the '
                 f'time: turn {parents} about two axes, move at several speeds, and record again']
-    return [f"{each.what}: it keeps the tree's value. To see it, {each.remedy}"
-            for each in found.unobservable]
+    return list(dict.fromkeys(
+        _hidden(each, bool(found.time_offsets)) for each in found.unobservable))
+
+
+def _hidden(each: Unobservable, time: bool) -> str:
+    if each.product_with is not None:
+        return (f'{each.what}: {each.remedy}. Here, {each.parent} -> {each.child} keeps the '
+                "tree's value")
+    as_right = each.kind == 'time' or (each.kind == 'both' and not time)
+    kept = 'the stamps count as right' if as_right else "it keeps the tree's value"
+    return f'{each.what}: {kept}. To see it, {each.remedy}'
 
 
 def advice(found: Calibration, time: bool) -> list[str]:
     """Return what to do next, a sentence each."""
+    if found.contradiction is not None:
+        return [found.contradiction.remedy]
     bounds = [_larger(each) for each in found.time_offsets if each.at_bound]
     if bounds:
         return bounds
     if found.verdict is Verdict.UNKNOWN:
-        return ['record again, with the motion that is missing'] if found.unobservable else [
+        missing = any(each.product_with is None for each in found.unobservable)
+        return ['record again, with the motion that is missing'] if missing else [
             'record longer, and at several speeds: a wrong mounting and wrong stamps explain '
             'these observations equally well']
     said = []
@@ -213,4 +248,4 @@ def _headline(found: Calibration) -> str:
     if found.verdict in (Verdict.TIME, Verdict.BOTH):
         parts += [f'the stamps of {each.sensor} are {1e3 * abs(each.offset_s):.0f} ms '
                   f'{"late" if each.offset_s >= 0 else "early"}' for each in found.time_offsets]
-    return '\n'.join(filter(None, [SENTENCES[found.verdict], '; '.join(parts)]))
+    return '\n'.join(filter(None, [sentence_of(found), '; '.join(parts)]))
