@@ -78,18 +78,21 @@ def _accuracy(most: int | None) -> Iterator[Row]:
 def _rows(name: str, sequences: Iterable[Any], ours: Callable[[Any], Any],
           theirs: Callable[[Any], Any], targets: dict[str, float] | None = None,
           against: bool = False) -> Iterator[Row]:
-    """Yield rows of the mean errors of a track: of rotation, translation and time."""
-    from ..peers.kinhec_tracks import mean
-    found = [(ours(each), theirs(each)) for each in sequences]
-    means = [mean(list(each)) for each in zip(*found, strict=True)]
-    for unit, our, their in zip(('deg', 'mm', 'ms'), *means, strict=True):
-        if not (our or their):
-            continue
-        row = Row('calibration', f'KinHEC, {name}: mean of {len(found)}', unit, {OURS: [our]})
-        if their:  # the reference has no error in time where it gets the true offset
-            row.values[_REFERENCE] = [their]
-        if against and their:
-            row.compare(OURS, _REFERENCE, 1.0, name=f'{name}, {unit}')
-        elif targets and unit in targets:
-            row.judge(OURS, targets[unit], name=f'{name}, {unit}', unit=unit)
-        yield row
+    """Yield rows of the errors of a track: of rotation, translation and time."""
+    from ..peers.kinhec_tracks import over, STATISTICS
+    found = [list(each) for each in zip(*[(ours(each), theirs(each)) for each in sequences],
+                                        strict=True)]
+    for statistic in STATISTICS if against else ('mean',):
+        our_errors, their_errors = (over(each, statistic) for each in found)
+        for unit, our, their in zip(('deg', 'mm', 'ms'), our_errors, their_errors, strict=True):
+            if not (our or their):
+                continue
+            row = Row('calibration', f'KinHEC, {name}: {statistic} of {len(found[0])}', unit,
+                      {OURS: [our]})
+            if their:  # the reference has no error in time where it gets the true offset
+                row.values[_REFERENCE] = [their]
+            if against and their:
+                row.compare(OURS, _REFERENCE, 1.0, name=f'{name}, {statistic}, {unit}')
+            elif targets and unit in targets:
+                row.judge(OURS, targets[unit], name=f'{name}, {unit}', unit=unit)
+            yield row

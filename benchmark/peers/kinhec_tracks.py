@@ -7,7 +7,8 @@ KinHEC's sequences with known ground truth, its reference solvers, and ours.
 Needs ``pip install kinhec``. Sequences are generated from a seed when they are used.
 """
 
-from collections.abc import Iterator, Sequence as Row
+from collections.abc import Callable, Iterator, Sequence as Row
+from functools import partial
 import itertools
 import math
 from typing import Any, NamedTuple
@@ -167,9 +168,20 @@ def errors(X: np.ndarray, true: np.ndarray) -> tuple[float, float]:
     return float(turned), float(moved)
 
 
+STATISTICS: dict[str, Callable[..., np.ndarray]] = {
+    'mean': np.nanmean, 'median': np.nanmedian,
+    '90th percentile': partial(np.nanpercentile, q=90.0)}
+"""What is compared over all sequences of a track."""
+
+
 def mean(found: Row[Errors]) -> Errors:
     """Return the mean of the errors."""
-    return Errors(*np.nanmean(np.array(found), axis=0).tolist())
+    return over(found, 'mean')
+
+
+def over(found: Row[Errors], statistic: str) -> Errors:
+    """Return one of ``STATISTICS`` of the errors."""
+    return Errors(*STATISTICS[statistic](np.array(found), axis=0).tolist())
 
 
 def _stamps(seconds: np.ndarray) -> np.ndarray:
