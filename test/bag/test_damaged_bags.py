@@ -148,12 +148,6 @@ def _folder(killed):
     return folder
 
 
-def test_log_of_a_truncated_file_is_mentioned(killed):
-    cut(killed, 0.2)
-    with pytest.raises(BagError, match=f'without {killed.name}-wal, which has the newest ones'):
-        open_bag(killed)
-
-
 def test_folder_without_its_index_is_read_in_order_of_the_numbers(tmp_path):
     folder = write_split(tmp_path / 'run', [RUN[begin:begin + 30]
                                             for begin in range(0, len(RUN), 30)])

@@ -6,12 +6,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from .discovery import PACKED
 from .mcap_scan import McapScan
 from .message_source import Scan, Storage
+from .plain_file import PlainFile
 from .ros1_scan import Ros1Scan
 from .rosbags_file import RosbagsFile, UNREADABLE
-from .salvage import SalvagedFile, SqliteScan
+from .salvage import SalvagedFile
+from .sqlite_scan import SqliteScan
 
 _SCANS: dict[str, Callable[[Path], Scan]] = {
     '.mcap': McapScan, '.bag': Ros1Scan, '.db3': SqliteScan}
@@ -25,14 +26,17 @@ def open_file(path: Path) -> Storage:
 
     :raises Exception: one of ``UNREADABLE``.
     """
-    kind = path.name.removesuffix(PACKED).rpartition('.')[2]
-    scan = _SCANS[f'.{kind}']
+    file = PlainFile(path)
+    scan = _SCANS[file.path.suffix]
     try:
-        if kind == 'mcap' and path.suffix != PACKED:
-            McapScan(path).check_sizes()
-        return RosbagsFile(path, scan)
+        if file.fault is not None:
+            raise file.fault
+        if file.path.suffix == '.mcap':
+            McapScan(file.path).check_sizes()
+        return RosbagsFile(file, scan)
     except UNREADABLE as error:
         try:
-            return SalvagedFile(path, scan, error)
+            return SalvagedFile(file, scan, error)
         except UNREADABLE:
-            raise error from None
+            file.close()
+            raise ValueError(file.reason(error)) from None

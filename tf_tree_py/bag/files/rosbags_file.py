@@ -10,15 +10,11 @@ rosbags has no limit on unpacking chunks; here they have one.
 import bz2
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import closing
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from shutil import copyfile
 import sqlite3
 import struct
-import sys
-from tempfile import TemporaryDirectory
 from typing import Any
 import warnings
 
@@ -46,7 +42,6 @@ from rosbags.typesys import (
 )
 from tf_tree_py.core.stamp import format_stamp
 
-from .discovery import LOG, PACKED
 from .message_source import (
     MessageSource,
     RecordedMessage,
@@ -55,11 +50,7 @@ from .message_source import (
     unpacked_limit,
     VARIABLE,
 )
-
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
+from .plain_file import PlainFile, zstd
 
 
 def limit_chunks(reader: rosbag1.Reader) -> None:
@@ -128,8 +119,6 @@ limit_mcap(getattr(storage_mcap, 'DECOMPRESSORS', None))
 _ZSTD = b'\x28\xb5\x2f\xfd'
 """The first bytes of zstd data; no message of ROS begins with them."""
 
-_PIECE = 2**20
-
 decompressor = zstd.ZstdDecompressor
 """Decompresses zstd data, or the first part of it."""
 
@@ -142,23 +131,18 @@ UNREADABLE = (Reader1Error, Reader2Error, apsw.Error, zstd.ZstdError, struct.err
 class RosbagsFile:
     """One intact file with an index."""
 
-    def __init__(self, path: Path, scan: Callable[[Path], Scan]) -> None:
+    def __init__(self, file: PlainFile, scan: Callable[[Path], Scan]) -> None:
         """
         Open it.
 
         :param scan: reads the rest of a file that turns out to be damaged in the middle.
         :raises Exception: one of ``UNREADABLE``.
         """
-        self.path = path
+        self._file = file
         self._scan = scan
         self.damage: list[str] = []
-        log = log_of(path)
-        self._unpacked = TemporaryDirectory() if path.suffix == PACKED or log else None
-        if self._unpacked is not None:
-            folder = Path(self._unpacked.name)
-            path = with_log(path, log, folder) if log else _unpacked_file(path, folder)
-        self._file = path
-        self._reader: Any = Reader1(path) if path.suffix == '.bag' else Reader2(path)
+        reader = Reader1 if file.path.suffix == '.bag' else Reader2
+        self._reader: Any = reader(file.path)
         self._reader.open()
         if isinstance(self._reader, Reader1):
             limit_chunks(self._reader)
@@ -187,7 +171,7 @@ class RosbagsFile:
                 given += 1
         except UNREADABLE as error:
             expected = sum(each.msgcount for each in connections)
-            rest = salvaged(self._scan(self._file), sources,
+            rest = salvaged(self._scan(self._file.path), sources,
                             start if received is None else received + 1, stop)
             behind: int | None = None
             for arrival in rest:
@@ -195,8 +179,8 @@ class RosbagsFile:
                 yield arrival
                 given += 1
             self.damage.append(
-                f'{self.path.name} is damaged ({_named(error)}): {given} of {expected} messages '
-                f'could be read{_hole(received, behind)}')
+                f'{self._file.name} is damaged ({self._file.reason(error)}): {given} of '
+                f'{expected} messages could be read{_hole(received, behind)}')
 
     def first_field(self, source: MessageSource) -> str:
         """Return the type of the first field of a source's messages; '' if it is unknown."""
@@ -207,8 +191,7 @@ class RosbagsFile:
     def close(self) -> None:
         """Close the file."""
         self._reader.close()
-        if self._unpacked is not None:
-            self._unpacked.cleanup()
+        self._file.close()
 
 
 def salvaged(scan: Iterable[RecordedMessage], sources: Collection[MessageSource],
@@ -218,11 +201,6 @@ def salvaged(scan: Iterable[RecordedMessage], sources: Collection[MessageSource]
         if (arrival.source in sources and (start is None or arrival.received >= start)
                 and (stop is None or arrival.received < stop)):
             yield arrival._replace(data=_decompressed(arrival.data))
-
-
-def _named(error: Exception) -> str:
-    """Return the text of an error; a MemoryError has none."""
-    return str(error).rstrip('.') or type(error).__name__
 
 
 def _hole(before: int | None, behind: int | None) -> str:
@@ -243,41 +221,6 @@ def _decompressed(data: bytes) -> bytes:
         return unpacked if reader.eof else data
     except zstd.ZstdError:
         return data
-
-
-def log_of(path: Path) -> Path | None:
-    """Return the write-ahead log that a killed recorder left beside a file of SQLite."""
-    log = path.with_name(path.name + LOG)
-    return log if path.suffix == '.db3' and log.is_file() and log.stat().st_size else None
-
-
-def with_log(path: Path, log: Path, folder: Path) -> Path:
-    """
-    Copy a file of SQLite into a folder, write the rows of its log into the copy, and return it.
-
-    The recording itself may be read-only, and stays as it is.
-    """
-    copy = folder / path.name
-    for file in (path, log):
-        copyfile(file, folder / file.name)
-    with closing(sqlite3.connect(copy)) as database:
-        database.execute('PRAGMA wal_checkpoint(TRUNCATE)')
-        database.execute('PRAGMA journal_mode = DELETE')
-    return copy
-
-
-def _unpacked_file(path: Path, folder: Path) -> Path:
-    """Decompress a file into a folder, and return it."""
-    target = folder / path.stem
-    size = path.stat().st_size
-    left = unpacked_limit(size)
-    with zstd.open(path) as packed, target.open('wb') as unpacked:
-        while piece := packed.read(_PIECE):
-            left -= len(piece)
-            if left < 0:
-                raise too_large('the file', size)
-            unpacked.write(piece)
-    return target
 
 
 def first_field_of(source: MessageSource, definition: MessageDefinition) -> str:

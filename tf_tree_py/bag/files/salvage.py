@@ -4,33 +4,23 @@
 """
 Reads files that rosbags refuses: truncated, never finished, or without an index.
 
-They are read from the beginning, record by record, as far as possible. MCAP and ROS 1 have scans
-of their own; this file has their common parts, and the scan of truncated SQLite files: row by
-row, without their index.
+Each kind of file has a scan of its own; this file has their common parts. MCAP and ROS 1 are read
+from the beginning, record by record, as far as possible.
 """
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 import mmap
 from pathlib import Path
-import sqlite3
 import struct
 
 from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 from tf_tree_py.core.stamp import FOREVER, format_stamp
-from tf_tree_py.core.text import printable
 
 from .message_source import MessageSource, RecordedMessage, Scan, too_large, unpacked_limit
-from .rosbags_file import (
-    first_field_of,
-    is_reliable,
-    is_transient_local,
-    is_volatile,
-    log_of,
-    profiles_of,
-    salvaged,
-)
+from .plain_file import PlainFile
+from .rosbags_file import first_field_of, salvaged
 
 NOTHING_MISSING = 'and nothing is missing'
 
@@ -38,16 +28,16 @@ NOTHING_MISSING = 'and nothing is missing'
 class SalvagedFile:
     """The readable part of one file."""
 
-    def __init__(self, path: Path, scan: Callable[[Path], Scan], why: object) -> None:
+    def __init__(self, file: PlainFile, scan: Callable[[Path], Scan], why: object) -> None:
         """
         Read it once, to count its messages.
 
         :param why: the error of the regular reader.
         :raises ValueError: nothing can be read.
         """
-        self._path = path
+        self._file = file
         self._scan = scan
-        first = scan(path)
+        first = scan(file.path)
         self.counts: Counter[MessageSource] = Counter()
         begin, end = FOREVER, 0
         for arrival in first:
@@ -57,19 +47,16 @@ class SalvagedFile:
         self._definitions = first.definitions
         received = '' if begin > end else (
             f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
-        reason = printable(str(why)).rstrip('.') or type(why).__name__
-        log = log_of(path)
-        ignored = f'; without {log.name}, which has the newest ones' if log else ''
         state = ('could not be opened as usual' if first.lost.startswith(NOTHING_MISSING)
                  else 'is not whole')
         self.damage = [
-            f'{path.name} {state} ({reason}): {self.counts.total()} messages could be read'
-            f'{received}, {first.lost}{ignored}']
+            f'{file.name} {state} ({file.reason(why)}): {self.counts.total()} messages could be '
+            f'read{received}, {first.lost}']
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
         """Yield the messages of some of its sources, in the order of the file."""
-        return salvaged(self._scan(self._path), sources, start, stop)
+        return salvaged(self._scan(self._file.path), sources, start, stop)
 
     def first_field(self, source: MessageSource) -> str:
         """Return the type of the first field of a source's messages; '' if it is unknown."""
@@ -78,7 +65,8 @@ class SalvagedFile:
         return first_field_of(source, self._definitions[source])
 
     def close(self) -> None:
-        """Do nothing, because no file stays open."""
+        """Remove the copy of the file, if there is one; no file is open."""
+        self._file.close()
 
 
 def mapped(path: Path, magic: bytes, kind: str) -> memoryview:
@@ -177,40 +165,3 @@ class Bytes:
     def text(self) -> str:
         """Return the string that follows its length in bytes."""
         return bytes(self.sized()).decode(errors='replace')
-
-
-# --- SQLite
-
-class SqliteScan:
-    """Reads one file; see ``Scan``."""
-
-    def __init__(self, path: Path) -> None:
-        """
-        Open the file, and read no messages yet.
-
-        :raises sqlite3.Error: it is not a database with topics.
-        """
-        self._database = sqlite3.connect(
-            f'{path.resolve().as_uri()}?mode=ro&immutable=1', uri=True)
-        # Otherwise SQLite opens no file that is shorter than its header declares.
-        self._database.execute('PRAGMA writable_schema = ON')
-        self._sources = {
-            number: MessageSource(topic, kind, is_transient_local(profiles), '', False,
-                                  is_reliable(profiles), is_volatile(profiles))
-            for number, topic, kind, offered in self._database.execute(
-                'SELECT id, name, type, offered_qos_profiles FROM topics')
-            for profiles in [profiles_of(offered)]}
-        self.definitions: dict[MessageSource, MessageDefinition] = {}
-        self.lost = ''
-
-    def __iter__(self) -> Iterator[RecordedMessage]:
-        """Yield every message, in the order of the file."""
-        self.lost = NOTHING_MISSING
-        try:
-            for topic, received, data in self._database.execute(
-                    'SELECT topic_id, timestamp, data FROM messages NOT INDEXED ORDER BY id'):
-                if topic not in self._sources:
-                    raise sqlite3.DatabaseError('the row behind them is damaged')
-                yield RecordedMessage(received, self._sources[topic], data)
-        except sqlite3.Error as error:
-            self.lost = f'and it is unknown how many are missing ({printable(str(error))})'
