@@ -16,14 +16,14 @@ from rosbags.interfaces import MessageDefinition, Qos
 
 from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
 from .rosbags_file import (
-    decompressor,
     is_reliable,
     is_transient_local,
     is_volatile,
     profiles_of,
     UNREADABLE,
 )
-from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share, unpacked_lz4
+from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share
+from .unpacking import unpacked_part
 
 _MAGIC = b'\x89MCAP0\r\n'
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 2, 3, 4, 5, 6, 15
@@ -45,7 +45,7 @@ class McapScan:
         self.lost = ''
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
         self._channels: dict[int, MessageSource] = {}
-        self._lost_bytes = self._more_bytes = 0
+        self._lost_bytes = self._more_bytes = self._unknown_bytes = 0
         self._ended = False
 
     def __iter__(self) -> Iterator[RecordedMessage]:
@@ -54,7 +54,7 @@ class McapScan:
         file = Bytes(self._data)
         file.take(len(_MAGIC))
         yield from self._records(file)
-        self._lost_bytes += file.left if not self._ended else 0
+        self._lost_bytes += self._unknown_bytes + (file.left if not self._ended else 0)
         self.lost = lost_bytes(self._lost_bytes, len(self._data), self._ended, self._more_bytes)
 
     def check_sizes(self) -> None:
@@ -93,7 +93,8 @@ class McapScan:
         except Cut:  # the magic bytes, which are not a record
             return
 
-    def _records(self, data: Bytes) -> Iterator[RecordedMessage]:
+    def _records(self, data: Bytes, *,
+                 in_chunk: bool = False) -> Iterator[RecordedMessage]:
         """Yield the messages of records; if they end too soon, ``data`` stays at that position."""
         while data:
             begin = data.position
@@ -108,7 +109,8 @@ class McapScan:
                 if kind == _CHUNK:
                     yield from self._chunk(content)
                 if length > len(content.data):
-                    self._more_bytes += length - len(content.data)
+                    if not in_chunk:  # the chunk is counted itself
+                        self._more_bytes += length - len(content.data)
                     if kind == _CHUNK:
                         return
                     raise Cut
@@ -127,15 +129,17 @@ class McapScan:
         checksum, compression, length = chunk.number('I'), chunk.text(), chunk.number('Q')
         packed = chunk.take(min(length, chunk.left))
         try:
-            unpacked = _unpack(compression, packed)
+            unpacked, used = unpacked_part(compression, packed)
             if checksum and len(packed) == length and zlib.crc32(unpacked) != checksum:
                 raise ValueError('the checksum of a chunk is wrong')
         except UNREADABLE:
             self._lost_bytes += chunk.position - begin
             return
-        inner = Bytes(memoryview(unpacked))
-        yield from self._records(inner)
-        self._lost_bytes += share(len(packed), inner.left, len(unpacked))
+        inner, before = Bytes(memoryview(unpacked)), self._unknown_bytes
+        yield from self._records(inner, in_chunk=True)
+        unread = inner.left + self._unknown_bytes - before
+        self._unknown_bytes = before
+        self._lost_bytes += len(packed) - used + share(used, unread, len(unpacked))
 
     def _describe(self, kind: int, content: Bytes) -> None:
         if kind == _SCHEMA:
@@ -157,7 +161,9 @@ class McapScan:
         content.take(4)  # a sequence number
         received = content.number('Q')
         content.take(8)  # the time of publishing
-        if source is not None:
+        if source is None:
+            self._unknown_bytes += content.left
+        else:
             yield RecordedMessage(received, source, bytes(content.take(content.left)))
 
 
@@ -168,18 +174,3 @@ def _profiles(metadata: Bytes) -> list[Qos]:
         if name == 'offered_qos_profiles':
             return profiles_of(value)
     return []
-
-
-def _unpack(compression: str, packed: memoryview) -> bytes | memoryview:
-    """Return as much of a chunk as can be decompressed."""
-    if compression == 'zstd':
-        reader = decompressor()
-        unpacked = reader.decompress(packed, max_length=unpacked_limit(len(packed)))
-        if not reader.eof and not reader.needs_input:
-            raise too_large('a chunk', len(packed))
-        return unpacked
-    if compression == 'lz4':
-        return unpacked_lz4(packed)
-    if compression:
-        raise ValueError(f'a chunk is compressed with {compression}')
-    return packed

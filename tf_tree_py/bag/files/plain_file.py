@@ -8,20 +8,13 @@ import os
 from pathlib import Path
 from shutil import copyfile
 import sqlite3
-import sys
 from tempfile import TemporaryDirectory
 
 from tf_tree_py.core.text import printable
 
 from .discovery import LOG, PACKED
 from .message_source import too_large, unpacked_limit
-
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
-__all__ = ['PlainFile', 'zstd']
+from .unpacking import zstd
 
 _PIECE = 2**20
 

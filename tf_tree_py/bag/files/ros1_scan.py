@@ -8,16 +8,17 @@ The format: http://wiki.ros.org/Bags/Format/2.0. A record is a header of fields 
 after its length; chunks hold records.
 """
 
-import bz2
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 import struct
 
 from rosbags.interfaces import MessageDefinition
 
-from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
+from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import UNREADABLE
-from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share, unpacked_lz4
+from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share
+from .unpacking import unpacked_part
 
 _MAGIC = b'#ROSBAG V2.0\n'
 _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
@@ -36,17 +37,31 @@ class Ros1Scan:
         self.definitions: dict[MessageSource, MessageDefinition] = {}
         self.lost = ''
         self._connections: dict[int, MessageSource] = {}
-        self._lost_bytes = self._more_bytes = 0
+        self._lost_bytes = self._more_bytes = self._unknown_bytes = 0
 
     def __iter__(self) -> Iterator[RecordedMessage]:
         """Yield every message, in the order of the file."""
+        self._read_index()
         file = Bytes(self._data)
         file.take(len(_MAGIC))
         yield from self._records(file)
-        self._lost_bytes += file.left
+        self._lost_bytes += file.left + self._unknown_bytes
         self.lost = lost_bytes(self._lost_bytes, len(self._data), more=self._more_bytes)
 
-    def _records(self, data: Bytes) -> Iterator[RecordedMessage]:
+    def _read_index(self) -> None:
+        """Read the topics at the end of an intact file: their chunk may be damaged."""
+        file = Bytes(self._data)
+        file.take(len(_MAGIC))
+        with suppress(Cut, LookupError, ValueError, struct.error):
+            file.position = _number(_fields(Bytes(file.sized()))['index_pos']) or len(file.data)
+            while file:
+                header, content = _fields(Bytes(file.sized())), file.sized()
+                if header['op'][0] != _CONNECTION:
+                    return
+                self._connect(header, _fields(Bytes(content)))
+
+    def _records(self, data: Bytes, *,
+                 in_chunk: bool = False) -> Iterator[RecordedMessage]:
         """Yield the messages of records; if they end too soon, ``data`` stays at that position."""
         while data:
             begin = data.position
@@ -57,7 +72,8 @@ class Ros1Scan:
                 if kind == _CHUNK:
                     yield from self._chunk(header['compression'], content)
                 if length > len(content):
-                    self._more_bytes += length - len(content)
+                    if not in_chunk:  # the chunk is counted itself
+                        self._more_bytes += length - len(content)
                     if kind == _CHUNK:
                         return
                     raise Cut
@@ -72,13 +88,15 @@ class Ros1Scan:
     def _chunk(self, compression: bytes, packed: memoryview) -> Iterator[RecordedMessage]:
         """Yield the messages of a chunk, or of the part of it that exists."""
         try:
-            unpacked = _unpack(compression, packed)
+            unpacked, used = unpacked_part(compression.decode(errors='replace'), packed)
         except UNREADABLE:
             self._lost_bytes += len(packed)
             return
-        inner = Bytes(memoryview(unpacked))
-        yield from self._records(inner)
-        self._lost_bytes += share(len(packed), inner.left, len(unpacked))
+        inner, before = Bytes(memoryview(unpacked)), self._unknown_bytes
+        yield from self._records(inner, in_chunk=True)
+        unread = inner.left + self._unknown_bytes - before
+        self._unknown_bytes = before
+        self._lost_bytes += len(packed) - used + share(used, unread, len(unpacked))
 
     def _connect(self, header: dict[str, bytes], fields: dict[str, bytes]) -> None:
         package, _, name = fields['type'].decode().rpartition('/')
@@ -91,7 +109,9 @@ class Ros1Scan:
     def _message(self, header: dict[str, bytes], content: memoryview) -> Iterator[RecordedMessage]:
         sec, nanosec = struct.unpack('<II', header['time'])
         source = self._connections.get(_number(header['conn']))
-        if source is not None:
+        if source is None:
+            self._unknown_bytes += len(content)
+        else:
             yield RecordedMessage(sec * 1_000_000_000 + nanosec, source, bytes(content))
 
 
@@ -105,16 +125,3 @@ def _fields(header: Bytes) -> dict[str, bytes]:
 
 def _number(field: bytes) -> int:
     return int.from_bytes(field, 'little')
-
-
-def _unpack(compression: bytes, packed: memoryview) -> bytes | memoryview:
-    """Return as much of a chunk as can be decompressed."""
-    if compression == b'bz2':
-        reader = bz2.BZ2Decompressor()
-        unpacked = reader.decompress(packed, max_length=unpacked_limit(len(packed)))
-        if not reader.eof and not reader.needs_input:
-            raise too_large('a chunk', len(packed))
-        return unpacked
-    if compression == b'lz4':
-        return unpacked_lz4(packed)
-    return packed

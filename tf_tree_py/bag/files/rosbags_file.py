@@ -50,7 +50,8 @@ from .message_source import (
     unpacked_limit,
     VARIABLE,
 )
-from .plain_file import PlainFile, zstd
+from .plain_file import PlainFile
+from .unpacking import zstd
 
 
 def limit_chunks(reader: rosbag1.Reader) -> None:
@@ -118,9 +119,6 @@ limit_mcap(getattr(storage_mcap, 'DECOMPRESSORS', None))
 
 _ZSTD = b'\x28\xb5\x2f\xfd'
 """The first bytes of zstd data; no message of ROS begins with them."""
-
-decompressor = zstd.ZstdDecompressor
-"""Decompresses zstd data, or the first part of it."""
 
 UNREADABLE = (Reader1Error, Reader2Error, apsw.Error, zstd.ZstdError, struct.error, sqlite3.Error,
               OSError, EOFError, RuntimeError, ValueError, TypeError, LookupError, AssertionError,
@@ -216,7 +214,7 @@ def _decompressed(data: bytes) -> bytes:
     try:
         if not data.startswith(_ZSTD):
             return data
-        reader = decompressor()
+        reader = zstd.ZstdDecompressor()
         unpacked = reader.decompress(data, max_length=unpacked_limit(len(data)))
         return unpacked if reader.eof else data
     except zstd.ZstdError:

@@ -14,11 +14,10 @@ import mmap
 from pathlib import Path
 import struct
 
-from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 from tf_tree_py.core.stamp import FOREVER, format_stamp
 
-from .message_source import MessageSource, RecordedMessage, Scan, too_large, unpacked_limit
+from .message_source import MessageSource, RecordedMessage, Scan
 from .plain_file import PlainFile
 from .rosbags_file import first_field_of, salvaged
 
@@ -108,19 +107,6 @@ def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
 def share(packed: int, unread: int, unpacked: int) -> int:
     """Return the number of bytes of a compressed chunk that correspond to the unread ones."""
     return round(packed * unread / unpacked) if unpacked else packed
-
-
-def unpacked_lz4(packed: memoryview) -> bytes:
-    """
-    Return as much as can be decompressed.
-
-    :raises TooLarge: it exceeds the limit.
-    """
-    reader = LZ4FrameDecompressor()
-    unpacked = bytes(reader.decompress(packed, max_length=unpacked_limit(len(packed))))
-    if not reader.eof and not reader.needs_input:
-        raise too_large('a chunk', len(packed))
-    return unpacked
 
 
 class Cut(Exception):

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Compressed parts of bags that end too soon, or are damaged: unpacks all before that.
+
+zstd and bz2 pack blocks, and a block is unpacked as a whole or not at all. The block of lz4 in
+which a file ends is unpacked here, because programs of ROS 1 pack a whole chunk into one block.
+"""
+
+import bz2
+from collections.abc import Callable
+import sys
+from typing import Any
+
+from lz4.frame import LZ4FrameDecompressor
+
+from .message_source import too_large, unpacked_limit
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+__all__ = ['Unpacker', 'unpacked_part', 'zstd']
+
+_ERRORS = (zstd.ZstdError, OSError, EOFError, RuntimeError, ValueError)
+
+_DECOMPRESSORS: dict[str, Callable[[], Any]] = {
+    'zstd': zstd.ZstdDecompressor, 'lz4': LZ4FrameDecompressor, 'bz2': bz2.BZ2Decompressor}
+
+# The part of a file that counts as unread is exact to this many bytes.
+_STEP = 256
+
+
+class Unpacker:
+    """
+    Unpacks one frame after another, piece by piece.
+
+    :ivar used: the number of packed bytes that gave all unpacked ones.
+    :ivar error: why it went no further; None: it may go on.
+    """
+
+    def __init__(self, kind: str, what: str, size: int) -> None:
+        """
+        Begin.
+
+        :param kind: zstd, lz4 or bz2.
+        :param what: the packed part, for the error.
+        :param size: of all packed bytes.
+        """
+        self._make, self._what, self._size = _DECOMPRESSORS[kind], what, size
+        self._left = unpacked_limit(size)
+        self._reader, self._read, self._in_frame = self._make(), 0, False
+        self.used = 0
+        self.error: Exception | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Return whether it stands at the end of a frame."""
+        return self.error is None and not self._in_frame
+
+    def unpack(self, piece: bytes | memoryview) -> bytes:
+        """
+        Return what the next packed bytes give; nothing after an error.
+
+        :raises TooLarge: it exceeds the limit.
+        """
+        parts = []
+        while piece and self.error is None:
+            reader = self._reader
+            try:
+                part = reader.decompress(piece, max_length=self._left)
+            except _ERRORS as error:
+                self.error = error
+                break
+            if not reader.eof and not reader.needs_input:
+                raise too_large(self._what, self._size)
+            rest = (reader.unused_data or b'') if reader.eof else b''
+            self._read += len(piece) - len(rest)
+            if part or reader.eof:
+                self.used = self._read
+            parts.append(part)
+            self._left -= len(part)
+            self._in_frame = not reader.eof
+            if reader.eof:
+                self._reader = self._make()
+            piece = rest
+        return b''.join(parts)
+
+
+def unpacked_part(kind: str, packed: memoryview) -> tuple[bytes | memoryview, int]:
+    """
+    Unpack as much of a chunk as there is.
+
+    :param kind: of its compression; '' or none: it is not compressed.
+    :returns: the unpacked bytes, and how many of the packed ones gave them.
+    :raises TooLarge: it exceeds the limit.
+    :raises Exception: it is damaged, or its kind is unknown.
+    """
+    if kind in ('', 'none'):
+        return packed, len(packed)
+    if kind not in _DECOMPRESSORS:
+        raise ValueError(f'a chunk is compressed with {kind}')
+    unpacker = Unpacker(kind, 'a chunk', len(packed))
+    unpacked = b''.join(unpacker.unpack(packed[begin:begin + _STEP])
+                        for begin in range(0, len(packed), _STEP))
+    if unpacker.error is not None:
+        raise unpacker.error
+    if kind == 'lz4' and not unpacker.whole:
+        block = _last_block(packed)
+        if block:
+            return unpacked + unpacked_block(block, unpacked[-_REACH:]), len(packed)
+    return unpacked, unpacker.used
+
+
+# --- lz4: https://github.com/lz4/lz4/tree/dev/doc describes its frames and blocks
+
+_REACH = 2**16
+"""How far back in the unpacked bytes a block of lz4 can refer."""
+
+_LARGEST = 2**22
+"""The most bytes that a block of lz4 unpacks to."""
+
+
+def _last_block(frame: memoryview) -> memoryview:
+    """Return what is there of the last block of a frame of lz4, unless it is not compressed."""
+    flags = frame[4] if len(frame) > 4 else 0
+    position = 7 + (8 if flags & 8 else 0) + (4 if flags & 1 else 0)
+    while position + 4 <= len(frame):
+        size = int.from_bytes(frame[position:position + 4], 'little')
+        begin, end = position + 4, position + 4 + (size & 2**31 - 1)
+        if end > len(frame):
+            return frame[begin:] if size < 2**31 else frame[:0]
+        position = end + (4 if flags & 16 else 0)
+    return frame[:0]
+
+
+def unpacked_block(block: memoryview, before: bytes) -> bytes:
+    """
+    Return what the begin of a block of lz4 gives; the library gives it as a whole only.
+
+    A sequence has the lengths of two parts, the bytes of the first, and how far back the second
+    one is to be copied from.
+
+    :param before: the last bytes that were unpacked before the block.
+    """
+    unpacked, place = bytearray(before), 0
+    try:
+        while place < len(block) and len(unpacked) < _LARGEST:
+            token, place = block[place], place + 1
+            size, place = _length(block, token >> 4, place)
+            unpacked += block[place:place + size]
+            place += size
+            back, place = block[place] | block[place + 1] << 8, place + 2
+            size, place = _length(block, token & 15, place)
+            _repeat(unpacked, back, min(size + 4, _LARGEST))
+    except IndexError:
+        pass  # the block is not whole
+    return bytes(unpacked[len(before):])
+
+
+def _length(block: memoryview, nibble: int, place: int) -> tuple[int, int]:
+    """Return a length, and the place behind it: more bytes follow as long as they are 255."""
+    more = nibble == 15
+    while more:
+        nibble += block[place]
+        more = block[place] == 255
+        place += 1
+    return nibble, place
+
+
+def _repeat(unpacked: bytearray, back: int, size: int) -> None:
+    """
+    Append bytes that are there already; those that are being appended may be among them.
+
+    :raises IndexError: there are fewer, so the block is damaged.
+    """
+    if not 0 < back <= len(unpacked):
+        raise IndexError
+    source = unpacked[-back:][:size]
+    unpacked += (source * (size // len(source) + 1))[:size]
