@@ -31,7 +31,7 @@ from tf_tree_py.bag import BagError, BagWarning, open_bag
 from tf_tree_py.bag.files import message_source, rosbags_file
 from tf_tree_py.bag.files.mcap_scan import McapScan
 from tf_tree_py.bag.files.message_source import MessageSource
-from tf_tree_py.bag.files.rosbags_file import zstd
+from tf_tree_py.bag.files.unpacking import zstd
 from tf_tree_py.core.stamp import format_stamp
 
 

@@ -212,11 +212,12 @@ def test_bags_may_be_wherever_fsspec_looks(archive, scheduler, tmp_path):
 def test_splits_are_one_bag_and_what_is_none_is_left_out(tmp_path):
     run = write_ros2(tmp_path / 'run', [Message(START, '/tf', [
         ('map', 'base', START, tuple(Pose()))])])
-    for name in ('a.mcap', 'b.bag', 'c.db3.zstd', 'd.txt'):
+    for name in ('a.mcap', 'b.bag', 'c.db3.zstd', 'd.txt', 'e.mcap.zst', 'f.zst'):
         (tmp_path / name).touch()
-    found = [f'{tmp_path}/a.mcap', f'{tmp_path}/b.bag', f'{tmp_path}/c.db3.zstd', str(run)]
+    found = [f'{tmp_path}/a.mcap', f'{tmp_path}/b.bag', f'{tmp_path}/c.db3.zstd',
+             f'{tmp_path}/e.mcap.zst', str(run)]
     assert sorted(bag.path for bag in bags_in([f'{tmp_path}/**'])) == found
-    assert [bag.path for bag in bags_in([f'{tmp_path}/**/*.mcap'])] == [found[0], found[3]]
+    assert [bag.path for bag in bags_in([f'{tmp_path}/**/*.mcap'])] == [found[0], found[4]]
     assert [bag.path for bag in bags_in([f'{tmp_path}/missing.mcap'])] == [
         f'{tmp_path}/missing.mcap']
     assert len({bag.name for bag in bags_in([f'{tmp_path}/x/run', f'{tmp_path}/y/run'])}) == 2

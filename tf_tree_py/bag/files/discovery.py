@@ -13,8 +13,12 @@ from ..errors import BagError, no_such_file
 SUFFIXES = ('.mcap', '.db3', '.bag')
 """The suffixes of files with messages: rosbag2's two kinds, and ROS 1's."""
 
-PACKED = '.zstd'
-"""An additional suffix after one of them: the whole file is compressed."""
+PACKED = ('.zstd', '.zst')
+"""
+Additional suffixes after one of them, of rosbag2 and of the ``zstd`` command.
+
+The whole file is compressed.
+"""
 
 LOG = '-wal'
 """SQLite appends this to a file's name for its write-ahead log, which has the newest rows."""
@@ -65,7 +69,8 @@ def _holds_messages(path: Path) -> bool:
 
 def names_messages(name: str) -> bool:
     """Return whether a file with this name should hold messages."""
-    return name.removesuffix(PACKED).endswith(SUFFIXES)
+    stem, dot, last = name.rpartition('.')
+    return (stem if dot + last in PACKED else name).endswith(SUFFIXES)
 
 
 def _number(path: Path) -> tuple[list[int], str]:

@@ -9,14 +9,15 @@ from pathlib import Path
 from shutil import copyfile
 import sqlite3
 from tempfile import TemporaryDirectory
+from typing import BinaryIO
 
 from tf_tree_py.core.text import printable
 
 from .discovery import LOG, PACKED
-from .message_source import too_large, unpacked_limit
-from .unpacking import zstd
+from .message_source import TooLarge
+from .unpacking import Unpacker
 
-_PIECE = 2**20
+_PIECE = 2**12
 
 
 class PlainFile:
@@ -32,22 +33,45 @@ class PlainFile:
         """
         Make the copy, if one is necessary.
 
-        :raises Exception: it cannot be decompressed.
+        :raises TooLarge: it unpacks to more than the limit.
+        :raises OSError: there is no room for the copy.
         """
         self.name, self.path = recording.name, recording
         self.fault: Exception | None = None
         self._recording, self._folder = recording, None
         log = _log_of(recording)
-        if log is None and recording.suffix != PACKED:
+        if log is None and recording.suffix not in PACKED:
             return
         self._folder = TemporaryDirectory()
-        if log is None:
-            self.path = _unpacked_file(recording, Path(self._folder.name))
-            return
         try:
-            self.path = _with_log(recording, log, Path(self._folder.name))
+            if log is None:
+                self._unpack(Path(self._folder.name) / recording.stem)
+            else:
+                self._take_log(log, Path(self._folder.name))
+        except (OSError, TooLarge):
+            self.close()
+            raise
+
+    def _take_log(self, log: Path, folder: Path) -> None:
+        try:
+            self.path = _with_log(self._recording, log, folder)
         except (sqlite3.Error, OSError) as error:
             self.fault = ValueError(f'{error}; without {log.name}, which has the newest messages')
+
+    def _unpack(self, target: Path) -> None:
+        """Write as much of the recording as can be unpacked into a file."""
+        size, self.path = self._recording.stat().st_size, target
+        with self._recording.open('rb') as packed, target.open('wb') as unpacked:
+            unpacker = _unpack(packed, unpacked, size, size)
+            if unpacker.error is not None:
+                # A block that ends in the piece of the error is whole.
+                unpacker = _unpack(packed, unpacked, size, packed.tell() - _PIECE)
+        if not unpacker.whole:
+            state = ('ends too soon' if unpacker.error is None else
+                     f'is damaged, so its last messages may be wrong ({unpacker.error})')
+            self.fault = ValueError(
+                f'the compressed file {state}: {unpacker.used:,} of its {size:,} bytes unpack to '
+                f'{target.stat().st_size:,}')
 
     def reason(self, error: object) -> str:
         """Return the text of an error on one line; it names the recording instead of the copy."""
@@ -89,15 +113,17 @@ def _remove_broken_page(copy: Path) -> None:
     os.truncate(copy, copy.stat().st_size // size * size)
 
 
-def _unpacked_file(path: Path, folder: Path) -> Path:
-    """Decompress a file into a folder, and return it."""
-    target = folder / path.stem
-    size = path.stat().st_size
-    left = unpacked_limit(size)
-    with zstd.open(path) as packed, target.open('wb') as unpacked:
-        while piece := packed.read(_PIECE):
-            left -= len(piece)
-            if left < 0:
-                raise too_large('the file', size)
-            unpacked.write(piece)
-    return target
+def _unpack(packed: BinaryIO, unpacked: BinaryIO, size: int, fine: int) -> Unpacker:
+    """
+    Write as much as can be unpacked.
+
+    :param size: of the packed file.
+    :param fine: from this place in it on, unpack byte by byte.
+    """
+    unpacker = Unpacker('zstd', 'the file', size)
+    packed.seek(0)
+    unpacked.seek(0)
+    while unpacker.error is None and (
+            piece := packed.read(_PIECE if packed.tell() < fine else 1)):
+        unpacked.write(unpacker.unpack(piece))
+    return unpacker

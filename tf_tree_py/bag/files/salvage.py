@@ -22,6 +22,8 @@ from .plain_file import PlainFile
 from .rosbags_file import first_field_of, salvaged
 
 NOTHING_MISSING = 'and nothing is missing'
+_WITHOUT_INDEX = f'{NOTHING_MISSING} except the index at its end'
+UNKNOWN_MISSING = 'and it is unknown how many are missing'
 
 
 class SalvagedFile:
@@ -46,11 +48,14 @@ class SalvagedFile:
         self._definitions = first.definitions
         received = '' if begin > end else (
             f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
-        state = ('could not be opened as usual' if first.lost.startswith(NOTHING_MISSING)
+        # What could not be unpacked is more than an index.
+        lost = (UNKNOWN_MISSING if file.fault is not None and first.lost == _WITHOUT_INDEX
+                else first.lost)
+        state = ('could not be opened as usual' if lost.startswith(NOTHING_MISSING)
                  else 'is not whole')
         self.damage = [
             f'{file.name} {state} ({file.reason(why)}): {self.counts.total()} messages could be '
-            f'read{received}, {first.lost}']
+            f'read{received}, {lost}']
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
@@ -100,7 +105,7 @@ def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
     """
     behind = f'; behind it at least {more:,} more bytes are missing' if more else ''
     if not lost and not more:
-        return NOTHING_MISSING + ('' if ended else ' except the index at its end')
+        return NOTHING_MISSING if ended else _WITHOUT_INDEX
     return f'and {lost:,} of its {size:,} bytes could not{behind}'
 
 

@@ -22,7 +22,7 @@ from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import is_reliable, is_transient_local, is_volatile, profiles_of
-from .salvage import NOTHING_MISSING
+from .salvage import NOTHING_MISSING, UNKNOWN_MISSING
 from .sqlite_pages import Branch, Cell, Damaged, Field, fields_of, HIGHEST, Pages
 
 
@@ -194,7 +194,7 @@ class _Rows:
         if not missing and not at_end:
             return NOTHING_MISSING
         if not 0 < missing <= self._pages.most_rows:
-            return 'and it is unknown how many are missing'
+            return UNKNOWN_MISSING
         return (f'and {"at least " if at_end else ""}{missing:,} '
                 f'{"is" if missing == 1 else "are"} missing')
 
