@@ -106,6 +106,25 @@ def test_record_that_is_damaged_costs_itself_only(tmp_path, whole):
     assert given == DATA[:100] + DATA[101:] and lost == 'and 1 is missing'
 
 
+@pytest.mark.parametrize('column', ['data', 'timestamp'])
+@pytest.mark.parametrize('value', [None, 'text', 1.5])
+def test_value_of_another_type_costs_its_message_only(tmp_path, column, value):
+    file = file_of(write_ros2(tmp_path / 'run', RUN, 'sqlite3'))
+    with closing(sqlite3.connect(file)) as database:
+        # A copy of the table forbids nothing.
+        database.execute('CREATE TABLE copy AS SELECT * FROM messages ORDER BY id')
+        database.execute('DROP TABLE messages')
+        database.execute('ALTER TABLE copy RENAME TO messages')
+        database.execute(f'UPDATE messages SET {column} = ? WHERE id = 100', [value])
+        database.commit()
+    with Bag(file) as bag:
+        given = [arrival.data for topic in ('/tf', '/tf_static')
+                 for arrival in bag.messages(topic)]
+        assert len(bag.damage) == 1 and 'is damaged (a row of a message' in bag.damage[0]
+    there = [as_cdr(message.transforms) for message in RUN]
+    assert {*given} == {*there[:99], *there[100:]}
+
+
 # --- the tables of all versions of rosbag2, in all forms of a file
 
 COLUMNS = {

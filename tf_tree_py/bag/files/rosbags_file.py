@@ -162,7 +162,10 @@ class RosbagsFile:
         # The constructor of the class, without its checks: there are millions of messages.
         make = partial(tuple.__new__, RecordedMessage)
         try:
-            for connection, received, data in self._reader.messages(connections, start, stop):
+            for connection, stamp, data in self._reader.messages(connections, start, stop):
+                if type(data) is not bytes or type(stamp) is not int:
+                    raise ValueError('a row of a message is damaged')  # SQLite gives any type
+                received = stamp
                 if data.startswith(_ZSTD):
                     data = _decompressed(data)
                 yield make((received, source_of[connection.id], data))
