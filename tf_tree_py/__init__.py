@@ -5,53 +5,53 @@
 The transform tree of ROS 2 in pure Python, with tf2's names and additional queries.
 
 ``BufferCore``, ``Pose`` and the exceptions do not need ROS. ``Buffer``, ``TransformListener``
-and the broadcasters need rclpy. They, and what ``BufferCore`` does not need, are loaded when they
-are first used (PEP 562), so that this import is quick and works without ROS.
+and the broadcasters need rclpy. All of them are loaded when they are first used (PEP 562), so that
+this import works without ROS and takes no time: a program handles signals only after it.
 """
 
 import importlib
 from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
-from tf_tree_py.beyond.corrections.blend import BlendLimits
-from tf_tree_py.beyond.curves.curve import ConstantTwist, Curve
-from tf_tree_py.beyond.curves.spline import Spline
-from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
-from tf_tree_py.buffer_core import BufferCore, load, Snapshot
-from tf_tree_py.core import (
-    as_seconds,
-    ClockJumpException,
-    ConnectivityException,
-    EdgeInfo,
-    ExtrapolationException,
-    from_seconds,
-    FutureExtrapolationException,
-    Incident,
-    InvalidArgumentException,
-    LATEST,
-    LookupException,
-    NoDataException,
-    PastExtrapolationException,
-    Pose,
-    Poses,
-    RefusedException,
-    Statistics,
-    TimeoutException,
-    TransformException,
-    TransformWarning,
-    TreeFileError,
-    UNLIMITED,
-)
-from tf_tree_py.core.geometry import se3
 from tf_tree_py.deprecation import moved, renamed
 
 if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these names
     from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
+    from tf_tree_py.beyond.corrections.blend import BlendLimits
+    from tf_tree_py.beyond.curves.curve import ConstantTwist, Curve
+    from tf_tree_py.beyond.curves.spline import Spline
     from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
+    from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
     from tf_tree_py.beyond.motion.deskew import deskew
     from tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS, stamps_at_rate, trajectory
     from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
     from tf_tree_py.beyond.uncertainty.gating import agreement, as_gtsam, from_gtsam
+    from tf_tree_py.buffer_core import BufferCore, load, Snapshot
+    from tf_tree_py.core import (
+        as_seconds,
+        ClockJumpException,
+        ConnectivityException,
+        EdgeInfo,
+        ExtrapolationException,
+        from_seconds,
+        FutureExtrapolationException,
+        Incident,
+        InvalidArgumentException,
+        LATEST,
+        LookupException,
+        NoDataException,
+        PastExtrapolationException,
+        Pose,
+        Poses,
+        RefusedException,
+        Statistics,
+        TimeoutException,
+        TransformException,
+        TransformWarning,
+        TreeFileError,
+        UNLIMITED,
+    )
+    from tf_tree_py.core.geometry import se3
     from tf_tree_py.health.doctor import Doctor
     from tf_tree_py.health.flight_recorder import FlightRecorder
     from tf_tree_py.ros.buffer.buffer import Buffer
@@ -90,8 +90,7 @@ _MOVED_FROM_CORE = {
     'BufferCore', 'ConstantTwist', 'Curve', 'FramedPoints', 'FramedPose', 'FrameMismatchError',
     'load', 'lookup_twist', 'lookup_twist_many', 'Snapshot', 'Spline', 'SplineFitter'}
 
-# The module of each name that is loaded on first use, because it needs ROS, or because BufferCore
-# does not need it.
+# The module of each name.
 _LATER = {
     'agreement': 'beyond.uncertainty.gating',
     'Anchor': 'beyond.corrections.anchor',
@@ -100,39 +99,72 @@ _LATER = {
     'as_nanoseconds': 'ros.messages.convert',
     'as_points': 'ros.messages.arrays',
     'as_pose': 'ros.messages.convert',
+    'as_seconds': 'core',
+    'BlendLimits': 'beyond.corrections.blend',
     'Buffer': 'ros.buffer.buffer',
     'BufferClient': 'ros.remote.buffer_client',
+    'BufferCore': 'buffer_core',
     'BufferInterface': 'ros.buffer.interface',
     'BufferServer': 'ros.remote.buffer_server',
+    'ClockJumpException': 'core',
+    'ConnectivityException': 'core',
+    'ConstantTwist': 'beyond.curves.curve',
     'convert': 'ros.messages.registry',
     'ConvertRegistration': 'ros.messages.registry',
     'CovarianceListener': 'ros.topics.side_topics',
+    'Curve': 'beyond.curves.curve',
     'deskew': 'beyond.motion.deskew',
     'deskew_cloud': 'ros.messages.deskew_cloud',
     'Doctor': 'health.doctor',
     'Drop': 'ros.filtering.message_filter',
+    'EdgeInfo': 'core',
+    'ExtrapolationException': 'core',
     'FlightRecorder': 'health.flight_recorder',
+    'FramedPoints': 'beyond.framed.framed_pose',
+    'FramedPose': 'beyond.framed.framed_pose',
+    'FrameMismatchError': 'beyond.framed.framed_pose',
     'from_gtsam': 'beyond.uncertainty.gating',
+    'from_seconds': 'core',
+    'FutureExtrapolationException': 'core',
     'GyroListener': 'ros.topics.side_topics',
+    'Incident': 'core',
+    'InvalidArgumentException': 'core',
+    'LATEST': 'core',
+    'load': 'buffer_core',
     'lookup_twist': 'beyond.motion.twist',
     'lookup_twist_many': 'beyond.motion.twist',
+    'LookupException': 'core',
     'MessageFilter': 'ros.filtering.message_filter',
+    'NoDataException': 'core',
     'NotImplementedException': 'ros.messages.registry',
+    'PastExtrapolationException': 'core',
+    'Pose': 'core',
     'POSE_COLUMNS': 'beyond.motion.trajectory',
+    'Poses': 'core',
+    'RefusedException': 'core',
+    'se3': 'core.geometry',
     'shared_buffer': 'ros.topics.shared_buffer',
     'Sighting': 'beyond.corrections.anchor',
+    'Snapshot': 'buffer_core',
+    'Spline': 'beyond.curves.spline',
     'SplineFitter': 'beyond.curves.spline_fitter',
     'Stamped': 'ros.messages.registry',
     'stamps_at_rate': 'beyond.motion.trajectory',
     'StaticTransformBroadcaster': 'ros.topics.broadcaster',
+    'Statistics': 'core',
     'time_message': 'ros.messages.convert',
+    'TimeoutException': 'core',
     'trajectory': 'beyond.motion.trajectory',
     'transform_stamped': 'ros.messages.convert',
     'TransformBroadcaster': 'ros.topics.broadcaster',
     'TransformDiagnostics': 'ros.diagnostics',
+    'TransformException': 'core',
     'TransformListener': 'ros.topics.listener',
     'TransformRegistration': 'ros.messages.registry',
+    'TransformWarning': 'core',
+    'TreeFileError': 'core',
     'TypeException': 'ros.messages.registry',
+    'UNLIMITED': 'core',
     'velocity_stamped': 'ros.buffer.tf2_methods',
 }
 
@@ -244,6 +276,8 @@ def _version() -> str:
 def _load(name: str) -> Any:
     if name == '__version__':
         return _version()
+    if name == 'core':  # it is public, so `import tf_tree_py` suffices
+        return importlib.import_module('tf_tree_py.core')
     if name not in _LATER:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     try:
@@ -256,11 +290,12 @@ def _load(name: str) -> Any:
             'installation, or run scripts/setup of the tf_tree_py repository, which installs one '
             'from PyPI'
         ) from error
-    return getattr(module, name)
+    globals()[name] = value = getattr(module, name)  # so that this runs once
+    return value
 
 
 __getattr__ = renamed(__name__, _OLD_NAMES, until='0.3', otherwise=_load)
-moved('tf_tree_py.core', _MOVED_FROM_CORE, __name__, until='0.3')
+_moved_from_core = moved('tf_tree_py.core', _MOVED_FROM_CORE, __name__, until='0.3')
 
 
 def __dir__() -> list[str]:

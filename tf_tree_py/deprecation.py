@@ -78,20 +78,22 @@ def renamed(module: str, names: Mapping[str, str], until: str,
     return find
 
 
-def moved(module: str, names: Collection[str], to: str, until: str) -> None:
+def moved(module: str, names: Collection[str], to: str, until: str) -> Callable[[str], Any]:
     """
-    Make a module find names that are public in another module now; both are imported already.
+    Return a function that finds names of a module which are public in another one now.
 
-    The old module need not know where they are.
+    The old module's own ``__getattr__`` calls it, so the old module need not know the names.
+
+    :param to: the other module, which is imported already.
+    :raises AttributeError: the name is not one of them.
     """
     def find(name: str) -> Any:
         if name in names:
             warnings.warn(_text(f'{module}.{name}', f'{to}.{name}', until), DeprecationWarning,
-                          stacklevel=2)
+                          stacklevel=3)  # behind __getattr__
             return getattr(sys.modules[to], name)
         raise AttributeError(f'module {module!r} has no attribute {name!r}')
-
-    vars(sys.modules[module])['__getattr__'] = find
+    return find
 
 
 def _text(name: str, instead: str, until: str) -> str:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-SIGINT and SIGTERM at twenty moments of the start of every executable.
+SIGINT and SIGTERM at many moments of the start of every executable.
 
 The starting process is forked at each of these moments, and each child receives a signal at
 once. An executable thus starts once for all moments, and the children end quickly. A program that
@@ -146,20 +146,53 @@ def folder(tmp_path_factory):
     return folder
 
 
+def run(program, *arguments):
+    """Run a program with the package that is tested."""
+    paths = [str(Path(tf_tree_py.__file__).parents[1]), os.environ.get('PYTHONPATH', '')]
+    return subprocess.run(
+        [sys.executable, '-W', 'ignore', '-c', program, *arguments], capture_output=True,
+        text=True, check=False, timeout=PATIENCE_S,
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
+
+
 @pytest.mark.parametrize(('name', 'arguments'), STARTS,
                          ids=[' '.join([name, *arguments]) for name, arguments in STARTS])
 def test_signal_while_an_executable_starts_ends_it(name, arguments, folder):
     entry = ENTRIES[name]
     if name == 'tf_view':
         pytest.importorskip('viser')
-    done = subprocess.run(
-        [sys.executable, '-W', 'ignore', '-c', PROGRAM, str(PATIENCE_S / 10), entry,
-         *(word.format(folder) for word in arguments)],
-        capture_output=True, text=True, check=False, timeout=PATIENCE_S, env={
-            **os.environ, 'PYTHONPATH': os.pathsep.join([
-                str(Path(tf_tree_py.__file__).parents[1]), os.environ.get('PYTHONPATH', '')])})
+    done = run(PROGRAM, str(PATIENCE_S / 10), entry, *(word.format(folder) for word in arguments))
     assert done.returncode == 0, done.stdout + done.stderr
     what, events, statuses = json.loads(done.stdout.splitlines()[-1])
     assert what == ('ended' if (name, arguments) == ENDS_BY_ITSELF else 'began'), done.stderr
     assert len(statuses) >= 40, f'only {events} events'
     assert set(statuses) == {0 if '.nodes.' in entry else 130}
+
+
+# What the script of an entry point does, and a signal when the first large import begins.
+SCRIPT = """
+import os, signal, sys
+
+def interrupt(event, arguments):
+    if event == 'import' and arguments[0] == 'numpy':
+        os.write(1, b'signalled')
+        os.kill(os.getpid(), signal.SIGINT)
+
+sys.addaudithook(interrupt)
+sys.argv = sys.argv[1:]
+from {} import {}
+sys.exit({}())
+"""
+
+
+@pytest.mark.parametrize('name', sorted(ENTRIES))
+def test_signal_at_the_first_large_import_ends_an_executable_quietly(name, folder):
+    """Nothing handles signals before the package is imported, so that has to take no time."""
+    if name == 'tf_view':
+        pytest.importorskip('viser')
+    module, _, function = ENTRIES[name].partition(':')
+    [arguments, *_] = ARGUMENTS.get(name, [[]])
+    done = run(SCRIPT.format(module, function, function), name,
+               *(word.format(folder) for word in arguments))
+    assert (done.stdout, done.stderr) == ('signalled', '')
+    assert done.returncode == (0 if '.nodes.' in ENTRIES[name] else 130)

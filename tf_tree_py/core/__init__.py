@@ -8,6 +8,9 @@ It imports nothing else of the package: read this first. The files in no room ha
 locks, whole files, and the shortening of long texts.
 """
 
+import sys
+from typing import Any
+
 from .buffer.plain_buffer import PlainBuffer
 from .errors import (
     ClockJumpException,
@@ -61,3 +64,11 @@ __all__ = [
     'UNLIMITED',
     'wire',
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Find what was public here before core became tf2 and nothing else: the package has it."""
+    package = sys.modules.get(__name__.rpartition('.')[0])
+    if package is None:  # core was copied alone
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    return package._moved_from_core(name)
