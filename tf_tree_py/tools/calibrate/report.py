@@ -46,19 +46,25 @@ def print_report(found: Calibration, time: bool) -> None:
     out.print(styled(f'{found.verdict}: {sentence_of(found)}', what))
     out.print(table(_COLUMNS, [_row(each, found.explanations) for each in found.explanations],
                     right=_COLUMNS[1:]))
+    if found.contradiction is None:
+        _print_estimate(found)
+    else:
+        out.print(fields({'reason': found.contradiction.what}))
+    for sentence in advice(found, time):
+        out.print(fields({'next': sentence}))
+
+
+def _print_estimate(found: Calibration) -> None:
+    out = console()
     for edge in found.edges:
         out.print(fields({'edge': f'{edge.parent} -> {edge.child}', 'before': str(edge.before),
                           'after': str(edge.after), 'change': _moved(edge),
                           'sigma': _sigmas(edge)}))
     for offset in found.time_offsets:
         out.print(fields({'time': _late(offset)}))
-    if found.contradiction is not None:
-        out.print(fields({'reason': found.contradiction.what}))
     for sentence in hidden(found):
         out.print(fields({'not seen': sentence}))
     _print_outliers(found)
-    for sentence in advice(found, time):
-        out.print(fields({'next': sentence}))
 
 
 def sentence_of(found: Calibration) -> str:
