@@ -279,18 +279,18 @@ def _two_places(model: Model, fit: Fit, number: int) -> Contradiction | None:
     sensor = model.placed(number, fit.state).fixed_T_sensor[some]
     places = se3.compose_many(sensor, as_poses(each.seen[some]))
     apart = _distances(places, each.size)
-    first, radius = _densest(apart, np.ones(len(some), dtype=bool))
-    elsewhere = apart[first] > _APART * radius
-    if elsewhere.mean() < _MANY:
+    radii = np.maximum(np.quantile(apart, _DENSE, axis=1), 1e-9)
+    first = int(radii.argmin())
+    elsewhere = apart[first] > _APART * radii[first]
+    second = int((elsewhere * apart[first] / radii).argmax())
+    if elsewhere.mean() < _MANY or apart[first, second] < _APART * radii[second]:
         return None
-    second, radius = _densest(apart, elsewhere)
     step = between_many(places[first][None], places[second][None])[0]
     moved, turned = (float(np.linalg.norm(each)) for each in (step[:3], step[3:each.size]))
     least = _OF_DISTANCE * float(np.median(np.linalg.norm(each.seen[:, :3], axis=1)))
     if not _alternate(apart[first] < apart[second]):  # drift comes once
         least = max(least, _BESIDE * _extent(sensor[:, :3]))
-    if apart[first, second] < _APART * radius or (
-            moved < 2.0 * least and turned < 2.0 * _LEAST_RAD):
+    if moved < 2.0 * least and turned < 2.0 * _LEAST_RAD:
         return None
     angle = '' if each.size == 3 else f' and {math.degrees(turned):.2g} degrees'
     return Contradiction(
@@ -310,10 +310,3 @@ def _distances(places: Array, size: int) -> Array:
     count = len(places)
     steps = between_many(np.repeat(places, count, axis=0), np.tile(places, (count, 1)))
     return np.linalg.norm(steps[:, :size], axis=1).reshape(count, count)
-
-
-def _densest(apart: Array, among: Mask) -> tuple[int, float]:
-    """Return the one of some places whose surroundings have the most, and their radius."""
-    radii = np.quantile(apart[:, among], min(_DENSE / among.mean(), 1.0), axis=1)
-    radii[~among] = np.inf
-    return int(radii.argmin()), float(max(radii.min(), 1e-9))
