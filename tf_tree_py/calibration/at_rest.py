@@ -50,8 +50,9 @@ _OF_DISTANCE, _LEAST_RAD = 0.02, 0.1
 """Detectors err by so much of the distance, and radians, and may err slowly."""
 _DENSE, _MANY = 0.15, 0.25
 """The share of the observations in the radius of a place, and the least share elsewhere."""
-_APART, _CHANGES = 5.0, 4
-"""The least distance of two places, in radii, and how often two targets are seen in turns."""
+_APART, _PLACES_OF_DISTANCE, _CHANGES = 5.0, 0.06, 4
+"""The least distance of two places, in radii and of the distance to the sensor, and how often two
+targets are seen in turns."""
 _MOST = 150
 _CONFUSED = ('check whether the detector confuses two rotations of a flat target: publish points '
              'then, as PointStamped')
@@ -133,7 +134,7 @@ class _Agreement(NamedTuple):
 
 
 def _does_not_follow(found: _Agreement) -> bool:
-    """Return whether the slope is below one half, and precise enough to tell zero from one."""
+    """Return whether the slope is below one half, and precise enough to exclude one."""
     # Positions and rotations vary in about three directions.
     sure = found.left < 3 * found.size * _SURE ** 2 * found.predicted
     return sure and found.along < _HALF * found.predicted
@@ -287,17 +288,17 @@ def _two_places(model: Model, fit: Fit, number: int) -> Contradiction | None:
         return None
     step = between_many(places[first][None], places[second][None])[0]
     moved, turned = (float(np.linalg.norm(each)) for each in (step[:3], step[3:each.size]))
-    least = _OF_DISTANCE * float(np.median(np.linalg.norm(each.seen[:, :3], axis=1)))
+    least = _PLACES_OF_DISTANCE * float(np.median(np.linalg.norm(each.seen[:, :3], axis=1)))
     if not _alternate(apart[first] < apart[second]):  # drift comes once
-        least = max(least, _BESIDE * _extent(sensor[:, :3]))
-    if moved < 2.0 * least and turned < 2.0 * _LEAST_RAD:
+        least = max(least, 2.0 * _BESIDE * _extent(sensor[:, :3]))
+    if moved < least and turned < 2.0 * _LEAST_RAD:
         return None
     angle = '' if each.size == 3 else f' and {math.degrees(turned):.2g} degrees'
     return Contradiction(
         f'{NOT_AT_REST}: {each.target!r} is at two places in {each.fixed_in}, '
         f'{moved:.2g} m{angle} apart',
         'give each target a name of its own, or publish it on a topic of its own'
-        if moved > 2.0 * least else _CONFUSED)
+        if moved > least else _CONFUSED)
 
 
 def _alternate(here: Mask) -> bool:

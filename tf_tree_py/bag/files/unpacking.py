@@ -145,9 +145,9 @@ def unpacked_block(block: memoryview, before: bytes) -> bytes:
 
     :param before: the last bytes that were unpacked before the block.
     """
-    unpacked, place = bytearray(before), 0
+    unpacked, place, most = bytearray(before), 0, len(before) + _LARGEST
     try:
-        while place < len(block) and len(unpacked) < _LARGEST:
+        while place < len(block) and len(unpacked) < most:
             token, place = block[place], place + 1
             size, place = _length(block, token >> 4, place)
             unpacked += block[place:place + size]
