@@ -44,6 +44,19 @@ def known(sets):
     return Observations('camera', sets.stamps, sets.seen, 'map', place=PLACE)
 
 
+def precise(sets):
+    return Observations('camera', sets.stamps, sets.seen, 'map',
+                        covariances=np.diag([4e-6] * 6))
+
+
+def of(make, change):
+    """Return a maker of the same scenes with changed observations."""
+    def made(seed):
+        given, sets = make(seed)
+        return given, change(sets)
+    return made
+
+
 # --- observations of nothing
 
 def at_random(seed, count=260):
@@ -69,29 +82,9 @@ def few_at_random(seed):
     return at_random(seed, 12)
 
 
-def random_points(seed):
-    given, sets = at_random(seed)
-    return given, points(sets)
-
-
-def shuffled_points(seed):
-    given, sets = shuffled(seed)
-    return given, points(sets)
-
-
-def at_random_with_covariances(seed):
-    given, sets = at_random(seed)
-    return given, changed(given, seen=sets.seen, covariances=np.diag([4e-6] * 6))
-
-
-def at_random_and_known(seed):
-    given, sets = at_random(seed)
-    return given, known(sets)
-
-
 @pytest.mark.parametrize('make', [
-    at_random, shuffled, of_another_run, random_points, shuffled_points,
-    at_random_with_covariances, at_random_and_known])
+    at_random, shuffled, of_another_run, of(at_random, points), of(shuffled, points),
+    of(at_random, precise), of(at_random, known)])
 def test_observations_of_nothing_get_no_edge(make):
     for seed in SEEDS:
         given, sets = make(seed)
@@ -128,21 +121,6 @@ def driving(seed, **scene_of):
         given, lambda seconds: 0.15 * seconds[:, None] * direction(seed))
 
 
-def driving_points(seed):
-    given, sets = driving(seed)
-    return given, points(sets)
-
-
-def driving_from_a_known_place(seed):
-    given, sets = driving(seed)
-    return given, known(sets)
-
-
-def driving_with_covariances(seed):
-    given, sets = driving(seed)
-    return given, changed(given, seen=sets.seen, covariances=np.diag([4e-6] * 6))
-
-
 def swinging(seed):
     given = scene(seed, **STEADY)
     return given, with_target_moved(
@@ -150,7 +128,7 @@ def swinging(seed):
 
 
 @pytest.mark.parametrize('make', [
-    driving, driving_points, driving_from_a_known_place, driving_with_covariances, swinging,
+    driving, of(driving, points), of(driving, known), of(driving, precise), swinging,
     lambda seed: driving(seed, planar=True), lambda seed: driving(seed, count=40),
     lambda seed: driving(seed, speed=0.0)])
 def test_target_that_moves_is_said_to_move(make):
@@ -224,10 +202,11 @@ def at_stops(seed, stops=8):
     return given._replace(buffer=buffer), Observations('camera', taken, seen, 'map')
 
 
-def turned_over(seed):
-    """Return a detector that sees a flat target turned over in a fifth of the images."""
+def turned_over(seed, images=10):
+    """Return a detector that sees a flat target turned over in a fifth of the images, in runs."""
     given = scene(seed, 300, offset_s=0.0)
-    over = np.repeat(np.random.default_rng(seed).permutation(30) < 6, 10)[:, None]
+    runs = np.random.default_rng(seed).permutation(300 // images) < 60 // images
+    over = np.repeat(runs, images)[:, None]
     turned = se3.compose_many(given.observations.seen, np.tile(
         Pose.from_xyz_rpy(roll=0.7, pitch=0.4), (300, 1)))
     return given, changed(given, seen=np.where(over, turned, given.observations.seen))
@@ -251,6 +230,7 @@ def as_it_is(**scene_of):
     (as_it_is(offset_s=0.0, speed=0.2), {Verdict.EDGE}),
     (as_it_is(offset_s=0.0, count=600, duration_s=120.0), {Verdict.EDGE}),
     (at_stops, {Verdict.EDGE}), (biased, {Verdict.EDGE}), (turned_over, {Verdict.EDGE}),
+    (lambda seed: turned_over(seed, 30), {Verdict.EDGE}),
     (drifting, {Verdict.NOTHING, Verdict.EDGE, Verdict.TIME, Verdict.UNKNOWN})])
 def test_target_at_rest_is_not_refused(make, verdicts):
     wrong = []

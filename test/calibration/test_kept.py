@@ -7,6 +7,7 @@ from calibration_scenes import at, EDGE, errors, PLACE, scene
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tf_tree_py import BufferCore
 from tf_tree_py.calibration import calibrate, Limits, Observations, Verdict
 from tf_tree_py.core import Pose, se3, UNLIMITED
@@ -118,18 +119,41 @@ def test_camera_in_the_room_asks_the_hand_to_turn():
     assert all('turn base about' in each.remedy for each in found.unobservable)
 
 
-def test_without_time_the_stamps_count_as_right():
+def straight(way, edge, place=None):
+    """
+    Return the tree and the observations of a robot that only drives ahead, and of a marker.
+
+    :param way: the place of the robot (N,) at seconds (N,).
+    :param edge: what the tree has for base -> camera; its true rotation is the identity.
+    """
     buffer, seconds = BufferCore(cache_time=UNLIMITED), np.arange(0.0, 12.0, 0.02)
     poses = np.zeros((len(seconds), 7))
-    poses[:, 0], poses[:, 6] = 0.5 * seconds, 1.0
+    poses[:, 0], poses[:, 6] = way(seconds), 1.0
     buffer.insert_track('map', 'base', at(seconds), poses)
-    buffer.insert('base', 'camera', 0, Pose(x=0.04, z=0.5), static=True)
+    buffer.insert('base', 'camera', 0, edge, static=True)
     taken = np.arange(1.0, 11.0, 0.1)
     seen = np.tile((3.0, 0.5, 0.2, 0.0, 0.0, 0.0, 1.0), (len(taken), 1))
-    seen[:, 0] -= 0.5 * taken
+    seen[:, 0] -= way(taken)
     seen[:, :3] += 0.002 * np.random.default_rng(1).normal(size=(len(taken), 3))
-    sets = Observations('camera', at(taken), seen, 'map', place=(3.0, 0.5, 0.7, 0, 0, 0, 1))
+    return buffer, Observations('camera', at(taken), seen if place else seen[:, :3], 'map',
+                                place=place)
+
+
+def test_without_time_the_stamps_count_as_right():
+    buffer, sets = straight(lambda seconds: 0.5 * seconds, Pose(x=0.04, z=0.5),
+                            (3.0, 0.5, 0.7, 0.0, 0.0, 0.0, 1.0))
     found = calibrate(buffer, EDGE, sets, limits=NEAR)
     assert found.edge.after.x == pytest.approx(0.0, abs=0.002) and not found.time_offsets
     [sentence] = hidden(found)
     assert 'apart from the time of camera: the stamps count as right' in sentence
+
+
+def test_axis_of_a_hidden_rotation_counts_from_a_tree_that_is_far_off():
+    """A robot that only drives ahead does not show the rotation about its x axis."""
+    buffer, sets = straight(lambda seconds: 2.0 * np.sin(seconds),
+                            Pose.from_xyz_rpy(x=0.04, z=0.5, roll=0.5, pitch=0.4, yaw=0.6))
+    found = calibrate(buffer, EDGE, sets, limits=NEAR)
+    [axis] = [each.axis for each in found.unobservable if each.kind == 'rotation']
+    step = Rotation.from_rotvec(errors(found.edge.after, found.edge.before)[3:])
+    hidden_turn = Rotation.from_rotvec(step.as_rotvec() + 1e-6 * np.array(axis)) * step.inv()
+    assert abs(hidden_turn.as_rotvec()[1:]).max() < 1e-9 and np.degrees(step.magnitude()) > 30.0
