@@ -31,7 +31,7 @@ def plain(request, tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def copies(tmp_path, monkeypatch):
-    """Return the folder of temporary copies, which nobody leaves there."""
+    """Return the folder for temporary copies; at the end of a test it has to be empty."""
     folder = tmp_path / 'copies'
     folder.mkdir()
     monkeypatch.setattr(tempfile, 'tempdir', str(folder))
@@ -138,10 +138,10 @@ def test_end_between_two_chunks_is_not_taken_for_a_missing_index(tmp_path):
 def test_file_that_unpacks_to_nothing_is_refused_by_its_name(tmp_path, plain, size):
     path = packed(tmp_path, plain)
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(BagError) as told:
+    with pytest.raises(BagError) as raised:
         Bag(path)
-    assert path.name in str(told.value) and 'copies' not in str(told.value)
-    assert not size or 'the compressed file ends too soon' in str(told.value)
+    assert path.name in str(raised.value) and 'copies' not in str(raised.value)
+    assert not size or 'the compressed file ends too soon' in str(raised.value)
 
 
 def test_begin_of_a_bomb_is_refused_like_the_whole(tmp_path, monkeypatch, plain):

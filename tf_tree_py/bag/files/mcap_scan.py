@@ -22,7 +22,7 @@ from .rosbags_file import (
     profiles_of,
     UNREADABLE,
 )
-from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share
+from .scanning import Bytes, Cut, definition, lost_bytes, mapped, share
 from .unpacking import unpacked_part
 
 _MAGIC = b'\x89MCAP0\r\n'

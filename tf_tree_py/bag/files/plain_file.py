@@ -4,7 +4,6 @@
 """Files of a bag as their readers need them: not compressed, and with the rows of their log."""
 
 from contextlib import closing
-import os
 from pathlib import Path
 from shutil import copyfile
 import sqlite3
@@ -13,8 +12,9 @@ from typing import BinaryIO
 
 from tf_tree_py.core.text import printable
 
-from .discovery import LOG, PACKED
+from .discovery import PACKED
 from .message_source import TooLarge
+from .sqlite_log import check_for_sqlite, log_of
 from .unpacking import Unpacker
 
 _PIECE = 2**12
@@ -39,7 +39,7 @@ class PlainFile:
         self.name, self.path = recording.name, recording
         self.fault: Exception | None = None
         self._recording, self._folder = recording, None
-        log = _log_of(recording)
+        log = log_of(recording)
         if log is None and recording.suffix not in PACKED:
             return
         self._folder = TemporaryDirectory()
@@ -53,10 +53,12 @@ class PlainFile:
             raise
 
     def _take_log(self, log: Path, folder: Path) -> None:
+        """Write the log into a copy, if SQLite can; a scan reads both as they are."""
         try:
+            check_for_sqlite(self._recording, log)
             self.path = _with_log(self._recording, log, folder)
-        except (sqlite3.Error, OSError) as error:
-            self.fault = ValueError(f'{error}; without {log.name}, which has the newest messages')
+        except (sqlite3.Error, OSError, ValueError) as error:
+            self.fault = error
 
     def _unpack(self, target: Path) -> None:
         """Write as much of the recording as can be unpacked into a file."""
@@ -84,12 +86,6 @@ class PlainFile:
             self._folder.cleanup()
 
 
-def _log_of(path: Path) -> Path | None:
-    """Return the write-ahead log that a killed recorder left beside a file of SQLite."""
-    log = path.with_name(path.name + LOG)
-    return log if path.suffix == '.db3' and log.is_file() and log.stat().st_size else None
-
-
 def _with_log(path: Path, log: Path, folder: Path) -> Path:
     """
     Copy a file of SQLite into a folder, write the rows of its log into the copy, and return it.
@@ -99,18 +95,10 @@ def _with_log(path: Path, log: Path, folder: Path) -> Path:
     copy = folder / path.name
     for file in (path, log):
         copyfile(file, folder / file.name)
-    _remove_broken_page(copy)
     with closing(sqlite3.connect(copy)) as database:
         database.execute('PRAGMA wal_checkpoint(TRUNCATE)')
         database.execute('PRAGMA journal_mode = DELETE')
     return copy
-
-
-def _remove_broken_page(copy: Path) -> None:
-    """Shorten a truncated file to whole pages: SQLite would fill the last one with zeros."""
-    with copy.open('rb') as file:
-        size = int.from_bytes(file.read(18)[16:], 'big') or 1
-    os.truncate(copy, copy.stat().st_size // size * size)
 
 
 def _unpack(packed: BinaryIO, unpacked: BinaryIO, size: int, fine: int) -> Unpacker:

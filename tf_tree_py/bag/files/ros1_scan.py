@@ -17,7 +17,7 @@ from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import UNREADABLE
-from .salvage import Bytes, Cut, definition, lost_bytes, mapped, share
+from .scanning import Bytes, Cut, definition, lost_bytes, mapped, share
 from .unpacking import unpacked_part
 
 _MAGIC = b'#ROSBAG V2.0\n'

@@ -17,7 +17,8 @@ from pathlib import Path
 import struct
 from typing import NamedTuple
 
-from .salvage import mapped
+from .scanning import mapped
+from .sqlite_log import log_of, logged_pages, page_size
 
 _MAGIC = b'SQLite format 3\0'
 _HEADER = 100
@@ -70,7 +71,13 @@ class Branch(NamedTuple):
 
 
 class Pages:
-    """All pages of one file; their numbers begin with 1, and the last one may end too soon."""
+    """
+    All pages of one file; their numbers begin with 1, and the last one may end too soon.
+
+    Those in the file's log replace them.
+
+    :ivar damaged_log: the name of a log that is damaged; '': there is none.
+    """
 
     def __init__(self, path: Path) -> None:
         """
@@ -81,32 +88,43 @@ class Pages:
         self._data = mapped(path, _MAGIC, 'SQLite')
         if len(self._data) < _HEADER:
             raise Damaged('it ends within its header')
-        (size,) = struct.unpack_from('>H', self._data, 16)
-        self.size = 2**16 if size == 1 else size
+        self.size = page_size(self._data)
         self._usable = self.size - self._data[20]
         if self.size < 512 or self.size & (self.size - 1) or self._usable < 480:
             raise Damaged('its pages have an impossible size')
         (encoding,) = struct.unpack_from('>I', self._data, 56)
         self.encoding = _ENCODINGS.get(encoding, 'utf-8')
-        self.count = -(-len(self._data) // self.size)
-        self._taken = bytearray(self.count + 1)
+        self._logged, self.damaged_log = self._read_log(path)
+        self._count = -(-len(self._data) // self.size)
+        self._taken: set[int] = set()
+
+    def _read_log(self, path: Path) -> tuple[dict[int, memoryview], str]:
+        log = log_of(path)
+        if log is None:
+            return {}, ''
+        pages, is_damaged = logged_pages(log, self.size)
+        return pages, log.name if is_damaged else ''
 
     @property
     def most_rows(self) -> int:
         """Return a number that no row id exceeds, unless it is damaged: a row has some bytes."""
         (declared,) = struct.unpack_from('>I', self._data, 28)
-        return max(int(declared), self.count) * self.size
+        return max(int(declared), self._count + len(self._logged)) * self.size
 
     def stray_leaves(self) -> Iterator[int]:
         """Yield the numbers of the leaves that were not read as parts of a tree or a chain."""
-        for number in range(1, self.count + 1):
-            kind = self._data[(number - 1) * self.size + _header_of(number):][:1]
-            if kind == bytes([_LEAF]) and not self._taken[number]:
+        for number in sorted({*range(1, self._count + 1), *self._logged}):
+            kind = self._there(number)[_header_of(number):][:1]
+            if kind == bytes([_LEAF]) and number not in self._taken:
                 yield number
 
-    def _page(self, number: int) -> memoryview:
+    def _there(self, number: int) -> memoryview:
+        """Return what is there of a page."""
         begin = (number - 1) * self.size
-        page = self._data[max(begin, 0):max(begin + self.size, 0)]
+        return self._logged.get(number) or self._data[max(begin, 0):max(begin + self.size, 0)]
+
+    def _page(self, number: int) -> memoryview:
+        page = self._there(number)
         if number < 1 or len(page) < _HEADER + 12:
             raise Damaged('a page is missing')
         return page
@@ -118,9 +136,9 @@ class Pages:
         :raises Damaged: it is missing, or in use.
         """
         page = self._page(number)
-        if self._taken[number]:
+        if number in self._taken:
             raise Damaged('two pages name the same one')
-        self._taken[number] = True
+        self._taken.add(number)
         return page[_header_of(number)]
 
     def branches(self, root: int) -> Iterator[Branch]:

@@ -22,7 +22,7 @@ from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import is_reliable, is_transient_local, is_volatile, profiles_of
-from .salvage import NOTHING_MISSING, UNKNOWN_MISSING
+from .scanning import NOTHING_MISSING, UNKNOWN_MISSING
 from .sqlite_pages import Branch, Cell, Damaged, Field, fields_of, HIGHEST, Pages
 
 
@@ -81,6 +81,8 @@ class SqliteScan:
         self._places = found.places
         self.definitions: dict[MessageSource, MessageDefinition] = {}
         self.lost = found.lost
+        if self._pages.damaged_log:
+            self.lost = f'{UNKNOWN_MISSING}, because {self._pages.damaged_log} is damaged'
 
     def __iter__(self) -> Iterator[RecordedMessage]:
         """Yield every message, in the order of the row ids."""
@@ -163,7 +165,7 @@ class _Rows:
         """
         Keep the rows of a leaf whose ids are in one of the ranges.
 
-        :returns: the number of its other cells.
+        :return: the number of its other cells.
         :raises Damaged: it is no leaf.
         """
         others = 0

@@ -94,7 +94,7 @@ def unpacked_part(kind: str, packed: memoryview) -> tuple[bytes | memoryview, in
     Unpack as much of a chunk as there is.
 
     :param kind: of its compression; '' or none: it is not compressed.
-    :returns: the unpacked bytes, and how many of the packed ones gave them.
+    :return: the unpacked bytes, and how many of the packed ones gave them.
     :raises TooLarge: it exceeds the limit.
     :raises Exception: it is damaged, or its kind is unknown.
     """
