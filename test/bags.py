@@ -238,3 +238,10 @@ def assert_same(a, b):
     for frame in frames:
         for stamp in stamps:
             assert a.lookup_tree(frame, stamp) == b.lookup_tree(frame, stamp)
+
+
+def missing_rows(words):
+    """Return the number in the words about what is missing in a file of SQLite."""
+    if words.endswith('and nothing is missing'):
+        return 0
+    return int(words.rsplit(' ', 2)[0].split(' ')[-1].replace(',', ''))

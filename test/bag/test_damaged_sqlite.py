@@ -4,15 +4,12 @@
 """A damaged file of SQLite gives every message that is wholly in it, and counts the others."""
 
 from contextlib import closing
-from pathlib import Path
-import shutil
 import sqlite3
 import struct
 import tracemalloc
 
-from bags import as_cdr, driving, file_of, RUN, STATIC, write_ros2
+from bags import as_cdr, driving, file_of, missing_rows, RUN, STATIC, write_ros2
 import pytest
-from tf_tree_py.bag import BagError
 from tf_tree_py.bag.files.bag_reader import Bag
 from tf_tree_py.bag.files.sqlite_scan import SqliteScan
 
@@ -35,13 +32,6 @@ def scanned(path, data):
     return [arrival.data for arrival in scan], scan.lost
 
 
-def missing(lost):
-    """Return the number in the words about what is lost."""
-    if lost.endswith('and nothing is missing'):
-        return 0
-    return int(lost.rsplit(' ', 2)[0].split(' ')[-1].replace(',', ''))
-
-
 @pytest.mark.parametrize('part', [0.06, 0.3, 0.4567, 0.5, 0.7, 0.9, 0.97])
 def test_every_message_before_the_cut_is_read_once_and_the_others_are_counted(
         tmp_path, whole, part):
@@ -50,7 +40,7 @@ def test_every_message_before_the_cut_is_read_once_and_the_others_are_counted(
     assert given == [data for data in DATA if data in cut]
     assert 'at least' in lost
     # The last leaf of a table has no row id in the page above it.
-    assert 0.99 * len(DATA) < len(given) + missing(lost) <= len(DATA)
+    assert 0.99 * len(DATA) < len(given) + missing_rows(lost) <= len(DATA)
 
 
 def pages_of(data, kind, root):
@@ -183,7 +173,7 @@ def test_files_of_each_form_are_read(tmp_path, pragma, part):
         assert rows == ROWS and lost == 'and nothing is missing'
     else:
         assert rows == [row for row in ROWS if row in rows] and len(rows) > 0.4 * len(ROWS)
-        assert len(rows) + missing(lost) <= len(ROWS)
+        assert len(rows) + missing_rows(lost) <= len(ROWS)
 
 
 def test_row_that_was_deleted_stays_deleted(tmp_path):
@@ -206,7 +196,7 @@ def test_row_that_was_deleted_stays_deleted_when_another_page_is_damaged(tmp_pat
     data[begin:begin + PAGE] = bytes(PAGE)
     path.write_bytes(data)
     rows, lost = read(path)
-    assert 0 < missing(lost) < 20 and rows == ROWS[missing(lost):49] + ROWS[150:]
+    assert 0 < missing_rows(lost) < 20 and rows == ROWS[missing_rows(lost):49] + ROWS[150:]
 
 
 def test_wherever_a_file_ends_no_message_is_cut(tmp_path):
@@ -282,8 +272,8 @@ def test_cell_that_lies_costs_itself_and_those_it_lies_on(tmp_path, harm):
     harm(data, place)
     path.write_bytes(data)
     rows, lost = read(path)
-    assert {*rows} < {*ROWS} and len(rows) + missing(lost) == len(ROWS)
-    assert missing(lost) <= 2
+    assert {*rows} < {*ROWS} and len(rows) + missing_rows(lost) == len(ROWS)
+    assert missing_rows(lost) <= 2
 
 
 def test_cells_that_lie_on_each_other_give_no_more_than_their_page_has(tmp_path):
@@ -369,140 +359,3 @@ def test_messages_are_not_held_in_memory(tmp_path):
     finally:
         tracemalloc.stop()
     assert most < 0.2 * path.stat().st_size
-
-
-# --- a file and its log
-
-def file_with_log(path, messages, page=PAGE, at_once=10**6):
-    """
-    Return a file whose last rows, which repeat all messages, are in its log.
-
-    :param at_once: the number of rows in a transaction.
-    """
-    folder = path / 'killed'
-    folder.mkdir()
-    file = file_of(write_ros2(path / 'run', messages, 'sqlite3'))
-    with closing(sqlite3.connect(file)) as recorder:
-        recorder.execute(f'PRAGMA page_size = {page}')
-        recorder.execute('VACUUM')
-        recorder.execute('PRAGMA journal_mode = WAL')
-        recorder.execute('PRAGMA wal_checkpoint(TRUNCATE)')
-        recorder.execute('PRAGMA wal_autocheckpoint = 0')
-        for begin in range(0, len(messages), at_once):
-            recorder.execute(
-                f'INSERT INTO messages SELECT id + {len(messages)}, topic_id, timestamp + '
-                '1000000000, data FROM messages WHERE id > ? AND id <= ?',
-                [begin, min(begin + at_once, len(messages))])
-            recorder.commit()
-        for each in (file, Path(f'{file}-wal')):
-            shutil.copyfile(each, folder / each.name)
-    return folder / file.name
-
-
-@pytest.fixture
-def killed(tmp_path):
-    """Return the file of a recorder that was killed."""
-    return file_with_log(tmp_path, RUN)
-
-
-# Four times as long as a page of 512 bytes.
-LONG = [message._replace(transforms=message.transforms * 10) for message in driving(count=400)]
-
-
-@pytest.mark.parametrize('part', [0.35, 0.4, 0.45, 0.6, 0.7123, 0.9, 0.99])
-@pytest.mark.parametrize('messages, page', [(RUN, PAGE), (MANY, 2**16), (LONG, 512)])
-def test_rows_in_the_log_of_a_truncated_file_are_read(tmp_path, messages, page, part):
-    file = file_with_log(tmp_path, messages, page)
-    whole = file.read_bytes()
-    file.write_bytes(whole[:int(part * len(whole))])
-    with Bag(file) as bag:
-        given = [arrival.data for source in bag.everything
-                 for arrival in bag.messages(source.topic)]
-        [damage] = bag.damage
-    there = [as_cdr(message.transforms) for message in messages]
-    assert {*given} <= {*there}  # SQLite would read a page that is missing as zeros
-    # All of the log, which repeats each message, and a part of the file.
-    assert len(given) >= len(messages) and 'it is truncated' in damage
-    assert len(given) + missing(damage) == 2 * len(messages)
-
-
-@pytest.mark.parametrize('part', [0.001, 0.2, 0.4321, 0.5, 0.777, 0.999, 1.0])
-@pytest.mark.parametrize('messages, page, at_once', [
-    (RUN, PAGE, 1), (RUN, PAGE, 50), (LONG, 512, 30), (LONG, 1024, 10**6)])
-def test_log_is_read_as_sqlite_reads_it(tmp_path, messages, page, at_once, part):
-    file = file_with_log(tmp_path, messages, page, at_once)
-    log, copy = Path(f'{file}-wal'), tmp_path / 'copy.db3'
-    log.write_bytes(log.read_bytes()[:int(part * log.stat().st_size)])
-    shutil.copyfile(file, copy)
-    shutil.copyfile(log, f'{copy}-wal')
-    with closing(sqlite3.connect(copy)) as database:
-        rows = database.execute('SELECT data FROM messages ORDER BY id').fetchall()
-    assert [arrival.data for arrival in SqliteScan(file)] == [data for (data,) in rows]
-    assert len(rows) >= len(messages) and (part < 1.0 or len(rows) == 2 * len(messages))
-
-
-def test_page_of_the_log_replaces_that_of_the_file(killed):
-    """The last leaf is in both; the file is damaged where SQLite would not look."""
-    data = bytearray(killed.read_bytes())
-    data[28:32] = struct.pack('>I', 2**20)  # so many pages, and SQLite reads nothing
-    killed.write_bytes(data)
-    with Bag(killed) as bag:
-        assert len(list(bag.messages('/tf'))) == 2 * (len(RUN) - 1)
-        assert bag.damage[0].endswith('and nothing is missing')
-
-
-def test_error_of_a_file_with_a_log_names_the_recording(killed, tmp_path):
-    data = bytearray(killed.read_bytes())
-    data[PAGE:] = bytes(len(data) - PAGE)
-    killed.write_bytes(data)
-    with Bag(killed) as bag:
-        assert f'(Cannot open database {killed}: ' in bag.damage[0]
-
-
-@pytest.mark.parametrize('place', [0, 3, 10, 20, 30, 33, 40, 50, 60, 5_000, -5_000, -100])
-def test_damaged_log_is_mentioned_and_what_is_before_the_damage_is_read(killed, place):
-    log = Path(f'{killed}-wal')
-    data = bytearray(log.read_bytes())
-    data[place] ^= 255
-    log.write_bytes(data)
-    with Bag(killed) as bag:
-        given = list(bag.messages('/tf'))
-        assert bag.damage[0].startswith(f'run.db3 is not whole ({log.name} is damaged): ')
-        assert bag.damage[0].endswith(
-            f'and it is unknown how many are missing, because {log.name} is damaged')
-    assert len(given) == len(RUN) - 1
-
-
-def test_log_of_another_file_is_mentioned(tmp_path, killed):
-    other = tmp_path / 'other'
-    other.mkdir()
-    shutil.copyfile(f'{file_with_log(other, RUN, 1024)}-wal', f'{killed}-wal')
-    with Bag(killed) as bag:
-        assert len(list(bag.messages('/tf'))) == len(RUN) - 1
-        assert f'({killed.name}-wal is damaged)' in bag.damage[0]
-
-
-def test_empty_file_with_a_log_is_refused(killed):
-    killed.write_bytes(b'')
-    with pytest.raises(BagError) as raised:
-        Bag(killed)
-    assert killed.name in str(raised.value) and 'is damaged' not in str(raised.value)
-
-
-def test_log_that_is_still_written_is_not_damaged(killed):
-    log = Path(f'{killed}-wal')
-    data, frame = log.read_bytes(), PAGE + 24
-    earlier = bytes(3 * frame)  # SQLite writes a log over an earlier one
-    for written in (data[:-1], data[:-frame] + earlier, data[:32 + frame] + earlier, data[:33]):
-        log.write_bytes(written)
-        with Bag(killed) as bag:
-            assert not bag.damage
-
-
-def test_log_that_cannot_be_used_is_mentioned(killed):
-    data = killed.read_bytes()
-    killed.write_bytes(data[:19] + b'\7' + data[20:])  # a version of the future
-    Path(f'{killed}-wal').write_bytes(b'no log')
-    with Bag(killed) as bag:
-        assert f'because {killed.name}-wal is damaged' in bag.damage[0]
-        assert bag.expected() == len(RUN)
