@@ -16,7 +16,7 @@ class Overriding(TransformListener):
 
 
 def entities(node):
-    return [list(kind) for kind in (node.subscriptions, node.guards, node.waitables)]
+    return [list(kind) for kind in (node.subscriptions, node.guards, node.waitables, node.timers)]
 
 
 @pytest.mark.parametrize('kind', [TransformListener, Overriding])
@@ -26,7 +26,7 @@ def test_listener_that_is_unregistered_leaves_nothing_on_its_node(node, kind):
     for _ in range(3):
         kind(buffer, node).unregister()
     assert entities(node) == before
-    assert not buffer._wakers
+    assert not buffer._spinning_threads
 
 
 def test_listener_that_moves_to_its_node_wakes_nobody_besides(node):

@@ -12,16 +12,14 @@ computes them, its errors included, for code that was tuned to them;
 """
 
 from collections.abc import Callable
-from contextlib import suppress
+from functools import partial
 import math
+import threading
 from typing import Any
-import weakref
 
 from geometry_msgs.msg import TransformStamped
 import numpy as np
-import rclpy
 from rclpy.duration import Duration
-from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
 from tf_tree_py.core.errors import (
@@ -42,6 +40,9 @@ from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds
+from tf_tree_py.ros.waiting.futures import TransformFuture
+
+from .spinning_thread import SpinningThread
 
 
 def tf2_text(error: TransformException) -> str:
@@ -72,43 +73,6 @@ def _extrapolation(error: FutureExtrapolationException | PastExtrapolationExcept
 
 def _seconds(stamp: int) -> str:
     return f'{stamp / 1e9:.6f}'
-
-
-# --- waking an executor
-
-class Waker:
-    """
-    Gives a node's executor a task, so that it wakes up.
-
-    A guard condition on the node would work, too, but the ``EventsExecutor`` refuses nodes that
-    have one.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self._node = weakref.ref(node)
-        # The executor that has not yet run its task.
-        self._busy: Any = None
-
-    def wake(self) -> None:
-        """Make ``spin_once`` return; several calls before the next spin make it return once."""
-        node = self._node()
-        executor = None if node is None else node.executor or _executor_of_spin_once(node)
-        if executor is None or executor is self._busy:
-            return
-        self._busy = executor
-        # The executor may be shut down at this moment.
-        with suppress(AttributeError, InvalidHandle):
-            executor.create_task(self._done)
-
-    def _done(self) -> None:
-        self._busy = None
-
-
-def _executor_of_spin_once(node: Node) -> Any:
-    """Return the executor that ``rclpy.spin_once`` uses, if the node has its context."""
-    if node.context is rclpy.get_default_context() and node.context.ok():
-        return rclpy.get_global_executor()
-    return None
 
 
 # --- velocities
@@ -201,7 +165,8 @@ class BufferCore(OurBuffer):
         :param options: those of ``tf_tree_py.Buffer``.
         """
         super().__init__(cache_time, node, **options)
-        self._wakers: dict[Waker, None] = {}
+        self._spinning_threads: dict[SpinningThread, None] = {}
+        self.timeouts.call_back = self._call_back
 
     def _when_empty(self, fed: bool) -> str:
         # tf2's own kind of listener does not register with the buffer.
@@ -222,28 +187,48 @@ class BufferCore(OurBuffer):
         try:
             return super().insert_batch(*batch, **options)
         finally:
-            for waker in list(self._wakers):
-                waker.wake()
+            for thread in list(self._spinning_threads):
+                thread.message_arrived()
 
     def _is_simulated(self) -> bool:
         # tf2 only reads the nanoseconds of a Time, so its programs use any clock type.
         return False
 
-    def wake_executor_of(self, node: Node) -> Callable[[], None]:
+    def join_spinning_thread(self, node: Node, *, wake_always: bool) -> Callable[[], None]:
         """
-        Make ``rclpy.spin_once(node)`` return when a message was received, as tf2's does.
+        Make calls in the thread that spins a listener's node, as tf2 does.
 
-        Some programs wait for a transform in a loop of ``spin_once``.
-
+        :param wake_always: see ``SpinningThread``: some programs wait for a transform in a loop of
+            ``rclpy.spin_once(node)``.
         :return: a function that stops this.
         """
-        waker = Waker(node)
-        self._wakers[waker] = None
+        thread = SpinningThread(node, wake_always=wake_always)
+        self._spinning_threads[thread] = None
 
-        def end() -> None:
-            self._wakers.pop(waker, None)
+        def leave() -> None:
+            self._spinning_threads.pop(thread, None)
+            thread.end()
 
-        return end
+        return leave
+
+    def _call_back(self, future: TransformFuture, callback: Callable[[Any], object]) -> None:
+        """
+        Call a callback of a future, in the thread in which tf2 would call it.
+
+        The thread that inserted a transform itself makes its calls itself. tf2's futures do not
+        end when ROS shuts down, so their callbacks are not called then.
+        """
+        if not self._is_ours(threading.current_thread()):
+            callback(future)
+            return
+        if future.released:
+            return
+        call = partial(callback, future)
+        if not any(thread.call(call) for thread in list(self._spinning_threads)):
+            call()
+
+    def _is_ours(self, thread: threading.Thread) -> bool:
+        return self.feeds.deliver_in(thread) or self.timeouts.end_in(thread)
 
     # --- results as in tf2
 

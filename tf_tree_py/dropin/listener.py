@@ -124,7 +124,7 @@ class TransformListener:
         if not static_only:
             self._topics['tf_sub'] = (tf_topic, qos or dynamic_qos(), self.callback)
         self._listener: OurListener | None = None
-        self._stop_waking: Callable[[], None] | None = None
+        self._leave: Callable[[], None] | None = None
         self.group = ReentrantCallbackGroup()
         if node is not None and not self._may_read_aside(buffer):
             self._read_on_node()
@@ -132,10 +132,10 @@ class TransformListener:
         self._listener = OurListener(
             buffer, node, qos=qos, static_qos=static_qos, tf_topic=tf_topic,
             tf_static_topic=tf_static_topic, static_only=static_only, **options)
+        if node is not None and isinstance(buffer, BufferCore):
+            self._leave = buffer.join_spinning_thread(node, wake_always=not spin_thread)
         if node is not None and spin_thread:
             spin_if_nobody_does(node)
-        elif node is not None and isinstance(buffer, BufferCore):
-            self._stop_waking = buffer.wake_executor_of(node)
 
     def unregister(self) -> None:
         """Stop listening."""
@@ -208,9 +208,9 @@ class TransformListener:
         if self._listener is not None:
             self._listener.close()
             self._listener = None
-        if self._stop_waking is not None:
-            self._stop_waking()
-            self._stop_waking = None
+        if self._leave is not None:
+            self._leave()
+            self._leave = None
 
 
 _NOT_OVERRIDDEN = {

@@ -88,6 +88,10 @@ class Alarms:
     def __len__(self) -> int:
         return len(self._pending)
 
+    def run_in(self, thread: threading.Thread) -> bool:
+        """Return whether a thread is the one that calls ``expire``."""
+        return thread is self._thread
+
     def repair_in_child(self) -> None:
         """Forget the thread, which exists only in the parent: the next alarm starts another."""
         self._thread = None

@@ -42,7 +42,11 @@ class AwaitableFuture(Future):
     It can be awaited in every rclpy executor and in asyncio, and used with
     ``spin_until_future_complete``. Callbacks of ``add_done_callback`` run in the thread that
     ends it. ``result`` raises a copy of the error, so that threads do not share a traceback.
+
+    :ivar released: whether it ended because there will be no more data.
     """
+
+    released = False
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,8 +77,19 @@ class AwaitableFuture(Future):
 
     def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
         """Call back when it ends, or now if it has."""
-        super().add_done_callback(_DoneCallback(callback, self._raised))
+        self._add(callback, self._call_back)
+
+    def _add(self, callback: Callable[[Future], Any],
+             call: Callable[[Callable[[Future], Any]], None]) -> None:
+        super().add_done_callback(_DoneCallback(callback, call, self._raised))
         self._raise()
+
+    def _call_back(self, callback: Callable[[Future], Any]) -> None:
+        """Call a callback of ``add_done_callback``, in the thread that is right for it."""
+        self._call_here(callback)
+
+    def _call_here(self, callback: Callable[[Future], Any]) -> None:
+        callback(self)
 
     def _raise(self) -> None:
         """Raise the error of a callback, after all callbacks were called."""
@@ -126,7 +141,7 @@ class AwaitableFuture(Future):
             with suppress(RuntimeError):  # the loop was closed in the meantime
                 loop.call_soon_threadsafe(end)
 
-        self.add_done_callback(wake_loop)
+        self._add(wake_loop, self._call_here)
         try:
             yield from ended
         finally:
@@ -142,13 +157,20 @@ class _DoneCallback:
     rclpy logs an ``Exception`` and continues, but it does not catch ``SystemExit``.
     """
 
-    def __init__(self, callback: Callable[[Future], Any], raised: list[BaseException]) -> None:
+    def __init__(self, callback: Callable[[Future], Any],
+                 call: Callable[[Callable[[Future], Any]], None],
+                 raised: list[BaseException]) -> None:
         self._callback = callback
+        self._call = call
         self._raised = raised
 
-    def __call__(self, future: Future) -> None:
+    def __call__(self, future: AwaitableFuture) -> None:
         try:
-            self._callback(future)
+            self._call(self._callback)
+        except TransformException:
+            # Most callbacks read the result, so after the end of ROS all of them raise its error.
+            if not future.released:
+                raise
         except Exception:
             raise
         except BaseException as error:  # noqa: B902 - the future raises it later
@@ -230,6 +252,7 @@ class TransformFuture(AwaitableFuture):
         :param query: returns a stamp and ``target_T_source``.
         """
         super().__init__()
+        self._timeouts = timeouts
         self._frames = frames
         self._wait = Wait(
             timeouts, self, query, None if timeout is None else as_nanoseconds(timeout))
@@ -249,16 +272,21 @@ class TransformFuture(AwaitableFuture):
 
     def failed(self, error: TransformException) -> None:
         """End with the reason why there will be no transform."""
+        self.released = self._wait.released
         self.set_exception(error)
         self._notify_end(error)
-        if self._wait.released:
+        if self.released:
             # Marks the exception as read: its reader has ended, too, and rclpy would warn.
             self.exception()
 
-    def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
-        """Call back when it ends; until then the buffer keeps the future alive."""
+    def _add(self, callback: Callable[[Future], Any],
+             call: Callable[[Callable[[Future], Any]], None]) -> None:
+        # Until it ends, the buffer keeps it alive, as its callbacks wait for it.
         self._wait.keep_alive()
-        super().add_done_callback(callback)
+        super()._add(callback, call)
+
+    def _call_back(self, callback: Callable[[Future], Any]) -> None:
+        self._timeouts.call_back(self, callback)
 
     def _end(self) -> bool:
         """Stop waiting; return False if it had ended already."""

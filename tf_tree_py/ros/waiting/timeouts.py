@@ -11,6 +11,7 @@ inserts the missing data runs the query again. Nothing polls.
 from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
+import threading
 from typing import Any, Generic, Protocol, TypeVar
 import weakref
 
@@ -35,6 +36,8 @@ class Timeouts:
     :ivar waiting: the buffer's queue of waiters.
     :ivar watch: the clock that deadlines follow.
     :ivar observers: the buffer's observers.
+    :ivar call_back: calls a callback of a future that has ended, with the future, in whichever
+        thread is right for it; this one, unless it is replaced.
     """
 
     def __init__(self, waiting: Waiting, watch: ClockWatch, wall_guard_s: float | None,
@@ -47,6 +50,7 @@ class Timeouts:
         self.waiting = waiting
         self.watch = watch
         self.observers = observers
+        self.call_back: Callable[[Any, Callable[[Any], object]], object] = _call_here
         self._wall_guard_s = wall_guard_s
         self._alarms = Alarms(watch, self.forget_orphans)
         self._orphans: deque[_Registration] = deque()
@@ -55,6 +59,10 @@ class Timeouts:
     def alarms(self) -> int:
         """Return how many alarms are set."""
         return len(self._alarms)
+
+    def end_in(self, thread: threading.Thread) -> bool:
+        """Return whether a thread ends the waits whose time is over."""
+        return self._alarms.run_in(thread)
 
     def deadline(self, timeout: int) -> ClockDeadline:
         """Return a deadline for a thread that sleeps, nanoseconds from now."""
@@ -222,6 +230,10 @@ class _Registration:
         self._inquiry.end()
         if self.alarm is not None:
             self._timeouts.forget_alarm(self.alarm)
+
+
+def _call_here(future: Any, callback: Callable[[Any], object]) -> None:
+    callback(future)
 
 
 def _ask_if_alive(wait: Wait[Any]) -> Callable[[], None]:

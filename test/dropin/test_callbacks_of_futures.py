@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Done callbacks of futures run in the thread that spins the node, as in tf2.
+
+An unchanged program with one thread has no locks, because its callbacks never run at the same
+time.
+"""
+
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+
+import pytest
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.time import Time
+from ros_helpers import at, lasting, move, PATIENCE_S, transform, until
+from tf_tree_py.dropin.buffer import Buffer
+from tf_tree_py.dropin.listener import TransformListener
+
+EXECUTORS = ['executors.SingleThreadedExecutor', 'executors.MultiThreadedExecutor',
+             'experimental.EventsExecutor']
+
+
+@pytest.fixture
+def buffer():
+    return Buffer()
+
+
+@pytest.fixture
+def listener(buffer, node):
+    listener = TransformListener(buffer, node)
+    yield listener
+    listener.unregister()
+
+
+@pytest.fixture
+def executor(context):
+    executor = SingleThreadedExecutor(context=context)
+    yield executor
+    executor.shutdown()
+
+
+@pytest.fixture
+def called(buffer):
+    """Wait for a transform; return a list, with the thread once it has been called back."""
+    threads = []
+    buffer.wait_for_transform_async('map', 'base', Time()).add_done_callback(
+        lambda future: threads.append((future.result(), threading.current_thread())))
+    return threads
+
+
+def spin_until_called(executor, called):
+    """Return the thread, after one spin that waits until there is something to do."""
+    while not called:
+        executor.spin_once(timeout_sec=PATIENCE_S)
+    ((_, thread),) = called
+    return thread
+
+
+def until_arrived(buffer):
+    """Wait until the future has its result: then the call is due."""
+    until(lambda: buffer.can_transform('map', 'base', Time()) and not len(buffer.waiting))
+
+
+@pytest.mark.parametrize('name', EXECUTORS)
+@pytest.mark.usefixtures('listener')
+def test_callback_runs_in_the_thread_that_spins(node, context, talker, called, name):
+    module, kind = name.split('.')
+    executor = getattr(pytest.importorskip(f'rclpy.{module}'), kind)(context=context)
+    executor.add_node(node)
+    talker.fix(transform('map', 'base'))
+    thread = spin_until_called(executor, called)
+    executor.shutdown()
+    assert (thread is threading.current_thread()) or 'ThreadPoolExecutor' in thread.name
+
+
+@pytest.mark.usefixtures('listener')
+def test_callback_is_due_until_the_node_is_spun(buffer, node, talker, called, executor):
+    """No further message has to arrive for that."""
+    talker.fix(transform('map', 'base'))
+    until_arrived(buffer)
+    assert not called
+    executor.add_node(node)
+    assert spin_until_called(executor, called) is threading.current_thread()
+
+
+@pytest.mark.usefixtures('listener')
+def test_callback_is_called_after_the_node_has_changed_its_executor(
+        buffer, node, talker, called, executor, context):
+    first = SingleThreadedExecutor(context=context)
+    first.add_node(node)
+    first.remove_node(node)
+    talker.fix(transform('map', 'base'))
+    until_arrived(buffer)
+    executor.add_node(node)
+    assert spin_until_called(executor, called) is threading.current_thread()
+    first.shutdown()
+
+
+@pytest.mark.usefixtures('listener')
+def test_callback_after_a_timeout_runs_there_too(buffer, node, executor):
+    threads = []
+    buffer.wait_for_transform_async('map', 'base', Time(), lasting(0.01)).add_done_callback(
+        lambda future: threads.append((future.exception(), threading.current_thread())))
+    executor.add_node(node)
+    assert spin_until_called(executor, threads) is threading.current_thread()
+    assert 'map' in str(threads[0][0])
+
+
+@pytest.mark.usefixtures('listener')
+def test_who_inserts_is_called_back_at_once(buffer, called):
+    move(buffer, 1.0)
+    assert called[0][1] is threading.current_thread()
+
+
+@pytest.mark.usefixtures('listener')
+def test_callback_that_raises_prevents_no_other(buffer, node, talker, executor):
+    future = buffer.wait_for_transform_async('map', 'base', Time())
+    called = []
+    future.add_done_callback(lambda _: 1 / 0)
+    future.add_done_callback(lambda _: called.append((None, threading.current_thread())))
+    talker.fix(transform('map', 'base'))
+    executor.add_node(node)
+    with pytest.warns(UserWarning, match='Unhandled exception in done callback: division by zero'):
+        spin_until_called(executor, called)
+
+
+def test_callback_needs_no_spin_of_ours_with_spin_thread(buffer, node, talker, called):
+    """As in tf2, whose thread spins the node at once."""
+    listener = TransformListener(buffer, node, spin_thread=True)
+    talker.fix(transform('map', 'base'))
+    until(lambda: called)
+    listener.unregister()
+
+
+def test_callback_without_a_node_to_spin_is_called_at_once(
+        buffer, make_node, talker, called, listener):
+    """The node of the listener was destroyed, while a second listener goes on."""
+    other = TransformListener(buffer, make_node('other'), spin_thread=True)
+    listener.node.destroy_node()
+    talker.fix(transform('map', 'base'))
+    until(lambda: called)
+    other.unregister()
+
+
+def test_callback_of_a_listener_that_ends_is_not_called(buffer, listener, called):
+    (future,) = [buffer.wait_for_transform_async('map', 'base', at(2.0))]
+    future.add_done_callback(called.append)
+    listener.unregister()
+    until(future.done)
+    assert not called
+
+
+# --- programs
+
+WAITS = """
+    import sys
+    import threading
+    import rclpy
+    from rclpy.time import Time
+    from IMPORT import Buffer, TransformListener
+
+    rclpy.init()
+    node = rclpy.create_node('waits')
+    buffer = Buffer()
+    listener = TransformListener(buffer, node)
+    future = buffer.wait_for_transform_async('map', 'nowhere', Time())
+    future.add_done_callback(lambda ended: print(ended.result()))
+    def begin():
+        timer.cancel()
+        print('ready', flush=True)
+
+    timer = node.create_timer(0.0, begin)
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
+        pass
+    rclpy.try_shutdown()
+"""
+
+
+@pytest.mark.parametrize('name', ['tf2_ros', 'tf_tree_py'])
+def test_ctrl_c_with_a_pending_future_is_silent(program, name):
+    file = program(textwrap.dedent(WAITS).replace('IMPORT', name))
+    with subprocess.Popen(
+            [sys.executable, '-m', 'tf_tree_py.dropin', '--force', str(file)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == 'ready\n'
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=PATIENCE_S)
+    assert (out, errors, process.returncode) == ('', '', 0)

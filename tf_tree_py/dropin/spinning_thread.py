@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Calls from the listener's thread into the thread that spins a program's node.
+
+In tf2 the listener's callback runs in that thread. Programs rely on two consequences:
+``rclpy.spin_once`` returns when a transform has arrived, and the callbacks of futures never run
+beside the node's other callbacks.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+import warnings
+import weakref
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+
+# A period of 0 would be due at once as well, but rcl computes with it.
+_AT_ONCE_S = 1e-6
+
+
+class SpinningThread:
+    """
+    Calls functions in whichever thread spins a node, as soon as one does.
+
+    A timer on the node makes the calls, because every executor serves timers, and a timer that
+    is due waits until the node is spun. A task of the executor would not: between two calls of
+    ``rclpy.spin_once`` the node is in none, and the global executor must not be created in this
+    thread, because rclpy's list of guard conditions allows only one thread (docs/ending.md). An
+    ``EventsExecutor`` refuses nodes with a guard condition.
+    """
+
+    def __init__(self, node: Node, *, wake_always: bool) -> None:
+        """
+        Add a timer to the node.
+
+        :param wake_always: whether the node's executor is woken by every message, not only for
+            calls. If not, there are no calls while the node is in no executor.
+        """
+        self._node = weakref.ref(node)
+        self._wake_always = wake_always
+        self._due: deque[Callable[[], object]] = deque()
+        self._timer = node.create_timer(
+            _AT_ONCE_S, self._call_due, MutuallyExclusiveCallbackGroup(),
+            Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
+
+    def end(self) -> None:
+        """Remove the timer; calls that are due are not made."""
+        node = self._node()
+        if node is not None:
+            node.destroy_timer(self._timer)
+
+    def message_arrived(self) -> None:
+        """Make ``spin_once`` return; several messages before the next spin make it return once."""
+        if self._wake_always:
+            self._wake()
+
+    def call(self, function: Callable[[], object]) -> bool:
+        """
+        Call a function in the thread that spins the node.
+
+        Its exceptions are shown as rclpy shows those of callbacks of futures.
+
+        :return: False if there will be no call.
+        """
+        node = self._node()
+        if node is None or (node.executor is None and not self._wake_always):
+            return False
+        self._due.append(function)
+        return self._wake()
+
+    def _wake(self) -> bool:
+        node = self._node()
+        try:
+            self._timer.reset()
+        except InvalidHandle:  # the node was destroyed
+            return False
+        executor: Any = None if node is None else node.executor
+        # Its wait does not notice the reset of a timer. It may be shut down at this moment.
+        with suppress(AttributeError, InvalidHandle):
+            executor.wake()
+        return True
+
+    def _call_due(self) -> None:
+        # First: a reset from now on is for the next call.
+        self._timer.cancel()
+        while self._due:
+            function = self._due.popleft()
+            try:
+                function()
+            except Exception as error:
+                warnings.warn(f'Unhandled exception in done callback: {error}', stacklevel=2)
