@@ -11,7 +11,17 @@ from dropin_helpers import run
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
-from ros_helpers import at, PATIENCE, PATIENCE_S, transform, until
+from ros_helpers import (
+    at,
+    lasting,
+    PATIENCE,
+    PATIENCE_S,
+    result_of,
+    SIM_TIME,
+    simulated_seconds,
+    transform,
+    until,
+)
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.dropin import listener as listener_module
 
@@ -86,6 +96,19 @@ def test_events_executor_spins_the_node_and_is_woken(node, talker, context, begi
     talker.move(transform('map', 'odom', 1.0))
     spin_until(executor, lambda: buffer.can_transform('map', 'odom', Time()))
     executor.shutdown()
+
+
+def test_timeout_passes_without_a_clock_as_in_tf2(make_node, begin, spin):
+    import tf2_ros
+    node = make_node('simulated', **SIM_TIME)
+    buffer = tf2_ros.Buffer(node=node)
+    begin(buffer, node)
+    assert simulated_seconds(buffer) == 0.0
+    with pytest.raises(tf2_ros.LookupException):
+        buffer.lookup_transform('map', 'base', Time(), lasting(0.05))
+    spin(node)
+    with pytest.raises(tf2_ros.LookupException):
+        result_of(buffer.wait_for_transform_async('map', 'base', Time(), lasting(0.05)))
 
 
 WAITS_BY_SPIN_ONCE = """

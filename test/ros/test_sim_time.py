@@ -60,6 +60,49 @@ def test_paused_clock_times_out_by_the_wall_guard_alone(buffer, node, listen, ta
     assert asked.result(PATIENCE_S).header.stamp.sec == 11
 
 
+@pytest.mark.parametrize('asks', [
+    lambda buffer, pool: pool.submit(
+        buffer.lookup_transform, 'map', 'base', at(11.0), lasting(0.001)),
+    lambda buffer, _: buffer.wait_for_transform_async('map', 'base', at(11.0), lasting(0.001)),
+], ids=['thread', 'future'])
+def test_wait_by_a_clock_that_nobody_publishes_is_logged_once(
+        node, listen, talker, pool, capfd, monkeypatch, asks):
+    for module in ('clock', 'alarm_clock'):
+        monkeypatch.setattr(f'tf_tree_py.ros.waiting.{module}.STOPPED_S', 0.05)
+    buffer = listen(node)
+    asked = [asks(buffer, pool)]
+    logged = []
+    until(lambda: logged.append(capfd.readouterr().err) or any(logged))
+    asked += [asks(buffer, pool)]
+    until_waiting(buffer, 2)
+    talker.move(transform('map', 'base', 11.0))
+    for each in asked:
+        assert result_of(each).header.stamp.sec == 11
+    text = ''.join(logged) + capfd.readouterr().err
+    assert text.count('stood still at 0.000000000 s for') == 1
+    assert 'is any node publishing /clock?' in text
+
+
+def test_wait_by_a_clock_that_ticks_is_not_logged(
+        buffer, sim_clock, pool, capfd, monkeypatch):
+    monkeypatch.setattr('tf_tree_py.ros.waiting.clock.STOPPED_S', 0.05)
+    report = buffer.timeouts.watch.report_if_stopped
+    looked = []
+
+    def look(before):
+        sim_clock.show(10.5, buffer)
+        report(before)
+        looked.append(before)
+
+    monkeypatch.setattr(buffer.timeouts.watch, 'report_if_stopped', look)
+    asked = pool.submit(buffer.lookup_transform, 'map', 'base', at(11.0), lasting(1.0))
+    until(lambda: looked)
+    sim_clock.show(11.0, buffer)
+    with pytest.raises(LookupException):
+        asked.result(PATIENCE_S)
+    assert 'stood still' not in capfd.readouterr().err
+
+
 def test_clock_ticks_while_the_users_executor_is_blocked(node, listen, sim_clock, spin):
     """The node's own clock needs the executor that waits here; the companion's does not."""
     buffer = listen(node, Buffer(node=node))

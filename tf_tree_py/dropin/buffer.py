@@ -167,6 +167,8 @@ class BufferCore(OurBuffer):
         super().__init__(cache_time, node, **options)
         self._spinning_threads: dict[SpinningThread, None] = {}
         self.timeouts.call_back = self._call_back
+        # tf2's timeouts end also where no node publishes /clock.
+        self.timeouts.by_wall = True
 
     def _when_empty(self, fed: bool) -> str:
         # tf2's own kind of listener does not register with the buffer.

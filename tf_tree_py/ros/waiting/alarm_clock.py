@@ -16,7 +16,7 @@ import weakref
 import rclpy.logging
 from tf_tree_py.core import fork_locks
 
-from .clock import ClockDeadline, ClockWatch
+from .clock import ClockDeadline, ClockWatch, STOPPED_S
 from ..threads.internal_node import RateLimitedLog
 
 _LINGER_S = 1.0
@@ -169,7 +169,16 @@ class Alarms:
         with self._watch.waking(self._bell.ring, simulated_end):
             # The clock may have ticked before the bell was registered.
             if not self._simulation_reached(simulated_end):
-                self._bell.wait(wall_end - time.monotonic())
+                self._wait_for_bell(wall_end, simulated_end)
+
+    def _wait_for_bell(self, wall_end: float, simulated_end: float) -> None:
+        left_s = wall_end - time.monotonic()
+        before = self._watch.simulated_now()
+        if simulated_end < math.inf and self._watch.may_report and left_s > STOPPED_S:
+            if not self._bell.wait(STOPPED_S):
+                self._watch.report_if_stopped(before)
+        else:
+            self._bell.wait(left_s)
 
     def _simulation_reached(self, end: float) -> bool:
         """Return whether the simulated time has been reached, or is no longer published."""

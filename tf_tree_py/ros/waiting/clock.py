@@ -13,10 +13,14 @@ import weakref
 from rclpy.clock import Clock, ClockChange, JumpHandle, JumpThreshold, ROSClock, TimeJump
 from rclpy.context import Context
 from rclpy.duration import Duration
+import rclpy.logging
 from tf_tree_py.core import fork_locks
-from tf_tree_py.core.stamp import as_seconds
+from tf_tree_py.core.stamp import as_seconds, format_stamp
 
 from ..threads.internal_node import is_running
+
+# After so many seconds without a tick, a wait by a simulated clock is reported.
+STOPPED_S = 3.0
 
 _NO_LISTENER = 'Given up: the listener was closed, or ROS was shut down'
 
@@ -46,6 +50,8 @@ class ClockWatch:
         """Whether the time comes from ``/clock`` and not from the system."""
         self.released = 0
         """How often ``release`` was called."""
+        self.may_report = True
+        """Whether ``report_if_stopped`` has not reported anything yet."""
         fork_locks.repair(self)
 
     def repair_in_child(self) -> None:
@@ -96,6 +102,20 @@ class ClockWatch:
         self.released += 1
         self._wake_until(math.inf)
 
+    def report_if_stopped(self, before: int | None) -> None:
+        """
+        Log once that waits end only when simulated time goes on.
+
+        :param before: the simulated time ``STOPPED_S`` ago.
+        """
+        if self.may_report and before is not None and self.simulated_now() == before:
+            self.may_report = False
+            rclpy.logging.get_logger('tf_tree_py').warning(
+                f'A lookup waits for simulated time, which has stood still at '
+                f'{format_stamp(before)} s for {STOPPED_S:.0f} s: is any node publishing /clock? '
+                'Its timeout does not pass in the meantime. Buffer(wall_guard=Duration(seconds=5))'
+                ' limits such a wait')
+
     def _attend(self) -> None:
         """Use the newest clock, and receive jumps from that one only."""
         _unregister(self._handles)
@@ -130,25 +150,27 @@ class ClockDeadline:
     """
     A timeout by the clock that a buffer follows.
 
-    With simulated time it follows ``/clock``, and does not pass while that stands still.
-    Otherwise it follows the monotonic system clock. Nothing polls.
+    With simulated time it follows ``/clock``, and does not pass while that stands still; the log
+    reports this once. Otherwise it follows the monotonic system clock. Nothing polls.
 
     :ivar why_early: why the wait ended before its timeout; '' if it did not.
     """
 
-    def __init__(self, watch: ClockWatch, timeout: int, wall_guard_s: float | None) -> None:
+    def __init__(self, watch: ClockWatch, timeout: int, wall_guard_s: float | None, *,
+                 by_wall: bool = False) -> None:
         """
         Begin now.
 
         :param timeout: nanoseconds of the clock.
         :param wall_guard_s: with simulated time, the longest wait in seconds of wall time;
             None: without a limit.
+        :param by_wall: follow the monotonic system clock also with simulated time.
         """
         self.why_early = ''
         self._watch = watch
         self._released = watch.released
         self._wall_begin = time.monotonic()
-        self._begin = self._now = watch.simulated_now()
+        self._begin = self._now = None if by_wall else watch.simulated_now()
         wall_s = as_seconds(timeout) if self._begin is None else wall_guard_s
         self._wall_end = None if wall_s is None else self._wall_begin + wall_s
         self._end = math.inf if self._begin is None else self._begin + timeout
@@ -158,15 +180,24 @@ class ClockDeadline:
         with self._watch.waking(event.set, self._end):
             if self._is_over():
                 return event.is_set()
+            if self._begin is not None and self._watch.may_report:
+                if event.wait(min(STOPPED_S, self._left_s())):
+                    return True
+                self._watch.report_if_stopped(self._begin)
             if self._wall_end is None:
                 return event.wait()
-            left_s = self._wall_end - time.monotonic()
-            if event.wait(min(max(0.0, left_s), threading.TIMEOUT_MAX)):
+            if event.wait(self._left_s()):
                 return True
             if self._begin is not None:
                 self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
                                   'wall time, the wall_guard: is any node publishing /clock?')
             return False
+
+    def _left_s(self) -> float:
+        """Return the seconds that may be waited by the wall clock."""
+        if self._wall_end is None:
+            return threading.TIMEOUT_MAX
+        return min(max(0.0, self._wall_end - time.monotonic()), threading.TIMEOUT_MAX)
 
     def elapsed_s(self) -> float:
         """Return the seconds since the wait began, of simulated time where that is in use."""

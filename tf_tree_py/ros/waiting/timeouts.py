@@ -36,6 +36,7 @@ class Timeouts:
     :ivar waiting: the buffer's queue of waiters.
     :ivar watch: the clock that deadlines follow.
     :ivar observers: the buffer's observers.
+    :ivar by_wall: whether timeouts follow the system's clock also with simulated time.
     :ivar call_back: calls a callback of a future that has ended, with the future, in whichever
         thread is right for it; this one, unless it is replaced.
     """
@@ -50,6 +51,7 @@ class Timeouts:
         self.waiting = waiting
         self.watch = watch
         self.observers = observers
+        self.by_wall = False
         self.call_back: Callable[[Any, Callable[[Any], object]], object] = _call_here
         self._wall_guard_s = wall_guard_s
         self._alarms = Alarms(watch, self.forget_orphans)
@@ -66,13 +68,13 @@ class Timeouts:
 
     def deadline(self, timeout: int) -> ClockDeadline:
         """Return a deadline for a thread that sleeps, nanoseconds from now."""
-        return ClockDeadline(self.watch, timeout, self._wall_guard_s)
+        return ClockDeadline(self.watch, timeout, self._wall_guard_s, by_wall=self.by_wall)
 
     def deadline_without_thread(self, timeout: int | None) -> AlarmDeadline:
         """Return a deadline that needs an alarm, nanoseconds from now; None: it never ends."""
         if timeout is None:
             return AlarmDeadline(self.watch, _FOREVER, None)
-        return AlarmDeadline(self.watch, timeout, self._wall_guard_s)
+        return AlarmDeadline(self.watch, timeout, self._wall_guard_s, by_wall=self.by_wall)
 
     def set_alarm(self, wait: 'Wait[Any]', deadline: AlarmDeadline) -> int:
         """Call a wait's ``expire`` at its deadline; return the number of the alarm."""
