@@ -63,6 +63,25 @@ def test_each_can_be_raised_with_nothing_but_a_text(error):
     assert str(error()) == ''
 
 
+@pytest.mark.parametrize('error', EXCEPTIONS)
+@pytest.mark.parametrize('arguments', [(), ('text',), (1,), (None,), ('two', 'texts'), (7, b'')])
+def test_each_takes_the_arguments_of_any_exception(error, arguments):
+    """As tf2's classes do."""
+    raised = error(*arguments)
+    assert raised.args == arguments
+    assert str(raised) == str(Exception(*arguments))
+    assert str(pickle.loads(pickle.dumps(raised))) == str(raised)
+
+
+@pytest.mark.parametrize('error', EXCEPTIONS)
+def test_fact_that_an_error_does_not_have_is_none(error):
+    raised = error('text')
+    assert {getattr(raised, fact) for fact in (
+        'target_frame', 'source_frame', 'parent', 'child', 'requested', 'oldest', 'latest',
+        'waited_s', 'blocked_on')} == {None}
+    assert raised.hint == ''
+
+
 # --- texts begin as tf2's do, and contain the requested frames
 
 

@@ -46,16 +46,18 @@ def test_yaml_of_nothing_is_an_empty_list():
 
 
 def test_string_is_a_line_for_each_frame_with_a_parent():
-    assert plain_text.as_string(buffer_of_a_robot().edges()) == (
+    assert plain_text.as_string(['base', 'camera'], buffer_of_a_robot().edges()) == (
         'Frame base exists with parent odom.\n'
         'Frame camera exists with parent base.\n')
-    assert plain_text.as_string([]) == ''
+    assert plain_text.as_string([], []) == ''
 
 
-def test_cleared_edge_is_not_reported():
+def test_cleared_edge_has_no_parent():
     buffer = buffer_of_a_robot()
     buffer.clear()
-    assert plain_text.as_string(buffer.edges()) == 'Frame camera exists with parent base.\n'
+    assert plain_text.as_string(['base', 'camera'], buffer.edges()) == (
+        'Frame base exists with parent NO_PARENT.\n'
+        'Frame camera exists with parent base.\n')
 
 
 # --- odd names in YAML

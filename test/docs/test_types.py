@@ -17,6 +17,7 @@ from programs import PATIENCE_S
 import pytest
 
 USES = Path(__file__).with_name('typed_uses.py')
+USES_OF_ROS = Path(__file__).with_name('typed_uses_of_ros.py')
 MISTAKES = """
 from typing import Literal
 from tf_tree_py import BufferCore, FramedPose
@@ -65,6 +66,7 @@ def folder(tmp_path_factory):
     (folder / 'mistakes.py').write_text(MISTAKES)
     shutil.copy(USES, folder)
     if find_spec('rclpy'):
+        shutil.copy(USES_OF_ROS, folder)
         (folder / 'readme.py').write_text(program([
             block for block in blocks_of(REPOSITORY / 'README.md') if block.language == 'python']))
     return folder
@@ -87,8 +89,8 @@ def errors(request, folder):
 
 
 @pytest.mark.skipif(find_spec('rclpy') is None, reason='needs rclpy')
-def test_readme_passes(errors):
-    assert errors['readme'] == {}
+def test_readme_and_the_documented_uses_of_ros_pass(errors):
+    assert (errors['readme'], errors['typed_uses_of_ros']) == ({}, {})
 
 
 def test_types_admit_what_the_docs_admit(errors):

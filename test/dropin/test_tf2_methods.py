@@ -5,6 +5,7 @@
 
 import json
 
+from dropin_helpers import run
 from inputs import for_each
 import pytest
 from rclpy.clock_type import ClockType
@@ -77,6 +78,28 @@ def test_far_stamp_gets_an_answer_or_an_error_of_ours(name, stamp):
         assert METHODS[name](buffer, Moment(stamp)) is not None
     except TransformException as error:
         assert 'extrapolation' in str(error)
+
+
+LISTS_FRAMES = """
+    from geometry_msgs.msg import TransformStamped
+    import tf2_ros
+
+    buffer = tf2_ros.Buffer()
+    for parent, child in ('map', 'odom'), ('odom', 'base'), ('base', 'arm'), ('island', 'tree'):
+        edge = TransformStamped(child_frame_id=child)
+        edge.header.frame_id, edge.header.stamp.sec = parent, 1
+        edge.transform.rotation.w = 1.0
+        (buffer.set_transform_static if child == 'arm' else buffer.set_transform)(edge, 'me')
+    print(buffer.all_frames_as_string())
+    buffer.clear()
+    print(buffer.all_frames_as_string())
+"""
+
+
+def test_frames_are_listed_as_by_tf2_also_after_a_clear(program):
+    ours = run('-m', 'tf_tree_py.dropin', '--force', program(LISTS_FRAMES))
+    assert ours.stdout == run_with_tf2(LISTS_FRAMES)
+    assert 'Frame base exists with parent NO_PARENT.' in ours.stdout, ours.stderr
 
 
 def test_chain_of_tf2_lacks_frames():

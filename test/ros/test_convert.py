@@ -49,17 +49,20 @@ def test_every_kind_of_time_becomes_nanoseconds(time_and_nanoseconds):
 
 
 @for_each(wrong_and_hint=[
-    *((wrong, r'is not a time: pass an rclpy\.time\.Time')
-      for wrong in (None, 1, 1.5, '1', object(), SimpleNamespace(sec=1))),
-    (0.5, r'0.5 is not a time: .*; a timeout of 0.5 s is Duration\(seconds=0.5\)'),
-    (2, r'a timeout of 2 s is Duration\(seconds=2\)'),
-    (timedelta(seconds=90), r'a timeout of 90.0 s is Duration\(seconds=90.0\)'),
-    ('now', "'now' is not a time: .*Duration$"),
+    *((wrong, r'is not a {what}: pass an? ')
+      for wrong in (None, 1, 1.5, '1', SimpleNamespace(sec=1))),
+    (0.5, r'0.5 is not a {what}: .*; 0.5 s is {kind}\(seconds=0.5\)$'),
+    (2, r'; 2 s is {kind}\(seconds=2\)'),
+    (timedelta(seconds=90), r'; 90.0 s is {kind}\(seconds=90.0\)'),
+    ('now', r"'now' is not a {what}: [^;]*$"),
+    (True, r'True is not a {what}: [^;]*$'),
 ])
 def test_what_is_no_time_is_refused_with_what_to_write(wrong_and_hint):
     wrong, hint = wrong_and_hint
-    with pytest.raises(TypeError, match=hint):
-        convert.as_nanoseconds(wrong)
+    for kind in (Duration, Time):
+        name = kind.__name__
+        with pytest.raises(TypeError, match=hint.format(what=name.lower(), kind=name)):
+            convert.as_nanoseconds(wrong, kind)
 
 
 def test_timedelta_of_pandas_is_no_time():

@@ -9,7 +9,7 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
 from ros_helpers import with_a_lamp
-from tf_tree_py import Buffer, Pose
+from tf_tree_py import Buffer, LookupException, Pose
 from tf_tree_py.ros.messages.convert import transform_stamped
 
 
@@ -29,6 +29,12 @@ def test_can_tells_whether_and_why_not(buffer):
              'extrapolation into the future')):
         assert not can
         assert reason in why
+
+
+def test_latest_common_time_names_itself_and_not_a_lookup(buffer):
+    with pytest.raises(LookupException, match=(
+            '^"nowhere" passed to get_latest_common_time argument source_frame does not exist')):
+        buffer.get_latest_common_time('map', 'nowhere')
 
 
 # --- of tf2_ros.Buffer

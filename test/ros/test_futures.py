@@ -8,6 +8,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 import gc
 import itertools
+from queue import SimpleQueue
 import sys
 import threading
 import weakref
@@ -278,6 +279,16 @@ def test_cancelling_a_task_forgets_what_it_waited_for(buffer, make_node, spin):
     until_waiting(buffer)
     task.cancel()
     until(lambda: len(buffer.waiting) == 0)
+
+
+def test_callback_runs_in_the_thread_that_ends_the_future(buffer, pool):
+    futures = [wait_for(buffer, 3.0), wait_for(buffer, 4.0, lasting(0.01))]
+    threads = [SimpleQueue() for _ in futures]
+    for future, queue in zip(futures, threads, strict=True):
+        future.add_done_callback(lambda _, queue=queue: queue.put(threading.current_thread()))
+    inserting = pool.submit(lambda: move(buffer, 3.0) or threading.current_thread())
+    assert threads[0].get(timeout=PATIENCE_S) is inserting.result(PATIENCE_S)
+    assert 'alarms' in threads[1].get(timeout=PATIENCE_S).name
 
 
 def test_future_ends_once_whatever_comes_first(buffer, pool):

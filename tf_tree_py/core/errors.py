@@ -83,18 +83,37 @@ class TransformException(JoinableException):
     """
     Base of all exceptions of a transform buffer.
 
-    :ivar target_frame: the target of the lookup, or None.
-    :ivar source_frame: the source of the lookup, or None.
-    :ivar waited_s: how long the caller waited, seconds; None without a wait.
+    An attribute is None where the error has no such fact.
+
+    :ivar target_frame: the target of the lookup.
+    :ivar source_frame: the source of the lookup.
+    :ivar waited_s: how long the caller waited, seconds.
     :ivar blocked_on: (child frame, stamp) of all edges that may change the result when
         their newest sample reaches that stamp. None: waiting cannot help.
+    :ivar parent: the parent frame of the edge without data; None also if it has no samples.
+    :ivar child: the edge's child frame.
+    :ivar requested: the requested stamp, nanoseconds.
+    :ivar oldest: the oldest stored stamp of this edge; None also if it has no samples.
+    :ivar latest: the newest one.
     """
 
-    def __init__(self, message: str = '', *, target_frame: str | None = None,
+    parent: str | None = None
+    child: str | None = None
+    requested: int | None = None
+    oldest: int | None = None
+    latest: int | None = None
+
+    def __init__(self, *arguments: object, target_frame: str | None = None,
                  source_frame: str | None = None, hint: Hint = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
+        """
+        Take any arguments, as ``Exception`` and tf2's classes do; usually one text.
+
+        :param hint: how to solve the problem: one sentence, or a function that returns it.
+        """
         join('tf2_py', _OF_TF2)
-        super().__init__(shorten(message))
+        super().__init__(*(shorten(argument) if isinstance(argument, str) else argument
+                           for argument in arguments))
         self.target_frame = target_frame
         self.source_frame = source_frame
         self._hint = hint
@@ -114,7 +133,7 @@ class TransformException(JoinableException):
 
     def describe(self) -> str:
         """Return the problem in one sentence, without the wait and the hint."""
-        return str(self.args[0]) if self.args else ''
+        return Exception.__str__(self)
 
     def __repr__(self) -> str:
         return f'{type(self).__name__}({str(self)!r})'
@@ -148,21 +167,13 @@ class TimeoutException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """
-    An edge on the path has no data for the stamp.
+    """An edge on the path, from ``parent`` to ``child``, has no data for the stamp."""
 
-    :ivar parent: the edge's parent frame, None if it has no samples.
-    :ivar child: the edge's child frame.
-    :ivar requested: the requested stamp, nanoseconds.
-    :ivar oldest: the oldest stored stamp of this edge; None if it has no samples.
-    :ivar latest: the newest one.
-    """
-
-    def __init__(self, message: str = '', *, parent: str | None = None,
+    def __init__(self, *arguments: object, parent: str | None = None,
                  child: str | None = None, requested: int | None = None,
                  oldest: int | None = None, latest: int | None = None, hint: Hint = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
-        super().__init__(message, hint=hint, blocked_on=blocked_on)
+        super().__init__(*arguments, hint=hint, blocked_on=blocked_on)
         self.parent = parent
         self.child = child
         self.requested = requested

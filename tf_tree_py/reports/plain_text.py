@@ -138,9 +138,15 @@ def _yaml_letter(letter: str) -> str:
     return letter if letter.isprintable() and letter not in '"\\' else f'\\U{ord(letter):08x}'
 
 
-def as_string(edges: Iterable[EdgeInfo]) -> str:
-    """Return tf2's ``all_frames_as_string``: one line for every frame with a parent."""
-    return ''.join(f'Frame {edge.child} exists with parent {edge.parent}.\n' for edge in edges)
+def as_string(children: Iterable[str], edges: Iterable[EdgeInfo]) -> str:
+    """
+    Return tf2's ``all_frames_as_string``: one line for every frame that was ever a child.
+
+    :param children: these frames; those without an edge have no data, for example after a clear.
+    """
+    parents = {edge.child: edge.parent for edge in edges}
+    return ''.join(f'Frame {child} exists with parent {parents.get(child, "NO_PARENT")}.\n'
+                   for child in children)
 
 
 def as_dot(edges: Iterable[EdgeInfo]) -> str:

@@ -73,8 +73,8 @@ class RefusedException(TransformException):
     :ivar incidents: the refused ones, each with its reason.
     """
 
-    def __init__(self, message: str = '', *, incidents: Sequence['Incident'] = ()) -> None:
-        super().__init__(message)
+    def __init__(self, *arguments: object, incidents: Sequence['Incident'] = ()) -> None:
+        super().__init__(*arguments)
         self.incidents = list(incidents)
 
 

@@ -155,10 +155,12 @@ class PathFinder:
                 history.fixed_parent for history in self._histories.values())
         return self._changes_parent
 
-    def check_frame(self, argument: str, frame: str) -> None:
+    def check_frame(self, argument: str, frame: str,
+                    query: str = 'lookupTransform') -> None:
         """
         Raise an error if a query cannot use a frame name.
 
+        :param query: the name of the query in tf2.
         :raises InvalidArgumentException: it is empty or has a leading slash; or it is not a
             string, in which case the error is also a TypeError.
         :raises LookupException: the frame is unknown.
@@ -170,7 +172,7 @@ class PathFinder:
                 'string that is not empty and has no leading slash')
         if frame not in self._frames:
             raise LookupException(
-                f'"{frame}" passed to lookupTransform argument {argument} does not exist',
+                f'"{frame}" passed to {query} argument {argument} does not exist',
                 hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
 
     def _check_frames(self, target: str, source: str) -> None:

@@ -193,8 +193,9 @@ class Queries:
         ``lookup`` except for extrapolation.
         """
         with self._lock, FramesInErrors(target_frame, source_frame):
-            self._tree.paths.check_frame('target_frame', target_frame)
-            self._tree.paths.check_frame('source_frame', source_frame)
+            for argument, frame in (('target_frame', target_frame),
+                                    ('source_frame', source_frame)):
+                self._tree.paths.check_frame(argument, frame, 'get_latest_common_time')
             if target_frame == source_frame:
                 return self._own_stamp(target_frame, LATEST)
             return self._tree.paths.newest_path(target_frame, source_frame).latest_common_time()

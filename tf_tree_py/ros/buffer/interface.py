@@ -11,11 +11,12 @@ otherwise an AttributeError would follow later.
 from collections.abc import Callable
 from functools import cache, cached_property
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal, overload
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 
@@ -152,6 +153,20 @@ class BufferInterface:
         return await outcome(self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
+    @overload
+    def can_transform(self, target_frame: str, source_frame: str, time: Any,
+                      timeout: Any = NO_TIME,
+                      return_debug_tuple: Literal[False] = False) -> bool: ...
+
+    @overload
+    def can_transform(self, target_frame: str, source_frame: str, time: Any,
+                      timeout: Any = NO_TIME, *,
+                      return_debug_tuple: Literal[True]) -> tuple[bool, str]: ...
+
+    @overload
+    def can_transform(self, target_frame: str, source_frame: str, time: Any,
+                      timeout: Any, return_debug_tuple: bool) -> bool | tuple[bool, str]: ...
+
     def can_transform(self, target_frame: str, source_frame: str, time: Any,
                       timeout: Any = NO_TIME,
                       return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
@@ -160,9 +175,24 @@ class BufferInterface:
 
         :param return_debug_tuple: return (answer, reason) instead.
         """
-        _check_times(time, timeout)
+        _check_times(timeout, time)
         return _answered(return_debug_tuple, lambda: self.lookup_transform(
             target_frame, source_frame, time, timeout))
+
+    @overload
+    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
+                           return_debug_tuple: Literal[False] = False) -> bool: ...
+
+    @overload
+    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME, *,
+                           return_debug_tuple: Literal[True]) -> tuple[bool, str]: ...
+
+    @overload
+    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
+                           source_time: Any, fixed_frame: str, timeout: Any,
+                           return_debug_tuple: bool) -> bool | tuple[bool, str]: ...
 
     def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
                            source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
@@ -172,15 +202,16 @@ class BufferInterface:
 
         :param return_debug_tuple: return (answer, reason) instead.
         """
-        _check_times(target_time, source_time, timeout)
+        _check_times(timeout, target_time, source_time)
         return _answered(return_debug_tuple, lambda: self.lookup_transform_full(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
 
-def _check_times(*times: Any) -> None:
+def _check_times(timeout: Any, *times: Any) -> None:
     """Refuse arguments that are not times: the answer False would hide a mistake in the caller."""
     for time in times:
-        as_nanoseconds(time)
+        as_nanoseconds(time, Time)
+    as_nanoseconds(timeout)
 
 
 def _answered(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:

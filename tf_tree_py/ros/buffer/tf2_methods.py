@@ -186,5 +186,7 @@ class CoreApi(BufferCore):
         return plain_text.as_yaml(self.edges(), self.frames())
 
     def all_frames_as_string(self) -> str:
-        """Return every frame and its parent, one a line, in tf2's format."""
-        return plain_text.as_string(self.edges())
+        """Return every frame that was ever a child, and its parent, one a line, as tf2 does."""
+        with self._lock:
+            children = [frame for frame in self._tree.frames if frame in self._tree.histories]
+            return plain_text.as_string(children, super().edges())

@@ -21,6 +21,7 @@ from rclpy.executors import await_or_execute
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
+from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import (
@@ -172,7 +173,7 @@ class MessageFilter:
     def add(self, message: Any) -> None:
         """Add a message; this may be the callback of a subscription."""
         header = message.header if self._header_of is None else self._header_of(message)
-        frame, stamp = header.frame_id.removeprefix('/'), as_nanoseconds(header.stamp)
+        frame, stamp = header.frame_id.removeprefix('/'), as_nanoseconds(header.stamp, Time)
         with self._lock:
             number = self._received = self._received + 1
             held = _Held(self, number, message, frame, stamp)

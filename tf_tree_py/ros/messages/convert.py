@@ -14,6 +14,7 @@ from typing import Any
 from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
 from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import InvalidArgumentException
@@ -32,12 +33,13 @@ _STEADY_TIME = ClockType.STEADY_TIME.value
 _LONGEST_UPTIME = 10**18
 
 
-def as_nanoseconds(time: Any) -> int:
+def as_nanoseconds(time: Any, kind: type[Duration | Time] = Duration) -> int:
     """
     Return a time or a duration as integer nanoseconds.
 
     :param time: an rclpy ``Time`` or ``Duration``, their messages, or anything with
         ``nanoseconds`` or with ``sec`` and ``nanosec``.
+    :param kind: what was expected, for the error.
     :raises TypeError: none of these, as in tf2: a caller would take a TransformException for a
         transform that is not available yet.
     """
@@ -47,18 +49,19 @@ def as_nanoseconds(time: Any) -> int:
         try:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
         except AttributeError:
+            what_to_pass = ('a time: pass a header.stamp or an rclpy.time.Time'
+                            if kind is Time else 'a duration: pass an rclpy.duration.Duration')
             raise TypeError(
-                f'{time!r} is not a time: pass an rclpy.time.Time, a header.stamp, '
-                f'or an rclpy.duration.Duration{_duration_hint(time)}') from None
+                f'{time!r} is not {what_to_pass}{_in_seconds(time, kind)}') from None
     return nanoseconds  # type: ignore[no-any-return]
 
 
-def _duration_hint(time: Any) -> str:
-    """Return how to write a number of seconds as a ``Duration``."""
+def _in_seconds(time: Any, kind: type[Duration | Time]) -> str:
+    """Return how to write a number of seconds as a ``Duration`` or a ``Time``."""
     seconds = time.total_seconds() if isinstance(time, timedelta) else time
     if isinstance(seconds, bool) or not isinstance(seconds, float | int):
         return ''
-    return f'; a timeout of {seconds} s is Duration(seconds={seconds})'
+    return f'; {seconds} s is {kind.__name__}(seconds={seconds})'
 
 
 def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
@@ -74,7 +77,7 @@ def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
     """
     if type(time) is TimeMessage:  # the common case
         return time.sec * NANOSECONDS_PER_SECOND + time.nanosec  # type: ignore[no-any-return]
-    stamp = as_nanoseconds(time)
+    stamp = as_nanoseconds(time, Time)
     # Reading the clock type costs as much as the rest of this function. Steady time counts from
     # the start of the machine, so it is a small number; system time is wrong only if time is
     # simulated.
@@ -110,7 +113,7 @@ def as_sample(message: TransformStamped) -> Sample:
     try:
         stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
     except AttributeError:  # it should be a message, but tf2 accepts a Time of rclpy too
-        stamp = as_nanoseconds(header.stamp)
+        stamp = as_nanoseconds(header.stamp, Time)
     return Sample(header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/'),
                   stamp, _pose_tuple(message.transform))
 

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import rclpy.logging
+from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py.beyond.motion.deskew import deskew
@@ -193,13 +194,14 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     """
     source_frame = cloud.header.frame_id
     target_frame = target_frame or source_frame
-    reference = as_nanoseconds(cloud.header.stamp if reference_stamp is None else reference_stamp)
+    reference = as_nanoseconds(
+        cloud.header.stamp if reference_stamp is None else reference_stamp, Time)
     points = points_of(cloud)
     seen = np.isfinite(points).all(axis=1)
     stamps, timed = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
     if len(points):
         times = point_times(
-            cloud, field, unit, None if origin is None else as_nanoseconds(origin), seen)
+            cloud, field, unit, None if origin is None else as_nanoseconds(origin, Time), seen)
         _log_once(source_frame, times.reading)
         timed = seen & times.valid
         stamps = times.stamps[timed]

@@ -13,6 +13,7 @@ from copy import deepcopy
 from typing import Any
 
 from geometry_msgs import msg as geometry_msgs
+from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import join, JoinableException
 
@@ -182,7 +183,7 @@ def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
     :param stamp: a ``Time`` of rclpy, or a message's.
     :raises TypeException: a message that has no form with a header.
     """
-    header = Header(stamp=time_message(as_nanoseconds(stamp)), frame_id=frame_id)
+    header = Header(stamp=time_message(as_nanoseconds(stamp, Time)), frame_id=frame_id)
     if type(obj) in STAMPED_FORMS:
         kind, field = STAMPED_FORMS[type(obj)]
         return kind(header=header, **{field: deepcopy(obj)})

@@ -1,0 +1,19 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The documented types of what needs ROS, for type checkers."""
+
+from typing import assert_type
+
+from tf_tree_py import Buffer
+
+
+def questions(buffer: Buffer, time: object, debug: bool) -> None:
+    """Without ``return_debug_tuple`` the answer is a bool; with it, a pair."""
+    assert_type(buffer.can_transform('map', 'base', time), bool)
+    assert_type(buffer.can_transform('map', 'base', time, return_debug_tuple=True),
+                tuple[bool, str])
+    assert_type(buffer.can_transform('map', 'base', time, time, debug), bool | tuple[bool, str])
+    assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom'), bool)
+    assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom', time,
+                                          return_debug_tuple=True), tuple[bool, str])
