@@ -149,8 +149,8 @@ def frozen_stamp(case: Case) -> Iterator[Remark]:
 @check(Severity.WARNING,
        explains=('duplicate_stamps', 'delayed', 'clock_offset', 'skew', 'irregular_rate'),
        catches='stamps that are whole seconds, although the edge is sent more often',
-       cause='a driver that fills in sec and leaves nanosec out',
-       fix='fill in both: a buffer uses only the last sample of each second')
+       cause='a driver that sets sec but not nanosec',
+       fix='set both: a buffer uses only the last sample of each second')
 def whole_seconds(case: Case) -> Iterator[Remark]:
     """Find edges whose stamps all lack a fraction, and repeat."""
     for edge, moving in case.moving():

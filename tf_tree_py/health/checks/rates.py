@@ -164,7 +164,7 @@ def _is_irregular(moving: MovingEdge) -> bool:
 @check(Severity.WARNING,
        explains=('skew',),
        catches='an edge so slow that a buffer never holds two samples of it',
-       cause='its rate was chosen without regard to the window of buffers',
+       cause='its rate is too low for the time that buffers keep',
        fix='send it more often, or, if it never changes, once on /tf_static; or give buffers a '
            'longer cache_time')
 def slow_for_window(case: Case) -> Iterator[Remark]:
@@ -183,7 +183,7 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
 
 
 @check(Severity.WARNING,
-       catches='edges on one path of which one is much older than another when it is used',
+       catches='an edge whose newest sample is much older than that of another edge on its path',
        cause='one of them is sent rarely, and the latest common time is as old as its last sample',
        fix='send the slow one more often; lookups for a stamp have to wait for it')
 def skew(case: Case) -> Iterator[Remark]:

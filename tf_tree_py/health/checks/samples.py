@@ -168,7 +168,7 @@ _IN_PLACE = 1e-3
 
 @check(Severity.WARNING,
        explains=('interpolated_jump',),
-       catches='a frame that jumps faster than anything moves',
+       catches='a step between two samples that is faster than any real motion',
        cause='an estimator that was reset, an encoder that wrapped around, or an outlier that '
              'was not filtered',
        fix='check its publisher at that stamp; --max-speed and --max-turn-rate set the limits of '
@@ -327,7 +327,7 @@ def static_changed(case: Case) -> Iterator[Remark]:
 @check(Severity.NOTE,
        catches='a static edge that arrived long after its parent or its children',
        cause='a node that was started later, or a recorder that discovered it late',
-       fix='before that moment lookups through it fail; a lookup with a timeout waits for it')
+       fix='start it earlier, or look up with a timeout: lookups through it fail until it arrives')
 def static_late(case: Case) -> Iterator[Remark]:
     """Find static edges that arrived long after an edge that they connect to."""
     first = case.first_arrivals
@@ -356,7 +356,7 @@ def kind_flips(case: Case) -> Iterator[Remark]:
 
 
 @check(Severity.NOTE, textbook=True,
-       catches='an edge without any roll and pitch below one that tilts',
+       catches='an edge whose roll and pitch are exactly zero, below an edge that tilts',
        cause='a planar odometry or localiser on a robot that does tilt',
        fix='keep the tree three-dimensional, and project last: a point at height h is wrong by '
            'h sin(tilt)')

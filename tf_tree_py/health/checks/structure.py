@@ -149,7 +149,7 @@ def late_joiner(case: Case) -> Iterator[Remark]:
 @check(Severity.ERROR,
        catches='a publisher and a subscription of transforms whose quality of service does not '
                'match, so that nothing arrives',
-       cause='a publisher that is best effort, where tf2 listens reliably',
+       cause='a best-effort publisher: the listeners of tf2 request reliable transforms',
        fix='let it publish reliably: /tf reliable and volatile, /tf_static reliable and '
            'transient local')
 def qos_mismatch(case: Case) -> Iterator[Remark]:
@@ -190,8 +190,8 @@ def _named(endpoint: Endpoint) -> str:
        explains=('gap', 'irregular_rate'),
        catches='a source of an edge that fell silent and was replaced by another',
        cause='its node or its sensor has died, or hangs; or its clock is behind the others',
-       fix='check that source. The edge continued without a jump; when the source works again, '
-           'switch back to it, because this is not automatic')
+       fix='check that source. The edge continued without a jump. When the source works again, '
+           'switch back to it; with prefer the buffer does so itself')
 def source_silent(case: Case) -> Iterator[Remark]:
     """Find the incidents of a buffer, here or from the diagnostics of another process."""
     yield from _made_way(case, Kind.SOURCE_SILENT)
@@ -223,7 +223,7 @@ _ROUND = from_seconds(1.0)
 
 
 @check(Severity.ERROR, textbook=True,
-       catches='an edge that would close a loop: each frame of it the child of the next',
+       catches='an edge that would close a loop, so that a frame would be its own ancestor',
        cause='two nodes disagree about which frame is the parent; often a localiser that '
              'publishes map -> base_link in addition to an odometry, or an inverted transform',
        fix='stop one of the two senders, or let it publish the inverse')
