@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Writes the codes of docs/doctor.md anew: ``python docs/figures/doctor_codes.py``.
+Writes the codes of docs/doctor_codes.md anew: ``python docs/figures/doctor_codes.py``.
 
 They are read from the catalogue that ``tf_doctor --list`` prints.
 """
@@ -12,7 +12,7 @@ from pathlib import Path
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Code
 
-PAGE = Path(__file__).parents[1] / 'doctor.md'
+PAGE = Path(__file__).parents[1] / 'doctor_codes.md'
 BEGIN, END = '<!-- codes: begin -->\n', '<!-- codes: end -->\n'
 
 

@@ -5,7 +5,7 @@
 """
 The output of each tool for a fault.
 
-``python test/tools/verdicts.py`` in ``scripts/env`` prints the table of docs/doctor.md.
+``python test/tools/verdicts.py`` in ``scripts/env`` prints the table of docs/doctor_coverage.md.
 """
 
 from argparse import Namespace
