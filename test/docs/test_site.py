@@ -72,7 +72,7 @@ def described(site):
 
 @pytest.mark.parametrize(('words', 'page'), [
     ('remap tf topic', 'docs/several_robots.html'),
-    ('covariance', 'docs/beyond_tf2.html'),
+    ('covariance', 'docs/uncertainty.html'),
     ('timeout', 'docs/waiting.html'),
     ('install without ros', 'docs/installing.html'),
     ('lookup_transform', 'api/tf_tree_py.Buffer.html')])

@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The page lists every parameter of the nodes that blend an edge, like ``--help``."""
+"""The pages list every parameter of the nodes that blend an edge, like ``--help``."""
 
 from pathlib import Path
 
 import pytest
 from tf_tree_py.nodes import edge_switch, relocalisation_anchor
 
-PAGE = Path(__file__).parents[2] / 'docs' / 'beyond_tf2.md'
+DOCS = Path(__file__).parents[2] / 'docs'
+PAGES = {'edge_switch': 'sources.md', 'relocalisation_anchor': 'corrections.md'}
 SETTINGS = {
     'edge_switch': (
         edge_switch.SOURCES, *edge_switch.SETTINGS, *edge_switch._settings_of(['NAME'])),
@@ -25,7 +26,8 @@ def row(setting):
 
 @pytest.mark.parametrize('node', SETTINGS)
 def test_table_of_parameters_is_that_of_the_node(node):
-    table = PAGE.read_text().partition(f'| parameter of `{node}` | default | meaning |\n')[2]
+    page = (DOCS / PAGES[node]).read_text()
+    table = page.partition(f'| parameter of `{node}` | default | meaning |\n')[2]
     assert table, 'the page has no such table'
     rows = table.partition('\n\n')[0].splitlines()[1:]
     assert rows == list(map(row, SETTINGS[node]))
