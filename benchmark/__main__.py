@@ -37,8 +37,8 @@ from .peers.finding import Contestants
 from .rows import Row
 
 _REPOSITORY = Path(__file__).resolve().parent.parent
-_DOCUMENT = _REPOSITORY / 'docs' / 'performance.md'
-_IMAGES = _REPOSITORY / 'docs' / 'images'
+_DOCS = _REPOSITORY / 'docs'
+_IMAGES = _DOCS / 'images'
 
 GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'depth': lookups.depths,
@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the requested measurements."""
     options = _parse(arguments)
     if options.redraw:
-        _draw(_IMAGES, report.rows_of(_DOCUMENT))
+        _draw(_IMAGES, report.rows_of(_DOCS))
         return
     effort = QUICK if options.quick else FULL
     measured_on = machine.describe()
@@ -86,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     report.write(options.out, rows, measured_on, absent)
     _draw(options.out, rows)
     if options.docs:
-        report.update_document(_DOCUMENT, report.summary(rows, measured_on, absent))
+        report.update_pages(_DOCS, rows, measured_on, absent)
         _draw(_IMAGES, rows)
     _say(f'written to {options.out}')
 
@@ -101,10 +101,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--out', type=Path, metavar='DIR', default=_default_folder(),
                         help='where results.json, summary.md and the plots go')
     parser.add_argument('--docs', action='store_true',
-                        help='also put results and plots into docs/performance.md')
+                        help='also put results and plots into the pages docs/performance_*.md')
     parser.add_argument('--redraw', action='store_true',
-                        help='measure nothing: draw the plots of docs/performance.md from its '
-                             'tables')
+                        help='measure nothing: draw the plots of these pages from their tables')
     options = parser.parse_args(arguments)
     if options.docs and (options.quick or options.only):
         parser.error('--docs is for full runs: not with --quick or --only')

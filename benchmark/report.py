@@ -15,24 +15,36 @@ from .timing import spread
 Machine = dict[str, Any]
 
 _TITLES = {
-    'depth': 'One lookup over depth, an insertion between every two, 1 s of history',
+    'depth': 'One lookup by depth, with an insertion between two lookups, 1 s of history',
     'history': 'One lookup in longer histories',
     'humanoid': 'The hand camera of the humanoid: 12 edges, 5 of them moving',
     'tree': 'All 38 frames of the humanoid relative to one',
     'many': 'Many stamps at depth 3, 10 s of history',
     'continuous': 'An edge on a spline: depth 3, its middle edge with 50 knots a second',
-    'calibration': "Calibrating an edge and a time offset, beside KinHEC's reference solvers",
-    'control': 'What a node feels: a loop of 100 Hz that looks up while /tf arrives',
+    'uncertain': 'Features beyond tf2: one lookup over 5 moving edges',
+    'calibration': "Calibrating an edge and a time offset, compared with KinHEC's solvers",
+    'control': 'A loop of 100 Hz that looks up while /tf arrives',
     'listener': 'CPU of a process that listens to /tf: transforms in a message x rate',
     'joints': 'CPU of a process that makes transforms of joint states',
-    'doctor': 'CPU of a listener that a doctor watches: transforms in a message x rate',
+    'doctor': 'CPU of a listener with a doctor: transforms in a message x rate',
     'wait': 'From an insertion until a blocked lookup returns',
     'insert': 'Inserting one transform',
     'memory': 'Memory',
     'bag': 'Opening a bag: 38 edges in one message at 100 Hz, as MCAP',
+    'fleet': 'CPU of a fleet listener: robots x frames that move x rate',
+    'fleet_lag': 'From the publication of a robot until a lookup returns',
+    'fleet_link': 'What a robot sends over Zenoh',
 }
 
-# The results are between these comments of docs/performance.md.
+PAGES = {
+    'performance_lookups.md': ('depth', 'history', 'humanoid', 'tree', 'many', 'continuous',
+                               'insert'),
+    'performance_nodes.md': ('listener', 'control', 'joints', 'doctor', 'wait'),
+    'performance_data.md': ('memory', 'bag', 'fleet', 'fleet_lag', 'fleet_link'),
+}
+"""The groups that each page of docs has. beyond_tf2.md and calibration.md have their own."""
+
+# The results are between these comments of a page.
 _BEGIN, _END = '<!-- results: begin -->', '<!-- results: end -->'
 
 
@@ -93,8 +105,24 @@ def write(folder: Path, rows: Sequence[Row], machine: Machine, absent: dict[str,
     (folder / 'summary.md').write_text(summary(rows, machine, absent))
 
 
-def update_document(document: Path, text: str) -> None:
-    """Replace the results between the comments of a document."""
+def update_pages(docs: Path, rows: Sequence[Row], machine: Machine,
+                 absent: dict[str, str]) -> None:
+    """Replace the results on each page by those of its groups."""
+    for page, groups in PAGES.items():
+        own = [row for row in rows if row.group in groups]
+        _update(docs / page, summary(own, machine, absent))
+
+
+def rows_of(docs: Path) -> list[Row]:
+    """
+    Return the rows on all pages: least, median and greatest of each contestant.
+
+    :raises ValueError: a page contains no results.
+    """
+    return [row for page in PAGES for row in _rows_of(docs / page)]
+
+
+def _update(document: Path, text: str) -> None:
     found = re.compile(f'{re.escape(_BEGIN)}.*{re.escape(_END)}', re.DOTALL)
     replaced, count = found.subn(
         lambda _: f'{_BEGIN}\n\n{text}\n{_END}', document.read_text())
@@ -103,12 +131,7 @@ def update_document(document: Path, text: str) -> None:
     document.write_text(replaced)
 
 
-def rows_of(document: Path) -> list[Row]:
-    """
-    Return the rows of a document: least, median and greatest of each contestant.
-
-    :raises ValueError: the document contains no results.
-    """
+def _rows_of(document: Path) -> list[Row]:
     _, found, results = document.read_text().partition(_BEGIN)
     rows = []
     for part in results.partition(_END)[0].split('\n### ')[1:]:
