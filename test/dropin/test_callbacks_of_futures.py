@@ -14,6 +14,7 @@ import sys
 import textwrap
 import threading
 
+from dropin_helpers import run
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
@@ -156,6 +157,32 @@ def test_callback_of_a_listener_that_ends_is_not_called(buffer, listener, called
 
 
 # --- programs
+
+ONLY_LISTENS = """
+    import rclpy
+    from rclpy.duration import Duration
+    from rclpy.time import Time
+    import tf2_ros
+
+    rclpy.init()
+    node = rclpy.create_node('listens')
+    buffer = tf2_ros.Buffer()
+    listener = tf2_ros.TransformListener(buffer, node)
+    broadcaster = tf2_ros.StaticTransformBroadcaster(node)
+    message = tf2_ros.TransformStamped(child_frame_id='camera')
+    message.header.frame_id = 'base'
+    broadcaster.sendTransform(message)
+    assert buffer.can_transform('base', 'camera', Time(), Duration(seconds=20))
+    print(getattr(rclpy, '__executor'))
+    rclpy.shutdown()
+"""
+
+
+def test_listener_makes_no_executor(program):
+    """Its guard condition could crash the program at Ctrl-C (docs/ending.md)."""
+    result = run('-m', 'tf_tree_py.dropin', '--force', program(ONLY_LISTENS))
+    assert result.stdout == 'None\n', result.stderr
+
 
 WAITS = """
     import sys
