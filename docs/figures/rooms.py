@@ -30,9 +30,9 @@ BEGIN, END = '<!-- rooms: written by docs/figures/rooms.py -->\n', '<!-- end of 
 ROWS = ('view', 'tools nodes labs dropin', 'ros', 'urdf bag calibration fleet',
         'buffer_core thinning reports health interfaces', 'beyond', 'core command deprecation')
 
-# Inches.
-WIDTH, HEIGHT, GAP, TITLE, LINE, MARGIN = 1.62, 0.84, 0.08, 0.22, 0.145, 0.05
-LETTERS = 23  # of a caption in a line; bold ones are wider
+# Inches; the whole picture is at most 1000 pixels wide, at 96 pixels an inch.
+WIDTH, GAP, TITLE, LINE, MARGIN = 1.36, 0.06, 0.21, 0.14, 0.05
+LETTERS = 20  # of a caption in a line; bold ones are wider
 
 
 class Box(NamedTuple):
@@ -52,26 +52,42 @@ def rooms_of(layer: str) -> list[str]:
 
 def boxes() -> Iterator[Box]:
     """Yield each layer, followed by its rooms."""
-    pitch = HEIGHT + TITLE + 3 * GAP
-    for row, layers in enumerate(reversed(ROWS)):
-        x, y = GAP, GAP + row * pitch
+    y = GAP
+    for layers in reversed(ROWS):
+        x, height = GAP, height_of(layers.split())
         for layer in layers.split():
             rooms = rooms_of(layer)
             width = max(1, len(rooms)) * (WIDTH + GAP) + GAP
-            yield Box(layer, x, y, width, pitch - GAP)
+            yield Box(layer, x, y, width, height)
             for number, room in enumerate(rooms):
-                yield Box(room, x + GAP + number * (WIDTH + GAP), y + GAP, WIDTH, HEIGHT)
+                yield Box(room, x + GAP + number * (WIDTH + GAP), y + GAP, WIDTH,
+                          height - TITLE - 2 * GAP)
             x += width + GAP
+        y += height + GAP
+
+
+def height_of(layers: list[str]) -> float:
+    """Return the height of a row, in which every name and its caption has room."""
+    heights = [0.0]
+    for layer in layers:
+        rooms = rooms_of(layer)
+        above = TITLE + 2 * GAP if rooms else 0.0
+        heights += [above + len(lines(place)) * LINE + 3 * MARGIN for place in rooms or [layer]]
+    return max(heights)
+
+
+def lines(place: str) -> list[str]:
+    """Return the name of a room, or of a layer without rooms, and the lines of its caption."""
+    *_, name = place.split('/')
+    return [name, *textwrap.wrap(house.caption(place).summary.replace('``', ''), LETTERS)]
 
 
 def lines_in(box: Box) -> list[str]:
-    """Return the name in a box and its caption, in lines that fit."""
-    *_, name = box.place.split('/')
-    summary = house.caption(box.place).summary.replace('``', '')
-    if box.place == name and rooms_of(name):
-        title = f'{name}: {summary}'
-        return [title if len(title) < 0.9 * LETTERS * box.width / WIDTH else name]
-    return [name, *textwrap.wrap(summary, LETTERS)]
+    """Return the lines in a box."""
+    if '/' in box.place or not rooms_of(box.place):
+        return lines(box.place)
+    title = f'{box.place}: {house.caption(box.place).summary.replace("``", "")}'
+    return [title if len(title) < 0.9 * LETTERS * box.width / WIDTH else box.place]
 
 
 def draw(axes: Axes, box: Box) -> None:
@@ -83,7 +99,7 @@ def draw(axes: Axes, box: Box) -> None:
     top = box.y + box.height - MARGIN
     for number, line in enumerate(lines_in(box)):
         axes.text(box.x + 0.07, top - number * LINE - 0.02 * (number > 0), line, ha='left',
-                  va='top', fontsize=8.5 if number else 9.5,
+                  va='top', fontsize=8.0 if number else 9.0,
                   fontweight='normal' if number else 'bold')
 
 

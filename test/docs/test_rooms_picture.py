@@ -34,6 +34,11 @@ def test_captions_fit_into_their_boxes(figure):
         assert len(figure.lines_in(box)) * figure.LINE + 2 * figure.MARGIN < box.height, box
 
 
+def test_picture_fits_on_a_screen(figure):
+    width, height = figure.picture().get_size_inches() * 96
+    assert width <= 1000 and height <= 900
+
+
 def test_layers_import_only_what_is_drawn_below_or_to_their_left(figure):
     order = ' '.join(reversed(figure.ROWS)).split()
     for layer, of in house.LAYERS.items():
