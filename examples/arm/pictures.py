@@ -9,7 +9,7 @@ from statistics import fmean
 from typing import Any
 
 import numpy as np
-from PIL import Image as Picture, ImageDraw
+from PIL import Image as Picture, ImageDraw, ImageFont
 from tf_tree_py.core import as_seconds, Pose
 from tf_tree_py.labs.pictures import GREY, save, STYLES
 
@@ -21,7 +21,8 @@ from .speeds import errors_at, law, RADIUS, SPEEDS
 
 _COLUMNS, _TILE, _GAP = 5, (192, 144), 4
 _COLORS = 200
-_GREEN, _WHITE = (0, 255, 80), (255, 255, 255)
+_GREEN, _WHITE, _BLACK = (0, 255, 80), (255, 255, 255), (0, 0, 0)
+_SCALE_M = 0.1
 
 
 def draw_all(trials: Sequence[Trial], folder: Path) -> list[Path]:
@@ -59,15 +60,34 @@ def _draw_errors(figure: Any) -> None:
 
 
 def contact_sheet(trials: Sequence[Trial]) -> Picture.Image:
-    """Return the image of each run, with the detection drawn in."""
-    tiles = [detection(*trial.sight) for trial in trials if trial.sight is not None]
+    """Return the image of each run, with its number, a scale, and the detection drawn in."""
+    tiles = [_tile(trial) for trial in trials if trial.sight is not None]
     width, height = _TILE[0] + _GAP, _TILE[1] + _GAP
     rows = -(-len(tiles) // _COLUMNS)
     sheet = Picture.new('RGB', (_COLUMNS * width - _GAP, max(1, rows * height - _GAP)), _WHITE)
     for number, tile in enumerate(tiles):
         row, column = divmod(number, _COLUMNS)
-        sheet.paste(tile.resize(_TILE, Picture.Resampling.LANCZOS), (column * width, row * height))
+        sheet.paste(tile, (column * width, row * height))
     return sheet
+
+
+def _tile(trial: Trial) -> Picture.Image:
+    image, camera_T_block = trial.sight
+    tile = detection(image, camera_T_block).resize(_TILE, Picture.Resampling.LANCZOS)
+    pen = ImageDraw.Draw(tile)
+    write(pen, (3, 2), f'run {trial.number}', 'lt')
+    # The scale holds at the distance of the block, across the optical axis.
+    length = image.intrinsics.focal * _SCALE_M / camera_T_block.z * _TILE[0] / image.color.shape[1]
+    right, bottom = _TILE[0] - 8, _TILE[1] - 8
+    pen.rectangle((right - length, bottom - 2, right, bottom), fill=_BLACK, outline=_WHITE)
+    write(pen, (right - length / 2, bottom - 5), f'{100 * _SCALE_M:.0f} cm', 'mb')
+    return tile
+
+
+def write(pen: ImageDraw.ImageDraw, place: tuple[float, float], text: str, anchor: str) -> None:
+    """Write black text with a white border, which can be read on any picture."""
+    pen.text(place, text, fill=_BLACK, font=ImageFont.load_default(11), anchor=anchor,
+             stroke_width=2, stroke_fill=_WHITE)
 
 
 def detection(image: Image, camera_T_block: Pose) -> Picture.Image:
