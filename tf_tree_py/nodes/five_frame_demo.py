@@ -32,7 +32,8 @@ is known here, so every answer is compared with it. Press Ctrl-C to stop."""
 
 _INTRODUCTION = """\
 Live over DDS: the pose of a moving robot's gripper in the world, at the time of each line.
-(age: the delay of the answer; off: its distance from the true motion)"""
+age: the wait for the next sample of every edge (by default, the slowest is sent every 100 ms)
+off: the distance of the answer from the true motion"""
 
 
 class DemoListener(FiveFrameListener):

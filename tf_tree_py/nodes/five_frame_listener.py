@@ -31,7 +31,7 @@ _DESCRIPTION = """\
 Prints the pose of one frame in another: by default, the gripper in the world.
 
 Each line is a lookup of the current time, so it waits until every edge on the path has data
-for that time. The age is the delay of the answer. You may start this before or after the
+for that time. The age is the time that it waited. You may start this before or after the
 publisher.
 Press Ctrl-C to stop."""
 
