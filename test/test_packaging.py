@@ -121,6 +121,13 @@ def test_addresses_stand_in_package_xml_alone():
         assert '(package.xml)' in (REPOSITORY / page).read_text(), page
 
 
+def test_pages_say_that_it_is_not_published_as_long_as_that_is_so():
+    addresses = MANIFEST.findall('url[@type="repository"]')
+    for page in ('README.md', 'CONTRIBUTING.md', 'SECURITY.md'):
+        said = 'not published yet' in (REPOSITORY / page).read_text()
+        assert said != bool(addresses), page
+
+
 def test_oldest_numerics_that_are_allowed_are_tried():
     oldest = set(re.findall(r'(\w+)==(\d+\.\d+)', (REQUIREMENTS / 'oldest.txt').read_text()))
     assert requirements() == {f'{name}>={version}' for name, version in oldest}
