@@ -6,7 +6,7 @@
 import json
 import math
 
-from bags import estimate, LATCHED, START, write_ros2
+from bags import estimate, LATCHED, Message, START, write_ros2
 import numpy as np
 from patients import HEALTHY
 import pytest
@@ -88,6 +88,14 @@ def test_what_is_missing_is_told_and_is_a_status(bag, arguments, told):
     done = tool('tf_echo', *arguments, '--once', '--bag', bag)
     assert (done.returncode, done.stderr) == (1, '')
     assert all(text in done.stdout for text in told)
+
+
+def test_hint_is_a_line_of_its_own(tmp_path):
+    two_trees = write_ros2(tmp_path / 'bag', [
+        Message(START, '/tf', [('a', 'b', START, Pose()), ('c', 'd', START, Pose())])])
+    sentence, hint = tool('tf_echo', 'a', 'd', '--once', '--bag', two_trees).stdout.splitlines()
+    assert sentence.startswith("no answer for a <- d: Could not find a connection between 'a'")
+    assert hint.startswith('  Tf has two or more unconnected trees')
 
 
 @pytest.mark.parametrize('arguments, sentence', [

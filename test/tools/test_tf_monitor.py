@@ -48,7 +48,7 @@ def test_chain_shows_its_edges_only(bags):
         ['base_link', '->', 'lidar', 'static']]
     assert 'refused' not in done.stdout
     missing = tool('tf_monitor', 'map', 'lidr', '--bag', bags['gap'])
-    assert "Did you mean 'lidar'" in ' '.join(missing.stdout.split())
+    assert "\nDid you mean 'lidar'" in missing.stdout and '\\n' not in missing.stdout
 
 
 @pytest.mark.parametrize('name', ['well', 'loop'])

@@ -191,7 +191,10 @@ def _missing(explanation: Explanation) -> Iterator[str]:
     """Yield lines with the missing data, the known frames, and similar names."""
     what = f'{explanation.target} <- {explanation.source}'
     if not explanation.unknown:
-        yield shown(f'no answer for {what}: {explanation.problem}', 1000)
+        sentence, *hints = explanation.problem.split('\n')
+        yield shown(f'no answer for {what}: {sentence}', 1000)
+        for hint in hints:
+            yield f'  {shown(hint, 1000)}'
         return
     for name, meant in explanation.unknown:
         hint = f': did you mean {meant!r}?' if meant else ''

@@ -185,7 +185,8 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:
     yield text(f'{shown(look.source)}: {look.transforms} transforms, {len(look.rows)} edges, '
                f'{look.watched_s:.0f} s')
     if look.chain is not None and look.chain.problem:
-        yield styled(look.chain.problem, 'warning')
+        for line in look.chain.problem.split('\n'):  # the hint of an error is a line of its own
+            yield styled(line, 'warning')
     findings = look.findings[:_MOST_FINDINGS]
     room = len(look.rows) if most is None else max(3, most - len(findings))
     yield table(*_without_empty(_HEADINGS, [_cells(row) for row in look.rows[:room]]), _NUMBERS)
