@@ -84,7 +84,8 @@ class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, Uncerta
         hostile publisher can do.
     :param max_name_bytes: the maximum bytes of a frame name in UTF-8, for the same reason.
     :param now: the clock that the stamps are taken from, nanoseconds, such as
-        ``time.time_ns``; stamps far ahead of it are reported. None: all stamps are accepted.
+        ``time.time_ns``; stamps far ahead of it are reported, and errors suggest a timeout.
+        None: all stamps are accepted, and errors assume that no more data arrives.
     :param max_future: how far ahead of the clock a stamp may be, nanoseconds; later stamps
         are refused. None: they are accepted, as in tf2.
     :param clear_on_jump_back: clear all moving edges when stamps jump back by more than

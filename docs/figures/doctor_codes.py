@@ -20,8 +20,9 @@ def section(code: Code) -> str:
     """Return what the page says of a code."""
     explains = f'\n- symptoms: {", ".join(f"`{name}`" for name in sorted(code.explains))}' if (
         code.explains) else ''
+    recorded = f'\n- fix in a recording: {code.recorded_fix}' if code.recorded_fix else ''
     return (f'#### `{code.name}`\n\n{code.severity.value.capitalize()}: {code.catches}.\n\n'
-            f'- cause: {code.cause}\n- fix: {code.fix}{explains}\n')
+            f'- cause: {code.cause}\n- fix: {code.fix}{recorded}{explains}\n')
 
 
 def sections() -> str:

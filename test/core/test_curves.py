@@ -86,7 +86,7 @@ def test_lookup_is_the_function_among_the_other_edges(buffer, curve):
                      buffer.lookup('map', 'odom', stamp) @ expected)
     assert buffer.latest_common_time('map', 'camera') == END
     assert_same_pose(buffer.lookup('odom', 'base'), pose_of(curve, END))
-    with pytest.raises(FutureExtrapolationException, match='wait for a longer one'):
+    with pytest.raises(FutureExtrapolationException, match='a curve that ends earlier'):
         buffer.lookup('odom', 'base', END + 1)
     assert [edge.authority for edge in buffer.edges() if edge.child == 'base'] == ['me']
 

@@ -27,7 +27,17 @@ EXCEPTIONS = [value for value in vars(core).values()
 
 @pytest.fixture
 def buffer():
-    buffer = BufferCore(10 * SECOND)
+    return filled()
+
+
+@pytest.fixture
+def live():
+    """Return the same in a buffer with a clock, where data may still arrive."""
+    return filled(now=lambda: 12 * SECOND)
+
+
+def filled(**options):
+    buffer = BufferCore(10 * SECOND, **options)
     for seconds in (10, 11):
         buffer.insert('map', 'odom', seconds * SECOND, Pose(1.0))
         buffer.insert('odom', 'base', seconds * SECOND, Pose(1.0))
@@ -161,32 +171,51 @@ def test_wrong_type_of_a_frame_is_an_invalid_argument(buffer):
 # --- hints
 
 
-def test_hint_for_the_future_is_the_sensors_stamp_or_a_timeout(buffer):
-    raised = error_of(buffer, 'map', 'base', 13 * SECOND)
-    assert "Pass the stamp of the sensor's own message" in raised.hint
-    assert 'or use a timeout that is long enough for the data to arrive' in raised.hint
+def test_hint_for_the_future_is_a_timeout_or_the_sensors_stamp(live):
+    raised = error_of(live, 'map', 'base', 12 * SECOND)
+    assert raised.hint == (
+        'Use a timeout that is long enough for the data to arrive. If this is the present time, '
+        "pass the stamp of the sensor's own message instead")
     assert str(raised).endswith(f'.\n{raised.hint}')
 
 
-def test_hint_for_what_is_long_silent_is_to_have_it_watched(buffer):
+def test_hint_for_the_future_without_a_clock_is_an_earlier_stamp(buffer):
+    raised = error_of(buffer, 'map', 'base', 12 * SECOND)
+    assert raised.hint == ('This edge has no newer sample: look up an earlier stamp. '
+                           'stamps_at_rate returns stamps for which all edges have data')
+    assert str(raised).endswith(f'.\n{raised.hint}')
+
+
+@pytest.mark.parametrize('options', [{}, {'now': lambda: 12 * SECOND}])
+def test_hint_for_what_is_long_silent_is_to_have_it_watched(options):
+    buffer = filled(**options)
     newest = min(edge.latest for edge in buffer.edges_between('map', 'base'))
     doctor = 'tf_doctor reports whether it is late, silent, or stamped by another clock'
     assert doctor not in error_of(buffer, 'map', 'base', newest + SECOND).hint
     assert doctor in error_of(buffer, 'map', 'base', newest + SECOND + 1).hint
 
 
-def test_hint_for_what_has_expired_is_a_longer_cache_time(buffer):
-    assert 'keeps 10.000 s' in error_of(buffer, 'map', 'base', SECOND - 1).hint
+def test_hint_for_what_has_expired_is_a_longer_cache_time(buffer, live):
+    longer = 'use a longer cache_time (UNLIMITED keeps everything)'
+    assert error_of(buffer, 'map', 'base', SECOND - 1).hint == (
+        f'The buffer keeps 10.000 s: {longer}')
+    assert error_of(live, 'map', 'base', SECOND - 1).hint == (
+        f'The buffer keeps 10.000 s: look up sooner, or {longer}')
 
 
-def test_hint_for_what_was_before_the_beginning_is_that_nothing_older_came(buffer):
+def test_hint_for_what_was_before_the_beginning_is_that_nothing_older_came(buffer, live):
     assert error_of(buffer, 'map', 'base', 9 * SECOND).hint == (
+        'This edge has no older sample: look up a later stamp. '
+        'stamps_at_rate returns stamps for which all edges have data')
+    assert error_of(live, 'map', 'base', 9 * SECOND).hint == (
         'No older sample of this edge has arrived: its publisher or the listener started later')
 
 
 def test_hint_for_an_unknown_frame_is_the_known_ones(buffer):
     assert 'Known: odom, map, base, tree, island' in error_of(buffer, 'map', 'nowhere').hint
-    assert 'Nothing has been received yet' in error_of(BufferCore(), 'map', 'nowhere').hint
+    assert error_of(BufferCore(), 'map', 'nowhere').hint == 'The buffer is empty'
+    assert error_of(BufferCore(now=lambda: SECOND), 'map', 'nowhere').hint == (
+        'Nothing has been received yet')
 
 
 @pytest.mark.parametrize(('asked', 'meant'), [
@@ -227,9 +256,10 @@ def test_hint_does_not_list_a_thousand_frames():
     assert len(hint) < 200
 
 
-def test_hint_for_two_trees_asks_who_joins_them(buffer):
-    hint = error_of(buffer, 'map', 'tree').hint
+def test_hint_for_two_trees_asks_who_joins_them(buffer, live):
+    hint = error_of(live, 'map', 'tree').hint
     assert 'which node should publish the edge between them? tf_doctor lists the trees' in hint
+    assert 'no edge joins them. tf_doctor lists the trees' in error_of(buffer, 'map', 'tree').hint
 
 
 def test_time_that_was_waited_stands_before_the_hint():

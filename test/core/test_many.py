@@ -168,7 +168,7 @@ def test_errors_are_those_of_a_single_lookup(robot):
     robot.insert('moon', 'flag', SECOND, Pose())
     with pytest.raises(ConnectivityException, match='not part of the same tree'):
         robot.lookup_many('map', 'flag', [SECOND])
-    with pytest.raises(LookupException, match='Nothing has been received yet'):
+    with pytest.raises(LookupException, match='The buffer is empty'):
         BufferCore().lookup_many('map', 'tool', [SECOND])
 
 

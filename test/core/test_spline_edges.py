@@ -148,10 +148,14 @@ def test_twist_of_a_spline_is_its_own_and_not_an_average(buffer, spline):
 def test_error_outside_the_spline_says_what_the_edge_is(buffer, spline):
     with pytest.raises(PastExtrapolationException, match='a curve that begins later') as past:
         buffer.lookup('odom', 'camera', spline.oldest - 1)
-    with pytest.raises(FutureExtrapolationException, match='wait for a longer one') as future:
+    with pytest.raises(FutureExtrapolationException, match='a curve that ends') as future:
         buffer.lookup('odom', 'camera', spline.latest + 1)
     assert (past.value.oldest, future.value.latest) == (spline.oldest, spline.latest)
     assert past.value.blocked_on is None and future.value.blocked_on is not None
+    live = BufferCore(now=lambda: SECOND)
+    live.insert_curve('odom', 'imu', spline)
+    with pytest.raises(FutureExtrapolationException, match='wait for a longer one'):
+        live.lookup('odom', 'imu', spline.latest + 1)
 
 
 def test_waiting_ends_when_the_spline_has_grown(buffer):

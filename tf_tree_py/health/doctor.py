@@ -44,12 +44,14 @@ class Doctor(Observer):
     :ivar endpoints: the publishers and subscriptions; set by callers with access to the graph.
     """
 
-    def __init__(self, limits: Thresholds | None = None) -> None:
+    def __init__(self, limits: Thresholds | None = None, *, recorded: bool = False) -> None:
         """
         Begin without data.
 
         :param limits: the limits beyond which something becomes a finding.
+        :param recorded: whether the messages are of a recording: there, waiting is no remedy.
         """
+        self.recorded = recorded
         self.limits = limits or Thresholds()
         self.endpoints: Sequence[Endpoint] = ()
         self._lock = fork_locks.lock()
@@ -184,7 +186,7 @@ class Doctor(Observer):
 
     def _case(self, now: int) -> Case:
         return Case(self._edges.values(), self._parents, self._troubles, self._slashed,
-                    self.endpoints, self.limits, max(now, self._last))
+                    self.endpoints, self.limits, max(now, self._last), self.recorded)
 
 
 def _causes(findings: Sequence[Finding]) -> list[Finding]:

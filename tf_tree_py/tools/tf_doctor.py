@@ -63,7 +63,7 @@ def _work(argv: Sequence[str]) -> int:
     if arguments.list:
         _list(arguments.json)
         return FINE
-    doctor = Doctor(limits_of(arguments))
+    doctor = Doctor(limits_of(arguments), recorded=arguments.bag is not None)
     with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
         interrupted = True
         with suppress(KeyboardInterrupt):
@@ -128,13 +128,15 @@ def _verdict(report: dict[str, Any], with_notes: bool) -> Any:
 def _list(as_json: bool) -> None:
     if as_json:
         print_json([{'code': code.name, 'severity': code.severity.value, 'textbook': code.textbook,
-                     'catches': code.catches, 'cause': code.cause, 'fix': code.fix}
+                     'catches': code.catches, 'cause': code.cause, 'fix': code.fix,
+                     'recorded_fix': code.recorded_fix or code.fix}
                     for code in CODES.values()])
         return
     out = console()
     for code in CODES.values():
         out.print(styled(f'{code.name} ({code.severity.value})', code.severity.value))
-        out.print(fields({'': code.catches, 'cause': code.cause, 'fix': code.fix}))
+        out.print(fields({'': code.catches, 'cause': code.cause, 'fix': code.fix,
+                          'in a bag': code.recorded_fix}))
         out.print()
 
 

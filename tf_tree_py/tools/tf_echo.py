@@ -199,7 +199,7 @@ def _missing(explanation: Explanation) -> Iterator[str]:
     for name, meant in explanation.unknown:
         hint = f': did you mean {meant!r}?' if meant else ''
         yield shown(f'no answer for {what}: unknown frame {name!r}{hint}', 1000)
-    yield f'  known frames: {shown(listed(explanation.known, 40), 2000) or "none yet"}'
+    yield f'  known frames: {shown(listed(explanation.known, 40), 2000) or "none"}'
 
 
 def _stamp_and_age(explanation: Explanation) -> str:

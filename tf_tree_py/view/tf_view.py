@@ -83,7 +83,7 @@ def _work(argv: Sequence[str]) -> int:
     from . import serving  # noqa: F401 - slow, so import it while Ctrl-C still ends the program
     _check_address(arguments.host, arguments.port)
     robot = None if arguments.urdf is None else _robot(arguments.urdf)
-    doctor, incidents = Doctor(), IncidentLog()
+    doctor, incidents = Doctor(recorded=arguments.bag is not None), IncidentLog()
     with suppress(KeyboardInterrupt), open_source(
             arguments, NAME, [doctor, incidents], cache_time=UNLIMITED) as source:
         if arguments.bag is not None:

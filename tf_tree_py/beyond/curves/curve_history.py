@@ -239,13 +239,14 @@ class CurveHistory:
         if curve is None:
             return NoDataException(child=self.child, requested=stamp)
         kind: type[ExtrapolationException] = PastExtrapolationException
-        hint = 'The edge is a curve that begins later'
+        hint, live_hint = 'The edge is a curve that begins later', ''
         if stamp > curve.latest:
             kind = FutureExtrapolationException
-            hint = ('The edge is a curve, and is not extrapolated: wait for a longer one, with a '
-                    'timeout')
+            hint = 'The edge is a curve that ends earlier, and is not extrapolated'
+            live_hint = ('The edge is a curve, and is not extrapolated: wait for a longer one, '
+                         'with a timeout')
         return kind(parent=self.parent, child=self.child, requested=stamp, oldest=curve.oldest,
-                    latest=curve.latest, hint=hint)
+                    latest=curve.latest, hint=hint, live_hint=live_hint)
 
 
 def on_curve(history: History | None) -> TypeGuard[CurveHistory]:

@@ -181,7 +181,7 @@ class PredictionQueries(UncertainQueries):
 
     def _predict(self, target_frame: str, source_frame: str, stamp: int,
                  horizon: int) -> Prediction:
-        with FramesInErrors(target_frame, source_frame):
+        with FramesInErrors(self._tree, target_frame, source_frame):
             with self._lock:
                 ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon)
             if ahead is not None:

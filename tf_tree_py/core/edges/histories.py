@@ -36,6 +36,8 @@ from ..stamp import (
 )
 from ..times import Stamps
 
+_SPANNED = 'stamps_at_rate returns stamps for which all edges have data'
+
 
 class StaticHistory:
     """One edge that never moves; see ``History``."""
@@ -324,27 +326,33 @@ class DynamicHistory(PackedSamples):
         if latest is None or oldest is None:
             return NoDataException(child=child, requested=stamp)
         kind: type[ExtrapolationException] = PastExtrapolationException
+        live_hint = more = ''
         if stamp > latest:
             kind = FutureExtrapolationException
-            hint = ("Pass the stamp of the sensor's own message, not the present time, or use a "
-                    'timeout that is long enough for the data to arrive')
+            hint = f'This edge has no newer sample: look up an earlier stamp. {_SPANNED}'
+            live_hint = ('Use a timeout that is long enough for the data to arrive. If this is '
+                         "the present time, pass the stamp of the sensor's own message instead")
             if stamp - latest > SILENCE:
-                hint += ('. This edge has no samples in that interval: tf_doctor reports whether '
-                         'it is late, silent, or stamped by another clock')
+                more = ('. This edge has no samples in that interval: tf_doctor reports whether '
+                        'it is late, silent, or stamped by another clock')
         elif stamp < latest - self.cache_time:
-            hint = (f'The buffer keeps {format_span(self.cache_time)}: look up sooner, or use a '
-                    'longer cache_time (UNLIMITED keeps everything)')
+            keeps = f'The buffer keeps {format_span(self.cache_time)}'
+            longer = 'use a longer cache_time (UNLIMITED keeps everything)'
+            hint, live_hint = f'{keeps}: {longer}', f'{keeps}: look up sooner, or {longer}'
         elif stamp < oldest:
-            hint = ('No older sample of this edge has arrived: its publisher or the listener '
-                    'started later')
+            hint = f'This edge has no older sample: look up a later stamp. {_SPANNED}'
+            live_hint = ('No older sample of this edge has arrived: its publisher or the '
+                         'listener started later')
         else:
             kind = ExtrapolationException
             hint = ('The edge had ended at that time: it was silent, and another edge reversed '
                     'it; tf_doctor names the publishers of both')
-        hint = '. '.join(filter(None, (unit_that_fits(stamp, oldest, latest), hint)))
+        unit = unit_that_fits(stamp, oldest, latest)
+        first = f'{unit}. ' if unit else ''
         # An edge that has ended has no parent, but its samples have one.
         return kind(parent=self._named()[-1], child=child, requested=stamp, oldest=oldest,
-                    latest=latest, hint=hint)
+                    latest=latest, hint=f'{first}{hint}{more}',
+                    live_hint=f'{first}{live_hint}{more}' if live_hint else '')
 
 
 class HeldHistory(DynamicHistory):

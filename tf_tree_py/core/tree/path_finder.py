@@ -33,12 +33,15 @@ from ..text import known_names
 # The maximum number of cached paths; all are removed when it is reached.
 _MAX_PATHS = 20_000
 
+_UNCONNECTED = 'Tf has two or more unconnected trees'
+_LISTS = 'tf_doctor lists the trees, and names that differ only in spelling'
+
 
 class PathFinder:
     """
     Finds paths in a tree, and caches those on which no edge ever changed its parent.
 
-    :ivar when_empty: the hint of an error while there is no frame.
+    :ivar when_empty: the hint of an error in a live buffer while there is no frame.
     """
 
     def __init__(self, histories: dict[str, History], frames: dict[str, None]) -> None:
@@ -173,7 +176,8 @@ class PathFinder:
         if frame not in self._frames:
             raise LookupException(
                 f'"{frame}" passed to {query} argument {argument} does not exist',
-                hint=self._known_frames(frame), blocked_on=ANY_STRUCTURE)
+                hint=self._known_frames(frame),
+                live_hint='' if self._frames else self.when_empty, blocked_on=ANY_STRUCTURE)
 
     def _check_frames(self, target: str, source: str) -> None:
         self.check_frame('target_frame', target)
@@ -181,7 +185,7 @@ class PathFinder:
 
     def _known_frames(self, frame: str) -> Hint:
         if not self._frames:
-            return self.when_empty
+            return 'The buffer is empty'
         return partial(known_names, frame, tuple(self._frames))
 
     def branches(self, target: str, source: str, stamp: int | None) -> Branches:
@@ -209,8 +213,9 @@ class PathFinder:
                 f'Could not find a connection between {target!r} and {source!r} because they '
                 f'are not part of the same tree: the root of {target!r} is '
                 f'{branches.target.top!r}, that of {source!r} is {branches.source.top!r}',
-                hint='Tf has two or more unconnected trees: which node should publish the edge '
-                'between them? tf_doctor lists the trees, and names that differ only in spelling')
+                hint=f'{_UNCONNECTED}: no edge joins them. {_LISTS}',
+                live_hint=f'{_UNCONNECTED}: which node should publish the edge between them? '
+                f'{_LISTS}')
         error.blocked_on = ANY_STRUCTURE if stamp is None else blockers(
             self._histories, target, source, stamp)
         return error

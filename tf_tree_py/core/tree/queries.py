@@ -30,11 +30,12 @@ from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike, wi
 
 
 class FramesInErrors:
-    """Adds the frames of a lookup to its error."""
+    """Adds the frames of a lookup to its error, and the hint for its kind of buffer."""
 
-    __slots__ = ('frames',)
+    __slots__ = ('tree', 'frames')
 
-    def __init__(self, target_frame: str, source_frame: str | None) -> None:
+    def __init__(self, tree: Tree, target_frame: str, source_frame: str | None) -> None:
+        self.tree = tree
         self.frames = target_frame, source_frame
 
     def __enter__(self) -> None:
@@ -42,7 +43,7 @@ class FramesInErrors:
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):
-            error.target_frame, error.source_frame = self.frames
+            error.in_lookup(*self.frames, self.tree.live)
 
 
 class Queries:
@@ -108,7 +109,7 @@ class Queries:
                     return self._tree.paths.newest_pose(target_frame, source_frame)
                 return stamp, self._tree.paths.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
-            error.target_frame, error.source_frame = target_frame, source_frame
+            error.in_lookup(target_frame, source_frame, self._tree.live)
             raise
 
     def lookup_at(self, target_frame: str, source_frame: str, stamp: Stamp) -> Pose:
@@ -122,7 +123,7 @@ class Queries:
                                     self._lookup_at, target_frame, source_frame, stamp)
 
     def _lookup_at(self, target_frame: str, source_frame: str, stamp: int) -> Pose:
-        with self._lock, FramesInErrors(target_frame, source_frame):
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             if target_frame == source_frame:
                 return Pose._make(se3.IDENTITY)
             return Pose._make(self._tree.paths.pose_at(target_frame, source_frame, stamp))
@@ -149,7 +150,7 @@ class Queries:
 
     def _lookup_full(self, target_frame: str, target_stamp: int, source_frame: str,
                      source_stamp: int, fixed_frame: str) -> tuple[int, PoseTuple]:
-        with self._lock, FramesInErrors(target_frame, source_frame):
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             self._tree.paths.check_frame('target_frame', target_frame)
             self._tree.paths.check_frame('source_frame', source_frame)
             self._tree.paths.check_frame('fixed_frame', fixed_frame)
@@ -192,7 +193,7 @@ class Queries:
         This is ``LATEST`` itself if all edges between them are static. It raises the errors of
         ``lookup`` except for extrapolation.
         """
-        with self._lock, FramesInErrors(target_frame, source_frame):
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             for argument, frame in (('target_frame', target_frame),
                                     ('source_frame', source_frame)):
                 self._tree.paths.check_frame(argument, frame, 'get_latest_common_time')
@@ -215,7 +216,7 @@ class Queries:
         """
         stamp = self._stamp_of(stamp)
         moment = None if stamp == LATEST else stamp
-        with self._lock, FramesInErrors(target_frame, source_frame):
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             if target_frame == source_frame:
                 return [source_frame]
             return self._tree.paths.branches(target_frame, source_frame, moment).frames()
@@ -235,7 +236,7 @@ class Queries:
     def _edges_between(self, target_frame: str, source_frame: str,
                        moment: int | None) -> list[EdgeInfo]:
         """Return the edges at a stamp, which may be 0; None: by the newest samples."""
-        with self._lock, FramesInErrors(target_frame, source_frame):
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             if target_frame == source_frame:
                 return []
             links = self._tree.paths.branches(target_frame, source_frame, moment).links()
@@ -280,7 +281,7 @@ class Queries:
 
     def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
                      given: npt.NDArray[np.bool_] | None, outside: str) -> Any:
-        with FramesInErrors(target_frame, source_frame):
+        with FramesInErrors(self._tree, target_frame, source_frame):
             poses, valid = poses_at(self._tree, self._lock, target_frame, source_frame, array)
         if given is not None:
             valid &= given
@@ -306,7 +307,7 @@ class Queries:
             integer.
         """
         stamp = self._stamp_of(stamp)
-        with self._lock, FramesInErrors(target_frame, None):
+        with self._lock, FramesInErrors(self._tree, target_frame, None):
             if stamp == LATEST:
                 stamp = self._tree.spanning.newest_of_all(target_frame)
             poses = self._tree.spanning.poses_from(target_frame, stamp)

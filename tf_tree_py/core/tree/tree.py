@@ -47,6 +47,8 @@ class Tree:
 
     :ivar companions: the data beside the samples; most trees have none.
     :ivar histories: each child frame's samples.
+    :ivar live: whether data may still arrive, so that a failed lookup may succeed later; a copy
+        and a tree from a file are not live.
     :ivar frames: every frame name, in order of first appearance.
     :ivar paths: finds the path between two frames.
     :ivar spanning: computes the poses of all frames in one pass.
@@ -56,6 +58,7 @@ class Tree:
         self.cache_time = cache_time
         self.max_frames = max_frames
         self.max_name_bytes = max_name_bytes
+        self.live = False
         self.histories: dict[str, History] = {}
         self.frames: dict[str, None] = {}
         self.version = 0
@@ -403,8 +406,7 @@ class Remarks:
             remarks.append(Incident(
                 Kind.SECOND_PARENT, parent, child, stamp, authority,
                 f'{history.authority!r} says that its parent is {history.parent!r}; '
-                'as long as both continue, every lookup through it depends on which message came '
-                'last'))
+                'every lookup through it depends on which message came last'))
         return remarks
 
 

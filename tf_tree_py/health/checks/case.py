@@ -207,11 +207,13 @@ class Case:
     :ivar slashed: the names that were received with a leading slash.
     :ivar endpoints: the publishers and subscriptions.
     :ivar now: the time by the clock of the arrivals, nanoseconds.
+    :ivar recorded: whether they are of a recording, to which nothing is added.
     """
 
     def __init__(self, edges: Collection[EdgeRecord], parents: Mapping[str, Parents],
                  troubles: Mapping[tuple[Kind, str, str], Trouble], slashed: Collection[str],
-                 endpoints: Sequence[Endpoint], limits: Thresholds, now: int) -> None:
+                 endpoints: Sequence[Endpoint], limits: Thresholds, now: int,
+                 recorded: bool = False) -> None:
         self.edges = [edge for edge in edges
                       if edge.parent and edge.child and edge.parent != edge.child]
         self.parents = parents
@@ -220,6 +222,7 @@ class Case:
         self.endpoints = endpoints
         self.limits = limits
         self.now = now
+        self.recorded = recorded
 
     # --- edges
 

@@ -42,19 +42,20 @@ class Check(NamedTuple):
     def findings(self, case: Case) -> Iterator[Finding]:
         """Yield the findings."""
         code = self.code
+        fix = code.recorded_fix if case.recorded and code.recorded_fix else code.fix
         for remark in self.look(case):
             yield Finding(
                 code.name, remark.severity or code.severity, remark.frames, remark.publishers,
                 remark.summary, remark.evidence, remark.cause or code.cause,
-                remark.fix or code.fix, remark.edges)
+                remark.fix or fix, remark.edges)
 
 
-def check(severity: Severity, *, catches: str, cause: str, fix: str,
+def check(severity: Severity, *, catches: str, cause: str, fix: str, recorded_fix: str = '',
           explains: Collection[str] = (), textbook: bool = False) -> Callable[[Look], Check]:
     """Make a check from a function; the function's name becomes the code's name."""
     def make(look: Look) -> Check:
-        return Check(Code(look.__name__, severity, catches, cause, fix, frozenset(explains),
-                          textbook), look)
+        return Check(Code(look.__name__, severity, catches, cause, fix, recorded_fix,
+                          frozenset(explains), textbook), look)
     return make
 
 

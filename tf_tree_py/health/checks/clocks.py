@@ -193,7 +193,10 @@ def clock_drift(case: Case) -> Iterator[Remark]:
        cause='the clock of the computer that stamps these edges is behind that of the one that '
              'receives them; or, less likely, each sample takes that long to compute',
        fix='synchronise the clocks of both computers with chrony; chronyc tracking prints their '
-           'offsets. If they agree, lookups for the stamps of data need a timeout of this delay')
+           'offsets. If they agree, lookups for the stamps of data need a timeout of this delay',
+       recorded_fix='synchronise the clocks of both computers with chrony before the next '
+                    'recording. In this one, shift the stamps of these edges by the offset, if '
+                    'the clock was the cause')
 def clock_offset(case: Case) -> Iterator[Remark]:
     """Find edges with a constant delay; the delay of a computation varies."""
     for edges in _alike(case, lambda edge, delays: _is_behind(case, edge, delays)):

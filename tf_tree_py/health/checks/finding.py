@@ -34,6 +34,7 @@ class Code(NamedTuple):
     :ivar catches: a description in one sentence.
     :ivar cause: the usual cause in one sentence.
     :ivar fix: the remedy in one sentence.
+    :ivar recorded_fix: the remedy for a recording; '' if it is the same.
     :ivar explains: codes of which this one is the cause if both concern the same edge.
     :ivar textbook: whether it is one of the textbook's failure modes.
     """
@@ -43,6 +44,7 @@ class Code(NamedTuple):
     catches: str
     cause: str
     fix: str
+    recorded_fix: str = ''
     explains: frozenset[str] = frozenset()
     textbook: bool = False
 

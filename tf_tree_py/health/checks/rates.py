@@ -185,7 +185,9 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
 @check(Severity.WARNING,
        catches='an edge whose newest sample is much older than that of another edge on its path',
        cause='one of them is sent rarely, and the latest common time is as old as its last sample',
-       fix='send the slow one more often; lookups for a stamp have to wait for it')
+       fix='send the slow one more often; lookups for a stamp have to wait for it',
+       recorded_fix='send the slow one more often in the next recording. In this one, look up at '
+                    'the stamps of the slow edge, as tf_export does without --rate and --at')
 def skew(case: Case) -> Iterator[Remark]:
     """Find edges that are much older than another edge above or below them."""
     reported = set()

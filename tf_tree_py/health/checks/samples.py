@@ -141,7 +141,11 @@ def out_of_order(case: Case) -> Iterator[Remark]:
        cause='a slow node, a queue that is always full, a busy computer or network; or the clock '
              'of its computer is behind',
        fix='find the cause of the delay; until then a lookup for the stamp of data needs a longer '
-           'timeout than this')
+           'timeout than this',
+       recorded_fix='find the cause of the delay before the next recording. In this one the late '
+                    'samples are there too: only lookups at its end fail, and stamps_at_rate '
+                    'returns stamps for which all edges have data. If the clock was behind, shift '
+                    'the stamps of this edge')
 def delayed(case: Case) -> Iterator[Remark]:
     """Find edges of which 5 % of the samples arrive later than the limit."""
     for edge, moving in case.moving():
@@ -327,7 +331,8 @@ def static_changed(case: Case) -> Iterator[Remark]:
 @check(Severity.NOTE,
        catches='a static edge that arrived long after its parent or its children',
        cause='a node that was started later, or a recorder that discovered it late',
-       fix='start it earlier, or look up with a timeout: lookups through it fail until it arrives')
+       fix='start it earlier, or look up with a timeout: lookups through it fail until it arrives',
+       recorded_fix='nothing to do: open_bag makes it valid at all stamps')
 def static_late(case: Case) -> Iterator[Remark]:
     """Find static edges that arrived long after an edge that they connect to."""
     first = case.first_arrivals

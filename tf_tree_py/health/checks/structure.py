@@ -279,7 +279,9 @@ def _is_fixed_twice(edges: list[EdgeRecord]) -> bool:
        catches='frames that no lookup can connect, because they are in different trees',
        cause='the edge between the trees is not published: its node does not run, waits for '
              'something, or uses another name or prefix for the frame',
-       fix='find out which node should publish an edge between the two roots, and start it')
+       fix='find out which node should publish an edge between the two roots, and start it',
+       recorded_fix='no lookup from one tree to the other works in this recording. Find out which '
+                    'node publishes an edge between the two roots, and start it before the next')
 def unconnected(case: Case) -> Iterator[Remark]:
     """Find trees besides the largest; robots with prefixes of their own are only a note."""
     trees = case.trees

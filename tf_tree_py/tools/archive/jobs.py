@@ -185,7 +185,7 @@ class ReportJob:
 
     def __call__(self, path: Path, name: str) -> Result:
         """Return the report about a bag."""
-        doctor = Doctor(self.limits)
+        doctor = Doctor(self.limits, recorded=True)
         arguments = Namespace(bag=path, tf_topic=None, tf_static_topic=None)
         with RecordedTree(arguments, [doctor], self.limits.cache_time) as source:
             source.watch(None)
