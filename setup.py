@@ -42,14 +42,15 @@ tools = [
 # What needs no ROS needs numpy and scipy alone; each extra is for one part more.
 bag = ['rich>=13', 'rosbags>=0.11']
 plot = ['matplotlib>=3.6']
+pandas = 'pandas>=2.1'
 view = ['pillow>=9.1', 'pycollada>=0.7', 'trimesh>=4', 'viser>=1.1']
 test = ['hypothesis>=6.98', 'pytest>=7.4', 'pytest-xdist>=3.5']
 extras = {
     'archive': [*bag, 'distributed>=2023.12', 'jinja2>=3.1'],
     'bag': bag,
-    'export': ['mcap>=1.1', 'pandas>=2.1', 'pyarrow>=14'],
+    'export': ['mcap>=1.1', pandas, 'pyarrow>=14'],
     'fleet': ['eclipse-zenoh>=1.10'],
-    'notebook': [*bag, *plot, 'ipykernel>=6'],
+    'notebook': [*bag, *plot, pandas, 'ipykernel>=6'],
     'plot': plot,
     'rerun': ['rerun-sdk>=0.30'],
     'test': test,

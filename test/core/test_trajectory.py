@@ -3,6 +3,8 @@
 
 """A frame over time: the stamps, the stamps without a result, and velocities."""
 
+import sys
+
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -101,6 +103,14 @@ def test_velocity_is_that_of_the_source_in_the_axes_of_the_target():
     expected[:, 0], expected[:, 1] = -np.sin(0.5 * seconds), np.cos(0.5 * seconds)
     expected[:, 5] = 0.5
     np.testing.assert_allclose(taken.twists, expected, atol=1e-7)
+
+
+def test_missing_pandas_is_named_with_the_extra_that_has_it(monkeypatch):
+    buffer = BufferCore(cache_time=UNLIMITED)
+    buffer.insert('map', 'base', SECOND, Pose())
+    monkeypatch.setitem(sys.modules, 'pandas', None)
+    with pytest.raises(ImportError, match='extra "notebook".*pip install pandas'):
+        trajectory(buffer, 'map', 'base', [SECOND]).to_frame()
 
 
 def test_frame_of_pandas_goes_there_and_back():

@@ -36,7 +36,7 @@ OF_OTHERS = (
     'install/setup.bash')
 # Names that need a package that is not installed everywhere.
 NEEDED = {'rclpy': 'rclpy', 'tf_tree_py.bag': 'rosbags', 'tf_tree_py.fleet': 'zenoh',
-          'tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS': 'pandas'}
+          'matplotlib': 'matplotlib', 'rosbags': 'rosbags'}
 # Programs that run until Ctrl-C, and what they print ten times before the test ends them.
 ENDLESS = {'docs/first_node.md': 'The gripper is at'}
 # The command on a lab's page: test/labs runs it, in its own process.
@@ -51,8 +51,11 @@ WITH_VERBS = {'tf_archive'}
 
 def _lacks(page):
     """Return the packages that a page imports, also indirectly, and that are not installed."""
-    return [needed for name, needed in NEEDED.items() if find_spec(needed) is None
-            and re.search(rf'^(import|from) {name}', program(PYTHON[page]), re.MULTILINE)]
+    text = program(PYTHON[page])
+    needed = {needed for name, needed in NEEDED.items()
+              if re.search(rf'^(import|from) {name}', text, re.MULTILINE)}
+    needed |= {'pandas'} if '.to_frame()' in text else set()
+    return sorted(name for name in needed if find_spec(name) is None)
 
 
 def _written(page, folder):

@@ -64,7 +64,8 @@ class Trajectory(NamedTuple):
         try:
             pandas = importlib.import_module('pandas')
         except ModuleNotFoundError:
-            raise ImportError('to_frame() needs pandas: pip install pandas') from None
+            raise ImportError('to_frame() needs pandas, which is in the extra "notebook": pip '
+                              'install "tf_tree_py[notebook]", or pip install pandas') from None
         numbers = self.poses if self.twists is None else np.hstack([self.poses, self.twists])
         columns = POSE_COLUMNS if self.twists is None else (*POSE_COLUMNS, *TWIST_COLUMNS)
         index = pandas.DatetimeIndex(self.stamps.astype('datetime64[ns]'), name='time')
