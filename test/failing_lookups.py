@@ -83,8 +83,8 @@ FAILING = {
 }
 
 OF_LIVE_TREES = re.compile(
-    r"time-?out|\bwait|\byet\b|sooner|\barriv|should publish|may still|present time|"
-    r"sensor's own|started later|as long as", re.IGNORECASE)
+    r'time-?out|\bwait|\byet\b|sooner|\barriv|should publish|may still|present time|'
+    'own message|started later|as long as', re.IGNORECASE)
 """What only makes sense while data may arrive."""
 
 
