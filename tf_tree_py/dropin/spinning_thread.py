@@ -34,6 +34,9 @@ class SpinningThread:
     ``rclpy.spin_once`` the node is in none, and the global executor must not be created in this
     thread, because rclpy's list of guard conditions allows only one thread (docs/ending.md). An
     ``EventsExecutor`` refuses nodes with a guard condition.
+
+    A task takes less time than a timer, and messages are many. So a task wakes the executor that
+    the node is in.
     """
 
     def __init__(self, node: Node, *, wake_always: bool) -> None:
@@ -46,6 +49,8 @@ class SpinningThread:
         self._node = weakref.ref(node)
         self._wake_always = wake_always
         self._due: deque[Callable[[], object]] = deque()
+        # The executor that has not yet run its task.
+        self._woken: Any = None
         self._timer = node.create_timer(
             _AT_ONCE_S, self._call_due, MutuallyExclusiveCallbackGroup(),
             Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
@@ -58,8 +63,17 @@ class SpinningThread:
 
     def message_arrived(self) -> None:
         """Make ``spin_once`` return; several messages before the next spin make it return once."""
-        if self._wake_always:
-            self._wake()
+        node = self._node()
+        if node is None or not self._wake_always:
+            return
+        executor: Any = node.executor
+        if executor is None:
+            self._make_due()
+        elif executor is not self._woken:
+            self._woken = executor
+            # The executor may be shut down at this moment.
+            with suppress(AttributeError, InvalidHandle):
+                executor.create_task(self._has_run)
 
     def call(self, function: Callable[[], object]) -> bool:
         """
@@ -73,19 +87,24 @@ class SpinningThread:
         if node is None or (node.executor is None and not self._wake_always):
             return False
         self._due.append(function)
-        return self._wake()
-
-    def _wake(self) -> bool:
-        node = self._node()
-        try:
-            self._timer.reset()
-        except InvalidHandle:  # the node was destroyed
+        if not self._make_due():
             return False
-        executor: Any = None if node is None else node.executor
+        executor: Any = node.executor
         # Its wait does not notice the reset of a timer. It may be shut down at this moment.
         with suppress(AttributeError, InvalidHandle):
             executor.wake()
         return True
+
+    def _make_due(self) -> bool:
+        """Let the timer fire as soon as the node is spun; return False if it was destroyed."""
+        try:
+            self._timer.reset()
+        except InvalidHandle:
+            return False
+        return True
+
+    def _has_run(self) -> None:
+        self._woken = None
 
     def _call_due(self) -> None:
         # First: a reset from now on is for the next call.
