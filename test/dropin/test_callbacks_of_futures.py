@@ -77,6 +77,7 @@ def test_callback_runs_in_the_thread_that_spins(node, context, talker, called, n
     thread = spin_until_called(executor, called)
     executor.shutdown()
     assert (thread is threading.current_thread()) or 'ThreadPoolExecutor' in thread.name
+    assert [timer.is_canceled() for timer in node.timers] == [True], 'it would fire all the time'
 
 
 @pytest.mark.usefixtures('listener')
@@ -113,6 +114,16 @@ def test_callback_after_a_timeout_runs_there_too(buffer, node, executor):
 
 
 @pytest.mark.usefixtures('listener')
+def test_callback_wakes_an_executor_that_has_nothing_to_do(buffer, node, spin):
+    executor, threads = spin(node), []
+    executor.create_task(node.get_name)  # it has begun to spin
+    buffer.wait_for_transform_async('map', 'base', Time(), lasting(0.1)).add_done_callback(
+        lambda _: threads.append(threading.current_thread()))
+    until(lambda: threads)
+    assert 'alarms' not in threads[0].name
+
+
+@pytest.mark.usefixtures('listener')
 def test_who_inserts_is_called_back_at_once(buffer, called):
     move(buffer, 1.0)
     assert called[0][1] is threading.current_thread()
@@ -130,8 +141,10 @@ def test_callback_that_raises_prevents_no_other(buffer, node, talker, executor):
         spin_until_called(executor, called)
 
 
-def test_callback_needs_no_spin_of_ours_with_spin_thread(buffer, node, talker, called):
+def test_callback_needs_no_spin_of_ours_with_spin_thread(
+        buffer, node, talker, called, monkeypatch):
     """As in tf2, whose thread spins the node at once."""
+    monkeypatch.setattr('tf_tree_py.dropin.listener.spin_if_nobody_does', lambda _: None)
     listener = TransformListener(buffer, node, spin_thread=True)
     talker.fix(transform('map', 'base'))
     until(lambda: called)
@@ -148,9 +161,10 @@ def test_callback_without_a_node_to_spin_is_called_at_once(
     other.unregister()
 
 
-def test_callback_of_a_listener_that_ends_is_not_called(buffer, listener, called):
-    (future,) = [buffer.wait_for_transform_async('map', 'base', at(2.0))]
+def test_callback_of_a_listener_that_ends_is_not_called(buffer, node, listener, called):
+    future = buffer.wait_for_transform_async('map', 'base', at(2.0))
     future.add_done_callback(called.append)
+    node.destroy_node()
     listener.unregister()
     until(future.done)
     assert not called

@@ -69,6 +69,15 @@ def test_loop_of_spin_once_ends_when_the_transform_has_come(node, talker, spinne
     assert buffer.lookup_transform('map', 'base', Time()).child_frame_id == 'base'
 
 
+def test_each_message_wakes_the_loop_anew(node, talker, spinner, begin):
+    import tf2_ros
+    buffer = tf2_ros.Buffer()
+    begin(buffer, node)
+    for second in range(1, 4):
+        talker.move(transform('map', 'odom', second))
+        spin_until(spinner, lambda second=second: buffer.can_transform('map', 'odom', at(second)))
+
+
 def test_callback_may_wait(node, talker, spinner, begin):
     """tf2 cannot do this."""
     import tf2_ros

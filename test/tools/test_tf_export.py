@@ -190,6 +190,8 @@ def test_odd_bag_is_told_and_has_a_status_of_its_own(tmp_path):
     (['BAG', *FRAMES, '-o', 'no/such/folder.tum'], 'cannot be written'),
     (['BAG', *FRAMES, '--format', 'npz'], '-o FILE is missing'),
     (['BAG', *FRAMES, '--json'], '-o FILE is missing'),
+    (['BAG', *FRAMES, '-o', 'poses.xlsx'],
+     '--format is missing: the suffix .xlsx is that of no format'),
     (['BAG', *FRAMES, '--rate', '0'], "'0' is not a number greater than zero")])
 def test_what_cannot_be_exported_is_one_sentence(bag, tmp_path, monkeypatch, capsys, arguments,
                                                  sentence):

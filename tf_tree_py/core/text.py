@@ -66,7 +66,7 @@ def known_names(name: str, names: tuple[str, ...]) -> str:
     parts = _containing(name, names)
     first = list(dict.fromkeys([*([meant] if meant else []), *parts]))
     ordered = [*first, *(other for other in names if other not in first)]
-    more = f' and {len(names) - _LISTED} more' if len(names) > _LISTED else ''
+    more = f' and {len(names) - _LISTED} more (frames() lists all)' if len(names) > _LISTED else ''
     known = 'Known: ' + ', '.join(ordered[:_LISTED]) + more
     if meant is not None:
         return f'Did you mean {meant!r}? {known}'

@@ -54,7 +54,10 @@ def _parser() -> Parser:
 def _work(argv: Sequence[str]) -> int:
     parser = _parser()
     arguments = parser.parse(argv)
-    form = arguments.format or format_of(arguments.output.suffix if arguments.output else '')
+    suffix = arguments.output.suffix if arguments.output else ''
+    form = arguments.format or format_of(suffix)
+    if form is None:
+        parser.error(f'--format is missing: the suffix {suffix} is that of no format')
     if arguments.output is None and (form in BINARY or arguments.json):
         parser.error(f'-o FILE is missing: with {"--json" if arguments.json else form}, '
                      'the poses cannot go to standard output')

@@ -326,15 +326,15 @@ class DynamicHistory(PackedSamples):
         if latest is None or oldest is None:
             return NoDataException(child=child, requested=stamp)
         kind: type[ExtrapolationException] = PastExtrapolationException
-        live_hint = more = ''
+        live_hint = ''
         if stamp > latest:
             kind = FutureExtrapolationException
             hint = f'This edge has no newer sample: look up an earlier stamp. {_SPANNED}'
             live_hint = ('Use a timeout that is long enough for the data to arrive. If this is '
                          "the present time, pass the stamp of the sensor's own message instead")
             if stamp - latest > SILENCE:
-                more = ('. This edge has no samples in that interval: tf_doctor reports whether '
-                        'it is late, silent, or stamped by another clock')
+                live_hint += ('. This edge has no samples in that interval: tf_doctor reports '
+                              'whether it is late, silent, or stamped by another clock')
         elif stamp < latest - self.cache_time:
             keeps = f'The buffer keeps {format_span(self.cache_time)}'
             longer = 'use a longer cache_time (UNLIMITED keeps everything)'
@@ -351,8 +351,8 @@ class DynamicHistory(PackedSamples):
         first = f'{unit}. ' if unit else ''
         # An edge that has ended has no parent, but its samples have one.
         return kind(parent=self._named()[-1], child=child, requested=stamp, oldest=oldest,
-                    latest=latest, hint=f'{first}{hint}{more}',
-                    live_hint=f'{first}{live_hint}{more}' if live_hint else '')
+                    latest=latest, hint=first + hint,
+                    live_hint=first + live_hint if live_hint else '')
 
 
 class HeldHistory(DynamicHistory):

@@ -94,7 +94,7 @@ def refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Ma
     first = int(np.argmin(valid))
     count = len(stamps) - int(valid.sum())
     many = (f'{count} of {len(stamps)} stamps have no answer, the first is stamps[{first}]'
-            "{}; outside='mask' returns the others")
+            "{}; lookup_many with outside='mask' returns the others")
     if given is not None and not given[first]:
         raise InvalidArgumentException(many.format(', which is masked'))
     stamp = int(stamps[first])

@@ -171,11 +171,11 @@ FORMATS: dict[str, Callable[[Trajectory], bytes]] = {
 """For each format, the function that converts a trajectory to a file."""
 
 BINARY = ('npz', 'parquet', 'foxglove', 'rrd')
-_SUFFIXES = {'mcap': 'foxglove'}
+_SUFFIXES = {'mcap': 'foxglove', 'txt': 'tum', '': 'tum'}
 
 
-def format_of(suffix: str) -> str:
-    """Return the format for the suffix of a file; TUM for any other."""
+def format_of(suffix: str) -> str | None:
+    """Return the format for the suffix of a file; TUM without one, None for an unknown one."""
     name = suffix.removeprefix('.')
     name = _SUFFIXES.get(name, name)
-    return name if name in FORMATS else 'tum'
+    return name if name in FORMATS else None
