@@ -34,7 +34,7 @@ from ..text import known_names
 _MAX_PATHS = 20_000
 
 _UNCONNECTED = 'Tf has two or more unconnected trees'
-_LISTS = 'tf_doctor lists the trees, and names that differ only in spelling'
+_LISTS = 'tf_doctor lists the trees, and names that differ only in case or separators'
 
 
 class PathFinder:
