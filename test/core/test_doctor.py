@@ -349,6 +349,19 @@ def test_who_is_not_heard_is_known_from_the_graph():
     assert (found.code, found.publishers) == ('qos_mismatch', ('/quiet', '/ear'))
 
 
+@pytest.mark.parametrize(('authority', 'frames'), [
+    ('/driver', ('base', 'lidar')), ('one of /driver, /robot', ()), ('/robot', ())])
+def test_edge_that_may_be_of_another_node_is_not_blamed_on_a_volatile_publisher(
+        authority, frames):
+    buffer, doctor = BufferCore(), Doctor()
+    buffer.observers.add(doctor)
+    doctor.endpoints = [Endpoint('/tf_static', True, '/driver', True, True, False),
+                        Endpoint('/tf_static', True, '/robot', True, True, True)]
+    buffer.insert('base', 'lidar', 1, Pose(), static=True, authority=authority)
+    (found,) = doctor.findings()
+    assert (found.code, found.publishers, found.frames) == ('late_joiner', ('/driver',), frames)
+
+
 def test_doctor_judges_refusals_of_samples_inserted_by_hand():
     buffer, doctor = BufferCore(), Doctor()
     buffer.observers.add(doctor)

@@ -21,6 +21,8 @@ def test_installed_one_wins_unless_forced(program, real):
     forced = run('-m', 'tf_tree_py.dropin', '--force', file, path=real)
     assert left.stdout.strip() == str(real / 'tf2_ros' / '__init__.py'), left.stderr
     assert forced.stdout.strip().startswith(dropin.PACKAGES), forced.stderr
+    assert f'installed as {real}' in left.stderr and '--force' in left.stderr
+    assert forced.stderr == ''
 
 
 def test_forcing_after_the_import_is_refused(real):

@@ -4,6 +4,7 @@
 """Runs a program, a module or a test run with tf2's names backed by this package."""
 
 import argparse
+from importlib.util import find_spec
 from pathlib import Path
 import runpy
 import sys
@@ -40,7 +41,7 @@ def main(argv: list[str]) -> None:
     options = parser.parse_args(argv)
     sys.argv = [options.program, *options.arguments]
     if options.is_module:
-        install(options.force)
+        _install(options.force)
         runpy.run_module(options.program, run_name='__main__', alter_sys=True)
         return
     program = Path(options.program)
@@ -50,8 +51,16 @@ def main(argv: list[str]) -> None:
     # -P there is neither.
     if not getattr(sys.flags, 'safe_path', False):
         sys.path[0] = str(program.resolve().parent)
-    install(options.force)
+    _install(options.force)
     runpy.run_path(options.program, run_name='__main__')
+
+
+def _install(force: bool) -> None:
+    install(force)
+    found = find_spec('tf2_ros')
+    if found is not None and not str(found.origin).startswith(PACKAGES):
+        print(f'tf_tree_py.dropin: the program runs on the tf2_ros that is installed as '
+              f'{found.origin}; --force runs it on tf_tree_py', file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -137,8 +137,9 @@ def late_joiner(case: Case) -> Iterator[Remark]:
     """Find volatile publishers of static topics."""
     for one in case.endpoints:
         if one.publishes and _is_late_joiners(one):
+            # An edge of one of several nodes may well have arrived from another.
             edges = [edge for edge in case.edges if edge.fixed is not None
-                     and (not one.node or one.node in names_of(edge.authorities))]
+                     and (not one.node or names_of(edge.authorities) == names_of([one.node]))]
             frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
             its_edges = f', with {listed([str(edge) for edge in edges])}' if edges else ''
             yield Remark(f'{_named(one)} publishes {one.topic} as volatile{its_edges}: listeners '
