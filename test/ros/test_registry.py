@@ -116,6 +116,12 @@ def test_one_message_does_not_pass_for_another():
 # --- Stamped
 
 
+def test_every_type_with_a_stamped_form_gets_a_header():
+    names = {kind.__name__ for kind in TRANSFORMERS}
+    bare = {kind for kind in TRANSFORMERS if f'{kind.__name__}Stamped' in names}
+    assert bare == set(registry.STAMPED_FORMS)
+
+
 @for_each(kind=registry.STAMPED_FORMS)
 def test_stamped_gives_a_message_its_form_with_a_header(kind):
     message = filled(kind, np.random.default_rng(2))
