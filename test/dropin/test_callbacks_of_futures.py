@@ -8,6 +8,7 @@ An unchanged program with one thread has no locks, because its callbacks never r
 time.
 """
 
+import asyncio
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from dropin_helpers import run
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
-from ros_helpers import at, lasting, move, PATIENCE_S, transform, until
+from ros_helpers import at, lasting, move, PATIENCE_S, transform, until, until_waiting
 from tf_tree_py.dropin.buffer import Buffer
 from tf_tree_py.dropin.listener import TransformListener
 
@@ -139,6 +140,17 @@ def test_callback_that_raises_prevents_no_other(buffer, node, talker, executor):
     executor.add_node(node)
     with pytest.warns(UserWarning, match='Unhandled exception in done callback: division by zero'):
         spin_until_called(executor, called)
+
+
+@pytest.mark.usefixtures('listener')
+def test_coroutine_of_asyncio_needs_no_spinning(buffer, talker, pool):
+    async def look_up():
+        return await buffer.lookup_transform_async('map', 'base', Time())
+
+    waiting = pool.submit(asyncio.run, look_up())
+    until_waiting(buffer)
+    talker.fix(transform('map', 'base'))
+    assert waiting.result(PATIENCE_S).child_frame_id == 'base'
 
 
 def test_callback_needs_no_spin_of_ours_with_spin_thread(
