@@ -180,8 +180,9 @@ class ClockDeadline:
         with self._watch.waking(event.set, self._end):
             if self._is_over():
                 return event.is_set()
-            if self._begin is not None and self._watch.may_report:
-                if event.wait(min(STOPPED_S, self._left_s())):
+            if (self._begin is not None and self._watch.may_report
+                    and self._left_s() > STOPPED_S):
+                if event.wait(STOPPED_S):
                     return True
                 self._watch.report_if_stopped(self._begin)
             if self._wall_end is None:
