@@ -90,7 +90,8 @@ class SpinningThread:
         if not self._make_due():
             return False
         executor: Any = node.executor
-        # Its wait does not notice the reset of a timer. It may be shut down at this moment.
+        # rclpy does not promise that the reset of a timer wakes its wait; so far it does. The
+        # executor may be shut down at this moment.
         with suppress(AttributeError, InvalidHandle):
             executor.wake()
         return True
