@@ -72,6 +72,7 @@ def test_no_fix_of_a_fault_in_a_bag_speaks_of_waiting(code, tmp_path):
 
 
 def test_report_of_an_archive_has_the_fixes_of_a_recording(tmp_path):
+    pytest.importorskip('jinja2')
     pages = ReportJob(Thresholds())(written('delayed', tmp_path), 'run').files
     for page in pages.values():
         assert b'stamps_at_rate returns stamps' in page
