@@ -9,6 +9,7 @@ import textwrap
 import pytest
 from ros.conftest import (  # noqa: F401
     context,
+    executor,
     listen,
     make_node,
     no_thread_is_left,

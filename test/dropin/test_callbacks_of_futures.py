@@ -15,7 +15,7 @@ import sys
 import textwrap
 import threading
 
-from dropin_helpers import run
+from dropin_helpers import LISTENS, run
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
@@ -37,13 +37,6 @@ def listener(buffer, node):
     listener = TransformListener(buffer, node)
     yield listener
     listener.unregister()
-
-
-@pytest.fixture
-def executor(context):
-    executor = SingleThreadedExecutor(context=context)
-    yield executor
-    executor.shutdown()
 
 
 @pytest.fixture
@@ -102,6 +95,29 @@ def test_callback_is_called_after_the_node_has_changed_its_executor(
     executor.add_node(node)
     assert spin_until_called(executor, called) is threading.current_thread()
     first.shutdown()
+
+
+@pytest.mark.usefixtures('listener')
+def test_each_of_many_is_called_once_while_the_node_changes_its_executor(
+        buffer, node, talker, context):
+    executors = [SingleThreadedExecutor(context=context) for _ in range(3)]
+    calls = []
+    for number in range(1, 101):
+        buffer.wait_for_transform_async('map', 'base', at(number)).add_done_callback(
+            lambda _, number=number: calls.append((number, threading.current_thread())))
+    for number in range(1, 101):
+        talker.move(transform('map', 'base', number))
+        executor = executors[number % 3]
+        executor.add_node(node)
+        executor.spin_once(timeout_sec=0.0)
+        executor.remove_node(node)
+    executors[0].add_node(node)
+    while len(calls) < 100:
+        executors[0].spin_once(timeout_sec=PATIENCE_S)
+    assert sorted(number for number, _ in calls) == [*range(1, 101)]
+    assert {thread for _, thread in calls} == {threading.current_thread()}
+    for executor in executors:
+        executor.shutdown()
 
 
 @pytest.mark.usefixtures('listener')
@@ -184,21 +200,7 @@ def test_callback_of_a_listener_that_ends_is_not_called(buffer, node, listener, 
 
 # --- programs
 
-ONLY_LISTENS = """
-    import rclpy
-    from rclpy.duration import Duration
-    from rclpy.time import Time
-    import tf2_ros
-
-    rclpy.init()
-    node = rclpy.create_node('listens')
-    buffer = tf2_ros.Buffer()
-    listener = tf2_ros.TransformListener(buffer, node)
-    broadcaster = tf2_ros.StaticTransformBroadcaster(node)
-    message = tf2_ros.TransformStamped(child_frame_id='camera')
-    message.header.frame_id = 'base'
-    broadcaster.sendTransform(message)
-    assert buffer.can_transform('base', 'camera', Time(), Duration(seconds=20))
+ONLY_LISTENS = LISTENS + """
     print(getattr(rclpy, '__executor'))
     rclpy.shutdown()
 """

@@ -7,7 +7,7 @@ import textwrap
 import threading
 import time
 
-from dropin_helpers import run
+from dropin_helpers import LISTENS, run
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
@@ -120,21 +120,7 @@ def test_timeout_passes_without_a_clock_as_in_tf2(make_node, begin, spin):
         result_of(buffer.wait_for_transform_async('map', 'base', Time(), lasting(0.05)))
 
 
-WAITS_BY_SPIN_ONCE = """
-    import rclpy
-    from rclpy.time import Time
-    import tf2_ros
-
-    rclpy.init()
-    node = rclpy.create_node('waits')
-    buffer = tf2_ros.Buffer()
-    listener = tf2_ros.TransformListener(buffer, node)
-    broadcaster = tf2_ros.StaticTransformBroadcaster(node)
-    message = tf2_ros.TransformStamped(child_frame_id='camera')
-    message.header.frame_id = 'base'
-    broadcaster.sendTransform(message)
-    # It came before the node is spun for the first time.
-    assert buffer.can_transform('base', 'camera', Time(), rclpy.duration.Duration(seconds=20))
+WAITS_BY_SPIN_ONCE = LISTENS + """
     rclpy.spin_once(node)
     print('returned')
     rclpy.shutdown()

@@ -107,6 +107,14 @@ def spin(context):
 
 
 @pytest.fixture
+def executor(context):
+    """Return an executor that no thread spins."""
+    executor = SingleThreadedExecutor(context=context)
+    yield executor
+    executor.shutdown()
+
+
+@pytest.fixture
 def settle(context, node):
     """Let the node's executor run the callbacks of a message filter, in this thread."""
     executor = SingleThreadedExecutor(context=context)

@@ -50,14 +50,6 @@ def x_of(message):
 
 
 @pytest.fixture
-def executor(context):
-    """Return an executor that nobody spins."""
-    executor = SingleThreadedExecutor(context=context)
-    yield executor
-    executor.shutdown()
-
-
-@pytest.fixture
 def no_collection():
     gc.collect()
     gc.disable()
