@@ -214,6 +214,48 @@ def test_error_of_rclpy_is_raised_unless_ros_has_ended(
     assert [str(error) for error in raised] == ([] if has_ended else ['as of rclpy'])
 
 
+@pytest.mark.parametrize('use_wait_set', [True], indirect=True)
+def test_shutdown_returns_when_no_message_is_read_any_more(receive, context, pour, monkeypatch):
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._UNTIL_UNREAD_S', PATIENCE_S)
+    arrived = []
+    receiver = receive(topic=arrived.append)
+    pour('topic')
+    until(lambda: len(arrived) >= 50)
+    context.shutdown()
+    assert receiver._has_served.is_set()
+
+
+def test_callback_that_hangs_does_not_hold_up_a_shutdown(receive, context, publish, monkeypatch):
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._UNTIL_UNREAD_S', 0.05)
+    hangs, ends = threading.Event(), threading.Event()
+
+    def hang(_):
+        hangs.set()
+        ends.wait(PATIENCE_S)
+
+    receiver = receive(topic=hang)
+    publish('topic', 'x')
+    assert hangs.wait(PATIENCE_S)
+    context.shutdown()
+    assert not receiver._has_served.is_set()
+    ends.set()
+
+
+def test_callback_that_ends_ros_does_not_wait_for_its_own_thread(
+        receive, context, publish, monkeypatch):
+    waits = []
+
+    def end_ros(_):
+        monkeypatch.setattr(receiver._has_served, 'wait', waits.append)
+        context.shutdown()
+
+    receiver = receive(topic=end_ros)
+    publish('topic', 'x')
+    receiver.thread.join(PATIENCE_S)
+    assert not receiver.thread.is_alive()
+    assert waits == []
+
+
 def test_no_guard_condition_is_given_to_the_signal_thread_of_rclpy(node, listen, monkeypatch):
     """The signal thread may read one while it is destroyed (docs/ending.md)."""
     registered = []

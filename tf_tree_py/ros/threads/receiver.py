@@ -59,6 +59,9 @@ _RESTS = 25
 # The longest wait for a thread to end. It ends at once, unless a callback in it hangs.
 _PATIENCE_S = 10.0
 
+# The longest time for which a context's shutdown waits for its threads to stop reading.
+_UNTIL_UNREAD_S = 1.0
+
 # A flood on one topic must not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
 
@@ -89,6 +92,7 @@ class Receiver:
         self._on_end = on_end
         self._rest = rest
         self._closing = False
+        self._reads_directly = use_wait_set
         # Set when the thread no longer uses the node.
         self._has_served = threading.Event()
         self._destroyed = threading.Lock()
@@ -117,6 +121,16 @@ class Receiver:
         """Signal the thread to end, and do not wait for it."""
         self._closing = True
         self.wake()
+
+    def wait_until_unread(self) -> None:
+        """
+        Wait until the thread no longer uses the node, for a second at most.
+
+        Return at once in the thread itself, and for an executor: that asks rclpy whether the
+        context has ended, which needs the lock that the caller holds.
+        """
+        if self._reads_directly and threading.current_thread() is not self.thread:
+            self._has_served.wait(_UNTIL_UNREAD_S)
 
     def close(self) -> None:
         """
@@ -266,14 +280,21 @@ def _stop_with(context: Context) -> None:
     """
     Stop a context's receivers when it shuts down.
 
+    The shutdown also waits until they no longer read. A program destroys its executor next, and
+    with it a guard condition that rclpy's signal thread may still be reading, which crashes the
+    process (docs/ending.md). A node with subscriptions of its own takes the same time to destroy.
+
     One callback is registered for each context, not for each receiver: a context never removes its
     callbacks, and a weak method of each receiver would print an error if the receiver died with
     the interpreter.
     """
     def stop_all() -> None:
-        for receiver in list(_running):
-            if receiver.context is ended():
-                receiver.stop()
+        context = ended()
+        receivers = [receiver for receiver in list(_running) if receiver.context is context]
+        for receiver in receivers:
+            receiver.stop()
+        for receiver in receivers:
+            receiver.wait_until_unread()
 
     if context not in _contexts:
         _contexts.add(context)
