@@ -216,7 +216,7 @@ def test_error_of_rclpy_is_raised_unless_ros_has_ended(
 
 @pytest.mark.parametrize('use_wait_set', [True], indirect=True)
 def test_shutdown_returns_when_no_message_is_read_any_more(receive, context, pour, monkeypatch):
-    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._UNTIL_UNREAD_S', PATIENCE_S)
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._LAST_READ_S', PATIENCE_S)
     arrived = []
     receiver = receive(topic=arrived.append)
     pour('topic')
@@ -225,20 +225,30 @@ def test_shutdown_returns_when_no_message_is_read_any_more(receive, context, pou
     assert receiver._has_served.is_set()
 
 
-def test_callback_that_hangs_does_not_hold_up_a_shutdown(receive, context, publish, monkeypatch):
-    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._UNTIL_UNREAD_S', 0.05)
-    hangs, ends = threading.Event(), threading.Event()
+@pytest.mark.parametrize('use_wait_set', [True], indirect=True)
+def test_callbacks_that_hang_hold_up_a_shutdown_for_one_limit_together(
+        receive, context, publish, monkeypatch):
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._LAST_READ_S', 0.05)
+    hanging, ends = threading.Semaphore(0), threading.Event()
 
     def hang(_):
-        hangs.set()
+        hanging.release()
         ends.wait(PATIENCE_S)
 
-    receiver = receive(topic=hang)
+    receivers = [receive(topic=hang) for _ in range(3)]
     publish('topic', 'x')
-    assert hangs.wait(PATIENCE_S)
+    for _ in receivers:
+        assert hanging.acquire(timeout=PATIENCE_S)
+    limits = []
+    for receiver in receivers:
+        wait = receiver._has_served.wait
+        monkeypatch.setattr(receiver._has_served, 'wait', lambda limit, wait=wait: (
+            limits.append(limit), wait(limit)))
     context.shutdown()
-    assert not receiver._has_served.is_set()
+    have_served = [receiver._has_served.is_set() for receiver in receivers]
     ends.set()
+    assert not any(have_served)
+    assert len(limits) == 3 and sum(limits) <= 0.06
 
 
 def test_callback_that_ends_ros_does_not_wait_for_its_own_thread(

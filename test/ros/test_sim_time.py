@@ -198,6 +198,7 @@ def test_switching_back_and_forth_while_messages_flow(make_node, listen, talker,
     stop.set()
     flooding.result(PATIENCE_S)
     talker.move(transform('map', 'fresh', 1e6), into=buffer)
+    assert buffer.can_transform('map', 'fresh', at(1e6))
 
 
 def test_buffer_goes_by_its_nodes_clock_again_when_the_listener_is_closed(node, sim_clock, spin):
@@ -206,3 +207,4 @@ def test_buffer_goes_by_its_nodes_clock_again_when_the_listener_is_closed(node, 
     with TransformListener(buffer, node):
         sim_clock.show(10.0, buffer)
     sim_clock.show(11.0, buffer)
+    assert simulated_seconds(buffer) == 11.0

@@ -31,8 +31,8 @@ def not_finite(case: Case) -> Iterator[Remark]:
 
 @check(Severity.WARNING,
        catches='quaternions whose length is not one',
-       cause='a quaternion that was averaged or integrated and not normalised; or Euler angles '
-             'that were put into its fields',
+       cause='averaging or integrating quaternions without normalising them; or Euler angles in '
+             'the fields of a quaternion',
        fix='normalise before sending: each buffer does so too, but not every consumer')
 def not_normalised(case: Case) -> Iterator[Remark]:
     """Find quaternions whose length is not one; the buffer refuses those of length zero."""

@@ -59,8 +59,8 @@ _RESTS = 25
 # The longest wait for a thread to end. It ends at once, unless a callback in it hangs.
 _PATIENCE_S = 10.0
 
-# The longest time for which a context's shutdown waits for its threads to stop reading.
-_UNTIL_UNREAD_S = 1.0
+# The longest time for which the shutdown of a context waits until all its threads stop reading.
+_LAST_READ_S = 1.0
 
 # A flood on one topic must not starve the others.
 _MAX_TAKEN_AT_ONCE = 100
@@ -122,15 +122,15 @@ class Receiver:
         self._closing = True
         self.wake()
 
-    def wait_until_unread(self) -> None:
+    def wait_for_last_read(self, longest_s: float) -> None:
         """
-        Wait until the thread no longer uses the node, for a second at most.
+        Wait until the thread no longer uses the node.
 
         Return at once in the thread itself, and for an executor: that asks rclpy whether the
         context has ended, which needs the lock that the caller holds.
         """
         if self._reads_directly and threading.current_thread() is not self.thread:
-            self._has_served.wait(_UNTIL_UNREAD_S)
+            self._has_served.wait(max(longest_s, 0.0))
 
     def close(self) -> None:
         """
@@ -293,8 +293,9 @@ def _stop_with(context: Context) -> None:
         receivers = [receiver for receiver in list(_running) if receiver.context is context]
         for receiver in receivers:
             receiver.stop()
+        end = time.monotonic() + _LAST_READ_S
         for receiver in receivers:
-            receiver.wait_until_unread()
+            receiver.wait_for_last_read(end - time.monotonic())
 
     if context not in _contexts:
         _contexts.add(context)
