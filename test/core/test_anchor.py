@@ -113,6 +113,81 @@ def test_what_was_published_stays_and_the_camera_is_no_faster_than_stated():
     assert all(anchor.publish(stamp) == pose for stamp, pose in published.items())
 
 
+@for_each(speed=[1.0, 2.0], radius=[None, 3.0])
+def test_frame_that_drives_on_is_no_faster_than_stated(speed, radius):
+    """Sightings at 1 Hz of an odometry that slips by decimetres and rotates by tens of degrees."""
+    def odom_T_base(stamp):
+        way = speed * stamp / SECOND
+        if radius is None:
+            return Pose(x=way)
+        yaw = way / radius
+        return Pose.from_xyz_rpy(radius * math.sin(yaw), radius * (1.0 - math.cos(yaw)), yaw=yaw)
+
+    for seed in range(SEEDS // 10):
+        rng, anchor, map_T_odom = np.random.default_rng(seed), Anchor(LIMITS), Pose()
+        steps, before = [], None
+        for stamp in range(0, 30 * SECOND, SECOND // 20):
+            here = odom_T_base(stamp)
+            if not stamp % (10 * SECOND):
+                x, y, yaw = (0.6, 0.6, 0.35) * rng.uniform(-1.0, 1.0, 3)
+                map_T_odom = map_T_odom @ here @ Pose.from_xyz_rpy(x, y, yaw=yaw) @ here.inverse()
+            if not stamp % SECOND:
+                anchor.take(Sighting(stamp, map_T_odom @ here, SURE, here, NONE))
+            published = anchor.publish(stamp, here)
+            if before is not None:
+                steps += [math.dist(se3.apply(before, place[:3]), se3.apply(published, place[:3]))
+                          for place in (here, odom_T_base(stamp - SECOND // 20))]
+            before = published
+        allowed = LIMITS.max_speed + LIMITS.max_turn_rate * speed / 20
+        assert 0.1 < max(steps) * 20 <= allowed
+
+
+def test_after_a_kidnapping_it_says_how_far_it_still_has_to_go():
+    anchor = anchored()
+    anchor.publish(SECOND, ODOM_T_CAMERA)
+    assert anchor.remaining == (0.0, 0.0, 0.0)
+    verdicts = [anchor.take(sighting(number * SECOND, AWAY)) for number in range(2, 6)]
+    assert [verdict.relocalised for verdict in verdicts] == [False, False, False, True]
+    expected = se3.distance(MAP_T_ODOM @ ODOM_T_CAMERA, AWAY @ ODOM_T_CAMERA)
+    distance, angle, seconds = anchor.remaining
+    assert (distance, angle) == pytest.approx(expected)
+    assert distance / LIMITS.max_speed < seconds < 2.0 * distance / LIMITS.max_speed + 1.0
+    end = SECOND + round(seconds * SECOND)
+    for stamp in range(SECOND, end + 2, SECOND // 10):
+        left = anchor.publish(stamp, ODOM_T_CAMERA) and anchor.remaining.seconds
+        assert left == pytest.approx((end - stamp) / SECOND, abs=1e-6)
+    assert_same_pose(anchor.publish(end + 1, ODOM_T_CAMERA), AWAY, 1e-9, reach=50.0)
+
+
+@for_each(jump_above=[(1.0, math.inf), (math.inf, 0.1)])
+def test_beyond_a_distance_or_an_angle_it_jumps_and_says_so(jump_above):
+    anchor = anchored(jump_above=jump_above)
+    before = anchor.publish(SECOND, ODOM_T_CAMERA)
+    near = anchor.take(sighting(2 * SECOND, Pose(x=0.01) @ MAP_T_ODOM))
+    assert near.accepted and near.jump is None
+    verdicts = [anchor.take(sighting(number * SECOND, AWAY)) for number in range(3, 7)]
+    assert [verdict.jump is None for verdict in verdicts] == [True, True, True, False]
+    expected = se3.distance(MAP_T_ODOM @ ODOM_T_CAMERA, AWAY @ ODOM_T_CAMERA)
+    assert verdicts[-1].jump == pytest.approx(expected, abs=0.02)
+    assert anchor.publish(SECOND, ODOM_T_CAMERA) == before
+    assert_same_pose(anchor.publish(SECOND + 1, ODOM_T_CAMERA), AWAY, 1e-9, reach=50.0)
+
+
+def test_what_was_published_more_than_a_minute_ago_is_refused():
+    """Blends are kept for so long; without them, another value would be returned."""
+    anchor, published = anchored(), {}
+    for number in range(90):
+        stamp = (2 + number) * SECOND
+        anchor.take(sighting(stamp, Pose(x=0.01 * (number % 7)) @ MAP_T_ODOM))
+        published[stamp] = anchor.publish(stamp, ODOM_T_CAMERA)
+    for stamp, pose in published.items():
+        if stamp >= 31 * SECOND:
+            assert anchor.publish(stamp, ODOM_T_CAMERA) == pose
+    for stamp in (0, 2 * SECOND, 31 * SECOND - 1):
+        with pytest.raises(InvalidArgumentException, match=f'is known from {31 * SECOND} on'):
+            anchor.publish(stamp)
+
+
 def test_what_is_not_finite_is_refused_with_a_reason():
     with pytest.raises(InvalidArgumentException, match='must be finite'):
         Anchor(LIMITS).take(sighting(0, Pose(x=math.nan)))
@@ -122,7 +197,7 @@ def test_one_that_is_delivered_again_is_no_second_one():
     """For example by two bridges, from a latched topic, or from a bag played in a loop."""
     anchor = Anchor(LIMITS)
     assert not anchor.take(sighting(0)).accepted
-    assert anchor.take(sighting(0)) == (False, None, True) and anchor.held is None
+    assert anchor.take(sighting(0)) == (False, None, True, False, None) and anchor.held is None
     anchor = anchored()
     before = anchor.held
     verdicts = [anchor.take(sighting(2 * SECOND, AWAY)) for _ in range(9)]

@@ -6,6 +6,7 @@
 from contextlib import contextmanager
 import time
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 import numpy as np
 import pytest
@@ -39,6 +40,9 @@ class Robot:
         self._tf = node.create_publisher(TFMessage, 'tf', dynamic_qos())
         self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', 10)
         node.create_subscription(TFMessage, 'tf', self._hear, dynamic_qos())
+        self.statuses = []
+        node.create_subscription(DiagnosticArray, '/diagnostics', lambda message:
+                                 self.statuses.extend(message.status), 10)
 
     def _hear(self, message):
         self.heard += [sample for sample in map(as_sample, message.transforms)
@@ -137,6 +141,47 @@ def test_what_is_of_no_use_is_told_and_no_more(context, robot, log):
         see_twice(robot, MAP_T_ODOM)
         robot.wait_for(MAP_T_ODOM)
     assert max(se3.distance(robot.heard[0].pose, MAP_T_ODOM)) < 1e-6
+
+
+FAR = Pose.from_xyz_rpy(x=3.0, yaw=1.2) @ MAP_T_ODOM
+
+
+def see_four_times(robot, map_T_odom):
+    for _ in range(2):
+        see_twice(robot, map_T_odom)
+
+
+def test_long_way_to_the_estimate_is_logged_and_on_diagnostics(context, robot, log):
+    """As after a kidnapping: the blend would last for half a minute."""
+    with anchored(context, robot, rate_hz=100.0, wait=60.0):
+        until(lambda: robot.statuses)
+        assert robot.statuses[0].level == DiagnosticStatus.STALE
+        see_twice(robot, MAP_T_ODOM)
+        robot.wait_for(MAP_T_ODOM)
+        see_four_times(robot, FAR)
+        until(lambda: robot.statuses[-1].level == DiagnosticStatus.WARN)
+        status = robot.statuses[-1]
+        values = {each.key: each.value for each in status.values}
+        assert status.name == f'{NAME}: map -> odom'
+        assert values['Relocalisations'] == '1' and values['Jumps'] == '0'
+        assert 0.0 < float(values['Angle to go (rad)']) <= 1.2
+        assert 5.0 < float(values['Time to go (s)']) < 60.0
+        until(lambda: 'agree on another estimate: map -> odom is' in log())
+        assert 'jumps' not in log()
+
+
+def test_beyond_the_limit_of_a_jump_it_jumps_and_logs_how_far(context, robot, log):
+    with anchored(context, robot, rate_hz=100.0, wait=60.0, jump_turn_above=1.0):
+        see_twice(robot, MAP_T_ODOM)
+        robot.wait_for(MAP_T_ODOM)
+        see_four_times(robot, FAR)
+        samples = robot.wait_for(FAR)
+        until(lambda: any(each.key == 'Jumps' and each.value == '1'
+                          for status in robot.statuses for each in status.values))
+    until(lambda: 'map -> odom jumps by' in log())
+    steps = [se3.distance(before.pose, after.pose)[1]
+             for before, after in zip(samples, samples[1:], strict=False)]
+    assert max(steps) > 1.0 and sum(step > 1e-3 for step in steps) == 1
 
 
 def test_parameter_that_names_no_frame_is_refused(context):

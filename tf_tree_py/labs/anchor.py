@@ -99,7 +99,7 @@ class Unanchored:
     def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
         """Ignore a sighting."""
 
-    def publish(self, stamp: int) -> Pose:
+    def publish(self, stamp: int, odom_T_now: Pose) -> Pose:
         """Return map_T_odom."""
         return driven(0)
 
@@ -116,7 +116,7 @@ class Naive(Unanchored):
         """Place the robot where it was in the image."""
         self._held = seen @ odom_T_now.inverse()
 
-    def publish(self, stamp: int) -> Pose:
+    def publish(self, stamp: int, odom_T_now: Pose) -> Pose:
         """Return map_T_odom."""
         return self._held
 
@@ -145,9 +145,9 @@ class Anchored(Unanchored):
         self.refused += not self._anchor.take(Sighting(
             stamp, seen, COVARIANCE, odom_T_then, np.zeros((6, 6)))).accepted
 
-    def publish(self, stamp: int) -> Pose:
+    def publish(self, stamp: int, odom_T_now: Pose) -> Pose:
         """Return map_T_odom."""
-        return self._anchor.publish(stamp) or driven(0)
+        return self._anchor.publish(stamp, odom_T_now) or driven(0)
 
 
 def passed(way: Unanchored, seconds: float = _DURATION_S, rate_hz: float = RATE_HZ) -> Pass:
@@ -161,7 +161,8 @@ def passed(way: Unanchored, seconds: float = _DURATION_S, rate_hz: float = RATE_
         while seen_at + from_seconds(LATE_S) <= stamp:
             way.take(seen_at, seen, _between(odom_T_base, seen_at), odom_T_base[number])
             seen_at, seen = next(coming, (int(stamps[-1]) + 1, seen))
-        published.append(way.publish(stamp) @ odom_T_base[number])
+        here = odom_T_base[number]
+        published.append(way.publish(stamp, here) @ here)
     return measured(way.name, stamps, np.array(published))
 
 

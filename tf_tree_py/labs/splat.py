@@ -270,7 +270,7 @@ def ride(scene: Scene) -> Ride:
             fits.append((as_seconds(taken), _apart(prior, taken),
                          _apart(Pose._make(fit.map_T_camera), taken)))
             taken += period
-        held = anchor.publish(stamp) or believed
+        held = anchor.publish(stamp, odometry(stamp)) or believed
         off.append((_apart(guess @ odometry(stamp), stamp), _apart(held @ odometry(stamp), stamp)))
     alone, anchored = np.array(off).T
     return Ride(np.array(stamps) / 1e9, alone, anchored, fits)

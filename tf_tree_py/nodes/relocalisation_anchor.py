@@ -5,13 +5,15 @@
 
 from collections.abc import Sequence
 from functools import partial
+import math
 import sys
 import threading
 from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
+from tf_tree_py.beyond.corrections.anchor import Anchor, Remaining, Sighting, Verdict
 from tf_tree_py.beyond.uncertainty.covariances import checked_covariance
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.errors import TransformException
@@ -26,6 +28,7 @@ from tf_tree_py.ros.messages.pose_covariances import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
+from .anchor_status import AnchorStatus, way_to_go
 from .edge_messages import frame_of, LIMITS, limits_of, samples_of
 from .parameters import declare, describe, Setting
 from .robot_topics import RawPublisher
@@ -38,7 +41,9 @@ Publishes map -> odom from poses in the map that arrive late: from AMCL, from a 
 or from any publisher of PoseWithCovarianceStamped on the topic pose. Each pose is compared
 with the odometry of its own stamp, gated by both covariances, and fused with the current
 estimate. The published transform blends to the new estimate without a jump, no faster than
-max_speed and max_turn_rate. Nothing is published until two poses agree. Press Ctrl-C to stop."""
+max_speed and max_turn_rate. It is wrong until it arrives, which takes long if the robot was
+carried away: /diagnostics has how far it is, and jump_above sets when it jumps instead. Nothing
+is published until two poses agree. Press Ctrl-C to stop."""
 
 SETTINGS = (
     Setting('map_frame', 'map', 'the frame of the poses, and the parent of what is published'),
@@ -48,6 +53,9 @@ SETTINGS = (
     Setting('ahead', 0.05, 'how far ahead of the clock to stamp transforms, seconds, so that '
             'lookups between two of them succeed', (0.0, 10.0)),
     *LIMITS,
+    Setting('jump_above', 0.0, 'the distance from the estimate beyond which the published '
+            'transform jumps to it, metres; 0: it never jumps', (0.0, 1e9)),
+    Setting('jump_turn_above', 0.0, 'the same for rotations, radians', (0.0, 1e9)),
     Setting('gate', 0.0, 'the squared Mahalanobis distance beyond which a pose is refused; 0: '
             'the one that refuses one good pose in a thousand', (0.0, 1e9)),
     Setting('drift', 0.05, 'the drift of the odometry, metres per square root of a second',
@@ -87,7 +95,9 @@ class RelocalisationAnchor(ClosingNode):
         self._anchor = Anchor(
             limits_of(values), (values['drift'], values['turn_drift']), values['gate'] or None,
             drift_by_way=(values['way_drift'], values['way_turn_drift']),
-            planar=values['planar'])
+            planar=values['planar'],
+            jump_above=(values['jump_above'] or math.inf, values['jump_turn_above'] or math.inf))
+        self._status = AnchorStatus(self, f'{self._map} -> {self._odom}')
         # Futures complete in the thread that receives transforms.
         self._lock = threading.Lock()
         self._buffer = Buffer(node=self)
@@ -98,6 +108,7 @@ class RelocalisationAnchor(ClosingNode):
         self._last = 0
         self.create_subscription(PoseWithCovarianceStamped, 'pose', self._hear, 10)
         self.create_timer(1.0 / values['rate_hz'], self.publish)
+        self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _hear(self, message: PoseWithCovarianceStamped) -> None:
         """Wait for the odometry of a pose's stamp."""
@@ -126,10 +137,13 @@ class RelocalisationAnchor(ClosingNode):
             with self._lock:
                 verdict = self._anchor.take(Sighting(
                     stamp, pose, covariance, odom_T_frame, spread))
+                left = self._anchor.remaining
+                self._status.count(verdict)
         except TransformException as error:
             self._warn(f'A pose cannot be used: {error}')
             return
         if verdict.accepted:
+            self._log_large_change(stamp, verdict, left)
             return
         why = ('it was received before' if verdict.repeated else
                'no other pose confirms it yet' if verdict.distance is None else
@@ -137,9 +151,22 @@ class RelocalisationAnchor(ClosingNode):
                f'{self._anchor.gate:g}')
         self._warn(f'The pose of {format_stamp(stamp)} was refused: {why}')
 
+    def _log_large_change(self, stamp: int, verdict: Verdict, left: Remaining) -> None:
+        edge = f'{self._map} -> {self._odom}'
+        if verdict.jump is not None:
+            distance, angle = verdict.jump
+            self.get_logger().warning(
+                f'{edge} jumps by {distance:.3g} m and {angle:.3g} rad to the estimate of '
+                f'{format_stamp(stamp)}, because that is more than jump_above or jump_turn_above')
+        elif verdict.relocalised:
+            self.get_logger().warning(
+                f'Several poses up to {format_stamp(stamp)} agree on another estimate: {edge} is '
+                f'{way_to_go(left)} from it, and blends to it')
+
     def publish(self) -> None:
         """Publish map -> odom, if it is known; never twice for one stamp."""
         stamp = self.get_clock().now().nanoseconds + self._ahead
+        odom_T_frame = self._newest_pose()
         with self._lock:
             if stamp < self._last:  # the clock has jumped back: another run
                 self.get_logger().warning(
@@ -148,9 +175,20 @@ class RelocalisationAnchor(ClosingNode):
             if stamp == self._last:
                 return
             self._last = stamp
-            pose: Pose | None = self._anchor.publish(stamp)
+            pose: Pose | None = self._anchor.publish(stamp, odom_T_frame)
         if pose is not None:
             self._tf.send([Sample(self._map, self._odom, stamp, pose)])
+
+    def _newest_pose(self) -> Pose | None:
+        """Return the newest pose of the frame in odom, if it is known."""
+        try:
+            return self._buffer.lookup(self._odom, self._frame)
+        except TransformException:
+            return None
+
+    def _report(self) -> None:
+        with self._lock:
+            self._status.publish(self._anchor.held, self._anchor.remaining)
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=5.0)

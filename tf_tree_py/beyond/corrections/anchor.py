@@ -11,6 +11,7 @@ previous estimate, in the convention of ``uncertainty.covariances``.
 """
 
 import math
+import operator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,8 +36,9 @@ _RIVALS, _FIRST = 4, 2
 # The minimum variance, because some covariances contain zeros: the squares of 0.01 mm and of
 # 0.01 mrad.
 _FLOOR = 1e-10
-# How long published values are kept.
+# How long published values are kept; and the limits of a jump.
 _KEPT = from_seconds(60.0)
+_AT_ONCE = BlendLimits(0, math.inf, math.inf, 0.0)
 # How many sightings are kept to recognise repeated ones, which are no new evidence.
 _REMEMBERED = 4096
 # The coordinates of a plane among x, y, z and rotation about x, y, z.
@@ -85,11 +87,30 @@ class Verdict(NamedTuple):
         new estimate.
     :ivar distance: its squared Mahalanobis distance from the estimate; None if there was none.
     :ivar repeated: whether it was received before; a repeated sighting is no new evidence.
+    :ivar relocalised: whether the estimate of earlier sightings was replaced.
+    :ivar jump: the metres and radians by which the published edge jumps to the estimate; None
+        if it blends.
     """
 
     accepted: bool
     distance: float | None
     repeated: bool = False
+    relocalised: bool = False
+    jump: tuple[float, float] | None = None
+
+
+class Remaining(NamedTuple):
+    """
+    How far the published edge is from the estimate.
+
+    :ivar distance: of the frame, metres.
+    :ivar angle: radians.
+    :ivar seconds: until the blend ends, if the estimate stays the same.
+    """
+
+    distance: float
+    angle: float
+    seconds: float
 
 
 class Anchor:
@@ -102,7 +123,8 @@ class Anchor:
 
     def __init__(self, limits: BlendLimits, drift: tuple[float, float] = (0.05, 0.02),
                  gate: float | None = None, *, drift_by_way: tuple[float, float] = (0.0, 0.0),
-                 planar: bool = False) -> None:
+                 planar: bool = False,
+                 jump_above: tuple[float, float] = (math.inf, math.inf)) -> None:
         """
         Start without an estimate.
 
@@ -113,8 +135,10 @@ class Anchor:
         :param drift_by_way: the drift by distance: metres and radians per square root of a
             metre between two sightings.
         :param planar: fuse x, y and yaw only; z, roll and pitch stay those of the odometry.
+        :param jump_above: the metres and radians from the estimate beyond which the published
+            edge jumps to it.
         """
-        self._limits, self._planar = limits, planar
+        self._limits, self._planar, self._jump_above = limits, planar, jump_above
         self.gate = (GATE_IN_PLANE if planar else GATE) if gate is None else gate
         self._drift, self._drift_by_way = (
             np.diag(np.square([one[0]] * 3 + [one[1]] * 3)) for one in (drift, drift_by_way))
@@ -126,6 +150,9 @@ class Anchor:
         self._alternative: AnchorEstimate | None = None
         self._correction = Correction()
         self._published: int | None = None
+        self._oldest = BEGINNING
+        # The newest known position of the frame in odom.
+        self._odom_place: Vector3 | None = None
         self._taken: dict[tuple[int, PoseTuple], None] = {}
 
     # --- receiving
@@ -139,14 +166,16 @@ class Anchor:
         sighting = _checked(sighting)
         if self._is_repeated(sighting):
             return Verdict(False, None, repeated=True)
-        if self.held is None:
-            return Verdict(self._take_as_alternative(sighting, _FIRST), None)
-        fused, distance = self._fused(self.held, sighting)
-        if distance > self.gate:
-            return Verdict(self._take_as_alternative(sighting, _RIVALS), distance)
-        self._alternative = None
-        self._hold(fused, sighting)
-        return Verdict(True, distance)
+        before, distance = self.held, None
+        if before is not None:
+            fused, distance = self._fused(before, sighting)
+            if distance <= self.gate:
+                return Verdict(True, distance, jump=self._hold(fused, sighting))
+        rival = self._rival(sighting)
+        if rival.agreed < (_FIRST if before is None else _RIVALS):
+            return Verdict(False, distance)
+        return Verdict(True, distance, relocalised=before is not None,
+                       jump=self._hold(rival, sighting))
 
     def _is_repeated(self, sighting: Sighting) -> bool:
         """Return whether the same sighting was received before, and remember it."""
@@ -158,18 +187,14 @@ class Anchor:
             del self._taken[next(iter(self._taken))]
         return False
 
-    def _take_as_alternative(self, sighting: Sighting, needed: int) -> bool:
-        """Keep a sighting as an alternative; return whether it was the last one needed."""
+    def _rival(self, sighting: Sighting) -> AnchorEstimate:
+        """Keep a sighting that the estimate does not explain; return what such ones agree on."""
         rival = _estimate_of(sighting, self._planar)
         if self._alternative is not None:
             fused, distance = self._fused(self._alternative, sighting)
             rival = fused if distance <= self.gate else rival
         self._alternative = rival
-        if rival.agreed < needed:
-            return False
-        self._alternative = None
-        self._hold(rival, sighting)
-        return True
+        return rival
 
     def _fused(self, estimate: AnchorEstimate, sighting: Sighting) -> tuple[AnchorEstimate, float]:
         """Fuse both by a Kalman filter about the frame; also return their distance."""
@@ -192,33 +217,80 @@ class Anchor:
             se3.compose(there, se3.inverse(sighting.odom_T_frame)), after, place,
             sighting.odom_T_frame[:3], estimate.agreed + 1), distance
 
-    def _hold(self, estimate: AnchorEstimate, sighting: Sighting) -> None:
-        self.held = estimate
+    def _hold(self, estimate: AnchorEstimate, sighting: Sighting) -> tuple[float, float] | None:
+        """Make an estimate the goal of the published edge; return how far that jumps to it."""
+        self.held, self._alternative = estimate, None
         if self._published is None:
-            return
-        here = self._correction.moved(self._published, se3.IDENTITY)
-        self._correction.correct(
-            estimate.map_T_odom, self._published, here, sighting.odom_T_frame[:3],
-            self._limits, self._published - _KEPT)
+            return None
+        place = self._odom_place or sighting.odom_T_frame[:3]
+        far = _between(self._now(), estimate.map_T_odom, place)
+        jumps = any(map(operator.gt, far, self._jump_above))
+        self._blend(estimate.map_T_odom, place, _AT_ONCE if jumps else self._limits)
+        return far if jumps else None
 
     # --- publishing
 
-    def publish(self, stamp: int) -> Pose | None:
+    def publish(self, stamp: int, odom_T_frame: PoseTuple | None = None) -> Pose | None:
         """
         Return ``map_T_odom`` for a stamp, to be published; None without an estimate.
 
         The value for a stamp that was published never changes: a later correction begins
         after the newest of these stamps.
+
+        :param odom_T_frame: the newest pose of the frame in odom. The edge rotates about the
+            frame, so the frame keeps to ``max_speed`` wherever it drives: it adds no more than
+            that and ``max_turn_rate`` times the distance that it moves between two calls. None:
+            about its pose of the last call or sighting.
+        :raises InvalidArgumentException: the stamp is older than the first published one, or
+            than the newest by more than a minute.
         """
         if self.held is None:
             return None
         if self._published is None:
-            self._published = stamp
+            self._published = self._oldest = stamp
             self._correction.begin_blend(
                 self.held.map_T_odom, stamp - 1, self.held.map_T_odom, se3.IDENTITY, ORIGIN,
                 self._limits, BEGINNING)
+        if stamp < max(self._oldest, self._published - _KEPT):
+            raise InvalidArgumentException(
+                f'Invalid argument stamp {stamp}: map -> odom is known from '
+                f'{max(self._oldest, self._published - _KEPT)} on')
+        if odom_T_frame is not None:
+            self._follow(odom_T_frame[:3])
         self._published = max(self._published, stamp)
         return Pose._make(self._correction.moved(stamp, se3.IDENTITY))
+
+    def _follow(self, odom_place: Vector3) -> None:
+        """Move the point that a blend rotates about with the frame."""
+        assert self._published is not None
+        self._odom_place, stage = odom_place, self._correction.stage
+        if self._published < stage.end and odom_place != stage.about:
+            self._blend(stage.motion, odom_place, self._limits)
+
+    def _blend(self, map_T_odom: PoseTuple, odom_place: Vector3, limits: BlendLimits) -> None:
+        assert self._published is not None
+        self._correction.correct(map_T_odom, self._published, self._now(), odom_place, limits,
+                                 self._published - _KEPT)
+
+    def _now(self) -> PoseTuple:
+        """Return the newest published value."""
+        assert self._published is not None
+        return self._correction.moved(self._published, se3.IDENTITY)
+
+    @property
+    def remaining(self) -> Remaining:
+        """Return how far the newest published value is from the estimate."""
+        stage = self._correction.stage
+        if self._published is None or self._published >= stage.end:
+            return Remaining(0.0, 0.0, 0.0)
+        seconds = (stage.end - max(self._published, stage.begin)) / NANOSECONDS_PER_SECOND
+        return Remaining(*_between(self._now(), stage.motion, stage.about), seconds)
+
+
+def _between(a: PoseTuple, b: PoseTuple, place: Vector3) -> tuple[float, float]:
+    """Return how far apart a place, metres, and the rotation, radians, are in two poses."""
+    return (math.dist(se3.apply(a, place), se3.apply(b, place)),
+            se3.distance(a, b)[1])
 
 
 def _checked(sighting: Sighting) -> Sighting:
