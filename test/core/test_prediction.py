@@ -222,6 +222,15 @@ def test_errors_are_told():
         buffer.predict('odom', 'base', 1, SECOND)
 
 
+@pytest.mark.parametrize('samples', [3, 200])
+def test_error_whose_square_is_too_large_is_refused_with_its_edge(samples):
+    buffer = BufferCore()
+    for number in range(samples):
+        buffer.insert('odom', 'base', number * 20 * MS, Pose(x=1e154 * (number % 7)))
+    with pytest.raises(ExtrapolationException, match=r'odom -> base .* too large .*\n?.*samples'):
+        buffer.predict('odom', 'base', samples * 20 * MS, SECOND)
+
+
 def test_snapshot_predicts_too():
     buffer = driven(wandering)
     found = buffer.predict('odom', 'base', NOW + 100 * MS, SECOND)

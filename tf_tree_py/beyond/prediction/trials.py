@@ -19,6 +19,7 @@ from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple, Twist
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.companions import Companion
 
@@ -110,6 +111,8 @@ _MOST_TRIALS, _LEAST_TRIALS = 32, 3
 _RUNGS_PER_OCTAVE = 4
 _LOWEST_RUNG = 1000
 _MOST_RUNGS = 32
+# The covariance of larger errors does not fit into floats.
+_LARGEST = 1e150
 
 
 class _Rung(NamedTuple):
@@ -175,8 +178,8 @@ class Trials:
         first = self._moment(history, oldest, start.stamp, below)
         last = self._moment(history, oldest, start.stamp, above)
         if first is None or last is None:
-            moved = np.array(se3.log(motion(history, start, start.stamp + ahead)))
-            return [whole_term(np.outer(moved, moved))]
+            moved = se3.log(motion(history, start, start.stamp + ahead))
+            return [_second_moment(history, np.array([moved]))]
         part = max(ahead * ahead - below * below, 0) / (above * above - below * below)
         return [(1.0 - part, *first[1:]), (part, *last[1:])]
 
@@ -216,8 +219,8 @@ class Trials:
         if len(self._starts) > 2 * _MOST_TRIALS:
             self._starts = {cell: start for cell, start in self._starts.items() if cell >= first}
         rows = np.array([error for error in errors.values() if error is not None])
-        return _Rung(cells, errors, None if len(rows) < _LEAST_TRIALS else whole_term(
-            rows.T @ rows / len(rows)))
+        return _Rung(cells, errors, None if len(rows) < _LEAST_TRIALS else _second_moment(
+            history, rows))
 
     def _error(self, history: MovingHistory, cell: int, ahead: int) -> _Error | None:
         """Return the error of a prediction: metres and radians, in the axes of its pose."""
@@ -239,6 +242,21 @@ class Trials:
                         and _has_its_parent(history, stamp - TWIST_OVER))
             self._starts[cell] = start_at(history, stamp) if is_there else None
         return self._starts[cell]
+
+
+def _second_moment(history: MovingHistory, errors: Array) -> Term:
+    """
+    Return the second moment of errors (N, 6) as a term.
+
+    :raises ExtrapolationException: a square does not fit into a float.
+    """
+    largest = np.abs(errors).max()
+    if not largest < _LARGEST:
+        raise ExtrapolationException(
+            f'A prediction of the edge {history.parent} -> {history.child} would be off by up to '
+            f'{largest:g} m, whose square is too large for a covariance: find out which samples '
+            'of the edge are that far apart')
+    return whole_term(errors.T @ errors / len(errors))
 
 
 def _has_its_parent(history: MovingHistory, stamp: int) -> bool:
