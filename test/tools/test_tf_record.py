@@ -85,6 +85,6 @@ def test_picture_that_cannot_be_written_leaves_the_old_one(bags, tmp_path):
     picture = tmp_path / 'frames.dot'
     picture.write_text('what was there')
     done = on_full_disk('tf_frames', '--bag', bags['well'], '-o', picture)
-    assert done.returncode == 2
+    assert (done.returncode, done.stderr) == (2, f'tf_frames: {picture}: File too large\n')
     assert [*tmp_path.iterdir()] == [picture]
     assert picture.read_text() == 'what was there'

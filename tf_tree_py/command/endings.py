@@ -69,7 +69,8 @@ def _status_of(name: str, work: Callable[[list[str]], int], arguments: list[str]
         return FINE
     except OSError as error:  # for example, the disk is full
         _give_up_output()
-        print(f'{name}: {error}', file=sys.stderr)
+        place = f'{error.filename}: ' if error.filename else ''
+        print(f'{name}: {place}{error.strerror or error}', file=sys.stderr)
         return CANNOT
 
 

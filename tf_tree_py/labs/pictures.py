@@ -67,7 +67,7 @@ def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:
             _write(figure, paths[0], dpi=_DPI, metadata={'Software': None})
             _write(figure, paths[1], metadata={'Date': None, 'Creator': None})
         except OSError as error:
-            raise NoPicture(f'No picture: {error}') from error
+            raise NoPicture(f'No picture: {error.filename}: {error.strerror}') from error
     return paths
 
 
