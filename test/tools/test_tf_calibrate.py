@@ -195,6 +195,11 @@ def test_robot_without_an_origin_gets_one(tmp_path):
     (URDF, ('base', 'hand'), 'no joint with the parent base and the child hand'),
     (URDF.replace('"fixed"', '"revolute"'), EDGE, "of the type 'revolute', not fixed"),
     (URDF.replace('0.2 0', '${x} 0'), EDGE, 'line 7: xacro computes this origin'),
+    (URDF.replace('name="top"', 'name="two"').replace('"lidar"/></', '"camera"/></'), EDGE,
+     'several joints between base and camera, in the lines 5, 9: edit'),
+    (URDF.replace('<origin', '&o;<!-- ').replace('0.5"  />', '-->').replace(
+        '<!-- a robot -->', '<!DOCTYPE robot [<!ENTITY o "<origin/>">]>'), EDGE,
+     'line 7: an entity contains this origin'),
     (URDF[:-10], EDGE, 'is not a URDF'), (None, EDGE, 'cannot be read')])
 def test_description_that_cannot_be_changed_stays(tmp_path, text, edge, sentence):
     robot = tmp_path / 'robot.urdf'
@@ -204,6 +209,35 @@ def test_description_that_cannot_be_changed_stays(tmp_path, text, edge, sentence
         write_origin(robot, *edge, Pose())
     assert text is None or robot.read_text() == text
     assert len(list(tmp_path.iterdir())) == (text is not None)
+
+
+@pytest.mark.parametrize('encoding', ['utf-16', 'utf-16-be'])
+def test_description_that_is_not_utf_8_stays(tmp_path, encoding):
+    robot = tmp_path / 'robot.urdf'
+    robot.write_bytes(URDF.encode(encoding))
+    with pytest.raises(Cannot, match='is not UTF-8: convert it first'):
+        write_origin(robot, *EDGE, Pose())
+    assert robot.read_bytes() == URDF.encode(encoding)
+
+
+def test_only_the_attributes_of_the_origin_change(tmp_path):
+    robot = tmp_path / 'robot.urdf'
+    robot.write_text(URDF.replace("rpy='0 0 0'", """my-xyz="1" a.rpy='2' note="xyz='3'" """))
+    write_origin(robot, *EDGE, Pose(x=0.1))
+    assert ("""<origin rpy="0 0 0" my-xyz="1" a.rpy='2' note="xyz='3'"    xyz="0.1 0 0"  />"""
+            in robot.read_text())
+
+
+@pytest.mark.parametrize('begin, end', [
+    ('<xacro:if value="1">', '</xacro:if>'),
+    ('<xacro:macro name="m"><xacro:unless value="0">', '</xacro:unless></xacro:macro>')])
+def test_joint_in_a_condition_or_macro_of_xacro_is_found(tmp_path, begin, end):
+    robot = tmp_path / 'robot.urdf.xacro'
+    text = URDF.replace('<joint', begin + '<joint', 1).replace('</joint>', '</joint>' + end, 1)
+    robot.write_text(text)
+    write_origin(robot, *EDGE, Pose(x=0.1))
+    assert robot.read_text() == text.replace("rpy='0 0 0'   xyz=\"0.2 0 0.5\"",
+                                             'rpy="0 0 0"   xyz="0.1 0 0"')
 
 
 @pytest.mark.parametrize('make, target', [

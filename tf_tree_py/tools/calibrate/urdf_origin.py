@@ -13,6 +13,8 @@ from tf_tree_py.core import Pose
 from tf_tree_py.core.whole_files import write_whole
 
 _TAG = rb'(?:[^>"\']|"[^"]*"|\'[^\']*\')*>'
+# One attribute. The value is searched with its name, because a value may contain any text.
+_ATTRIBUTE = re.compile(rb'([\w.:-]+)(\s*=\s*)("[^"]*"|\'[^\']*\')')
 
 
 class Change(NamedTuple):
@@ -37,15 +39,17 @@ def write_origin(path: Path, parent: str, child: str, pose: Pose) -> Change:
     """
     Replace the origin of the joint between two links, and keep a copy of the file.
 
-    :raises Cannot: the file or the joint does not exist, the joint moves, or xacro computes
-        the origin.
+    :raises Cannot: the file or the joint does not exist, there are several such joints, the joint
+        moves, or xacro or an entity provides the origin.
     """
     try:
         data = path.read_bytes()
     except OSError as error:
         raise Cannot(f'{path} cannot be read: {error.strerror}') from error
+    if b'\0' in data:
+        raise Cannot(f'{path} is not UTF-8: convert it first (iconv -f UTF-16 -t UTF-8)')
     joint = _joint_of(path, data, parent, child)
-    begin, end, indent = _place_of(data, joint)
+    begin, end, indent = _place_of(path, data, joint, pose)
     before = data[begin:end]
     if b'${' in before or b'$(' in before:
         raise Cannot(f'{path}, line {_line(data, begin)}: xacro computes this origin; edit it '
@@ -81,6 +85,10 @@ def _joint_of(path: Path, data: bytes, parent: str, child: str) -> _Joint:
     if not joints:
         raise Cannot(f'{path} has no joint with the parent {parent} and the child {child}, the '
                      'calibrated edge: change the origin in the file that defines this edge')
+    if len(joints) > 1:
+        lines = ', '.join(str(_line(data, joint.begin)) for joint in joints)
+        raise Cannot(f'{path} has several joints between {parent} and {child}, in the lines '
+                     f'{lines}: edit the one that applies by hand')
     if joints[0].kind != 'fixed':
         raise Cannot(f'{path}: the joint between {parent} and {child} is of the type '
                      f'{joints[0].kind!r}, not fixed')
@@ -89,7 +97,7 @@ def _joint_of(path: Path, data: bytes, parent: str, child: str) -> _Joint:
 
 def _joints(data: bytes) -> list[_Joint]:
     """
-    Return all joints of a description.
+    Return all joints of a description, also those in conditions and macros of xacro.
 
     :raises expat.ExpatError: it is not XML.
     """
@@ -97,9 +105,9 @@ def _joints(data: bytes) -> list[_Joint]:
     found, reading = list[_Joint](), list[_Joint]()
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if tag == 'joint' and depth == ['robot']:
+        if tag == 'joint' and _are_outside_elements(depth):
             reading[:] = [_Joint(attributes.get('type', ''), parser.CurrentByteIndex)]
-        elif reading and depth == ['robot', 'joint']:
+        elif reading and depth[-1] == 'joint':
             if tag == 'origin':
                 reading[0].origin = parser.CurrentByteIndex
             elif tag in ('parent', 'child'):
@@ -107,8 +115,7 @@ def _joints(data: bytes) -> list[_Joint]:
         depth.append(tag)
 
     def end(_: str) -> None:
-        depth.pop()
-        if depth == ['robot'] and reading:
+        if depth.pop() == 'joint' and reading and _are_outside_elements(depth):
             found.append(reading.pop())
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -116,28 +123,37 @@ def _joints(data: bytes) -> list[_Joint]:
     return found
 
 
-def _place_of(data: bytes, joint: _Joint) -> tuple[int, int, bytes]:
+def _are_outside_elements(depth: list[str]) -> bool:
+    """Return whether a joint may be inside these elements, such as <robot> and <xacro:if>."""
+    return depth[:1] == ['robot'] and all(tag.startswith('xacro:') for tag in depth[1:])
+
+
+def _place_of(path: Path, data: bytes, joint: _Joint, pose: Pose) -> tuple[int, int, bytes]:
     """Return where an origin begins and ends, and the space to write before a new one."""
+    begin = joint.begin if joint.origin is None else joint.origin
+    match = re.compile(rb'<' + _TAG).match(data, begin)
+    if match is None:
+        raise Cannot(f'{path}, line {_line(data, begin)}: an entity contains this origin; edit it '
+                     f'by hand: {origin_of(pose)}')
     if joint.origin is not None:
-        match = re.compile(rb'<' + _TAG).match(data, joint.origin)
-        assert match is not None
         return joint.origin, match.end(), b''
-    match = re.compile(rb'<' + _TAG).match(data, joint.begin)
-    assert match is not None
     space = re.match(rb'\s*', data[match.end():])
     return match.end(), match.end(), space.group() if space else b''
 
 
 def _replaced(tag: bytes, pose: Pose) -> bytes:
     """Return a tag with new values of its attributes; its other text is unchanged."""
-    for attribute in re.findall(r'(\w+)="([^"]*)"', origin_of(pose)):
-        name, value = (word.encode() for word in attribute)
-        pattern = re.compile(rb'(\b' + name + rb'\s*=\s*)("[^"]*"|\'[^\']*\')')
-        if pattern.search(tag):
-            tag = pattern.sub(rb'\g<1>"' + value + b'"', tag, count=1)
-        else:
-            tag = re.sub(rb'^<origin', b'<origin ' + name + b'="' + value + b'"', tag)
-    return tag
+    values = {name.encode(): value.encode() for name, value in re.findall(
+        r'(\w+)="([^"]*)"', origin_of(pose))}
+
+    def replaced(attribute: re.Match[bytes]) -> bytes:
+        name, equals, _ = attribute.groups()
+        value = values.pop(name, None)
+        return attribute.group() if value is None else name + equals + b'"' + value + b'"'
+
+    tag = _ATTRIBUTE.sub(replaced, tag)
+    new = b''.join(b' ' + name + b'="' + value + b'"' for name, value in values.items())
+    return tag.replace(b'<origin', b'<origin' + new, 1)
 
 
 def _line(data: bytes, place: int) -> int:
