@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Predictions: the pose, the limits, the covariance; plain lookups never predict."""
+"""Predictions: the pose, the horizon, the earlier errors; plain lookups never predict."""
 
 import numpy as np
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore
-from tf_tree_py.beyond.prediction.trials import TrialCache
+from tf_tree_py.beyond.prediction.past import PastCache
 from tf_tree_py.core import (
     ConnectivityException,
     ExtrapolationException,
@@ -22,6 +22,8 @@ from tf_tree_py.core.geometry import so3
 SECOND = 1_000_000_000
 MS = 1_000_000
 NOW = 4 * SECOND
+# Without accelerations, the covariance is that of the earlier predictions.
+STEADY = {'base': (0.0,) * 6}
 
 
 def steady(stamp):
@@ -45,13 +47,14 @@ def driven(motion, upto=NOW, **extra):
     return buffer
 
 
-def test_constant_twist_goes_on_and_is_sure():
+def test_constant_twist_goes_on_exactly():
     buffer = driven(steady)
     found = buffer.predict('odom', 'camera', NOW + 150 * MS, 200 * MS)
     truth = steady(NOW + 150 * MS) @ buffer.lookup('base', 'camera')
     assert_same_pose(found.pose, truth, tolerance=1e-9)
     assert (found.stamp, found.beyond) == (NOW + 150 * MS, 150 * MS)
-    assert np.abs(found.covariance).max() < 1e-8
+    sure = buffer.predict('odom', 'camera', NOW + 150 * MS, 200 * MS, acceleration=STEADY)
+    assert sure.pose == found.pose and np.abs(sure.covariance).max() < 1e-8
     back = buffer.predict('camera', 'odom', NOW + 150 * MS, 200 * MS)
     assert_same_pose(back.pose, truth.inverse(), tolerance=1e-9)
 
@@ -99,21 +102,28 @@ def test_only_edges_without_data_are_predicted():
 
 @pytest.mark.parametrize('ahead', [50 * MS, 200 * MS, 400 * MS])
 def test_covariance_is_that_of_the_errors(ahead):
-    """The mean of the squared errors, normalised, is about three: three numbers on the floor."""
-    squares, variances = [], []
+    """
+    The mean of the squared errors, normalised, is about three: three numbers on the floor.
+
+    It is less with the accelerations that are possible, and more without them.
+    """
+    squares, earlier = [], []
     buffer = driven(wandering, upto=SECOND)
     for stamp in range(SECOND + 20 * MS, 16 * SECOND, 20 * MS):
         buffer.insert('odom', 'base', stamp, wandering(stamp))
         if stamp < 3 * SECOND or stamp % (300 * MS):
             continue
-        found = buffer.predict('odom', 'base', stamp + ahead, SECOND)
-        truth = wandering(stamp + ahead)
-        off = np.array([*np.subtract(truth[:3], found.pose[:3]), *so3.log(
-            so3.multiply(truth[3:], so3.conjugate(found.pose[3:])))])[[0, 1, 5]]
-        covariance = found.covariance[np.ix_([0, 1, 5], [0, 1, 5])]
-        squares.append(off @ np.linalg.inv(covariance) @ off)
-        variances.append(np.trace(covariance))
-    assert 2.0 < np.mean(squares) < 5.0
+        for limits, found in ((None, squares), (STEADY, earlier)):
+            ahead_of = buffer.predict('odom', 'base', stamp + ahead, SECOND, acceleration=limits)
+            found.append(normalised(ahead_of, wandering(stamp + ahead)))
+    assert 0.75 < np.mean(squares) < 3.0 < np.mean(earlier) < 5.0
+
+
+def normalised(found, truth):
+    """Return the square of a prediction's error on the floor, relative to its covariance."""
+    off = np.array([*np.subtract(truth[:3], found.pose[:3]), *so3.log(
+        so3.multiply(truth[3:], so3.conjugate(found.pose[3:])))])[[0, 1, 5]]
+    return off @ np.linalg.solve(found.covariance[np.ix_([0, 1, 5], [0, 1, 5])], off)
 
 
 def test_covariance_grows():
@@ -129,7 +139,7 @@ def test_variance_between_two_rungs_is_at_most_a_little_too_large(ahead):
     buffer = BufferCore()
     for stamp in range(2 * MS, NOW + 1, 2 * MS):
         buffer.insert('odom', 'base', stamp, Pose(x=0.4 * (stamp / SECOND)**2))
-    found = buffer.predict('odom', 'base', NOW + ahead * MS, SECOND)
+    found = buffer.predict('odom', 'base', NOW + ahead * MS, SECOND, acceleration=STEADY)
     h = ahead * 1e-3
     assert 0.999 < found.covariance[0, 0] / (0.4 * (h * h + 0.1 * h))**2 < 1.04
 
@@ -146,13 +156,13 @@ def test_what_is_kept_of_earlier_predictions_changes_no_answer(step):
             np.testing.assert_allclose(
                 found.covariance, buffer.snapshot().predict(*asked).covariance, rtol=1e-9)
     buffer.clear()
-    assert not buffer._tree.companion(TrialCache).by_child
+    assert not buffer._tree.companion(PastCache).by_child
 
 
 def test_covariance_of_the_newest_pose_is_carried_on():
     covariance = np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4])
     buffer = driven(steady, covariance=covariance)
-    found = buffer.predict('odom', 'base', NOW + 500 * MS, SECOND)
+    found = buffer.predict('odom', 'base', NOW + 500 * MS, SECOND, acceleration=STEADY)
     way = np.linalg.norm(np.subtract(found.pose[:2], buffer.lookup('odom', 'base')[:2]))
     assert np.trace(found.covariance[:2, :2]) == pytest.approx(2e-4 + 1e-4 * way ** 2, rel=1e-6)
 
@@ -164,19 +174,31 @@ def test_too_little_history_is_as_unsure_as_the_motion_is_long():
             ExtrapolationException, match='requires two samples, and the edge odom -> b'):
         buffer.predict('odom', 'base', SECOND + 1, SECOND)
     buffer.insert('odom', 'base', SECOND + 100 * MS, Pose(x=0.1))
-    found = buffer.predict('odom', 'base', SECOND + 300 * MS, SECOND)
+    found = buffer.predict('odom', 'base', SECOND + 300 * MS, SECOND, acceleration=STEADY)
     assert found.pose.x == pytest.approx(0.3)
     assert found.covariance[0, 0] == pytest.approx(0.2 ** 2)
     assert not found.covariance[1:, 1:].any()
 
 
-def test_what_was_long_ago_is_forgotten():
+def test_errors_of_long_ago_are_forgotten():
     """It wandered for 4 s, and then drove straight for 12 s, in a buffer that keeps all."""
     buffer = driven(wandering)
     for stamp in range(NOW + 20 * MS, 4 * NOW, 20 * MS):
         buffer.insert('odom', 'base', stamp, Pose(x=stamp / SECOND))
-    found = buffer.predict('odom', 'base', 4 * NOW + 100 * MS, SECOND)
+    found = buffer.predict('odom', 'base', 4 * NOW + 100 * MS, SECOND, acceleration=STEADY)
     assert np.abs(found.covariance).max() < 1e-12
+
+
+def test_errors_within_one_period_of_the_samples_grow_linearly():
+    """Between two samples the true pose is not known; see ``Trials.moment``."""
+    rng, buffer = np.random.default_rng(4), BufferCore(cache_time=100 * SECOND)
+    for stamp in range(0, 30 * SECOND + 1, 100 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=rng.normal(scale=0.01)))
+    half, whole = (buffer.predict('odom', 'base', 30 * SECOND + ahead * MS, SECOND,
+                                  acceleration=STEADY).covariance[0, 0] for ahead in (50, 100))
+    assert half == pytest.approx(0.5 * whole, rel=1e-6)
+    # The prediction is (1 + u) x0 - u x1, with u = 1/2.
+    assert half == pytest.approx(2.5 * 0.01**2, rel=0.5)
 
 
 def test_gyroscope_leads_on():
@@ -205,7 +227,8 @@ def test_edge_that_was_hung_elsewhere_is_judged_by_its_present_parent():
     newest = NOW + 980 * MS
     found = buffer.predict('map', 'base', newest + 100 * MS, SECOND)
     assert found.pose.x == pytest.approx((newest + 100 * MS) / SECOND)
-    assert np.abs(found.covariance).max() < 1e-12
+    # It turned only below its former parent.
+    assert found.covariance[0, 0] > 1e-4 and np.abs(found.covariance[1:]).max() < 1e-12
 
 
 def test_errors_are_told():

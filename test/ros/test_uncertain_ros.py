@@ -110,6 +110,9 @@ def test_prediction_is_marked(buffer):
     assert found.pose.pose.pose.position.x == pytest.approx(
         buffer.lookup('odom', 'camera').x + 0.25)
     assert found.pose.pose.covariance[0] > 0.0
+    wider = buffer.predict('odom', 'camera', at(2.25), lasting(0.5), acceleration={
+        'base': (30.0, 0.0, 0.0, 0.0, 0.0, 0.0)}).pose
+    assert wider.pose.covariance[0] > 4.0 * found.pose.pose.covariance[0]
     assert buffer.predict('odom', 'camera', at(1.5), lasting(0.5)).beyond == lasting(0)
     with pytest.raises(FutureExtrapolationException, match='prediction, 500 ms'):
         buffer.predict('odom', 'camera', at(2.75), lasting(0.5))

@@ -6,11 +6,12 @@ Poses beyond the newest data, bounded and marked, with a covariance that grows.
 
 An edge continues at its last twist; its rotation follows its gyroscope as long as there is
 data. The error of a prediction is unknown in advance. But the same prediction can be made from
-earlier samples, and compared with the samples that followed. The covariance is that of these
-errors. So there is nothing to tune, and the covariance grows with the time ahead as the errors
-do.
+earlier samples, and compared with the samples that followed (``trials``). And the edge may begin
+to accelerate at any time (``accelerations``). The covariance is the sum of both. Without a limit
+of the accelerations, they are learnt; so there is nothing to tune.
 """
 
+from collections.abc import Mapping, Sequence
 import operator
 from typing import NamedTuple
 
@@ -27,7 +28,10 @@ from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
 
-from .trials import forecast, start_at, TrialCache, Trials
+from .accelerations import checked_limits, Limits
+from .past import PastCache
+from .trials import forecast, measured_until, start_at
+from ..uncertainty.covariance_history import packed_term
 from ..uncertainty.propagation import steps_between
 from ..uncertainty.queries import UncertainQueries
 from ..uncertainty.uncertain import EdgeErrors, terms_of
@@ -66,11 +70,12 @@ def checked_horizon(horizon: int) -> int:
         f'Invalid argument horizon {horizon!r}: it must be a positive number of nanoseconds')
 
 
-def predicted(tree: Tree, target: str, source: str, stamp: int,
-              horizon: int) -> Prediction | None:
+def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int,
+              limits: Mapping[str, Limits]) -> Prediction | None:
     """
     Return a pose beyond the newest data, as ``Queries.predict``, with the lock held.
 
+    :param limits: of the accelerations, by child frame.
     :return: None if all data reaches the stamp.
     """
     if stamp == LATEST or target == source:
@@ -80,14 +85,15 @@ def predicted(tree: Tree, target: str, source: str, stamp: int,
     if newest == LATEST or stamp <= newest:
         return None
     steps = path.steps() if path.fixed else steps_between(tree, target, source, None)
-    return _Way(tree, stamp, horizon).along(steps)
+    return _Way(tree, stamp, horizon, limits).along(steps)
 
 
 class _Way:
     """A path at a stamp for which some of its edges have no data."""
 
-    def __init__(self, tree: Tree, stamp: int, horizon: int) -> None:
-        self._tree, self._stamp, self._horizon = tree, stamp, horizon
+    def __init__(self, tree: Tree, stamp: int, horizon: int,
+                 limits: Mapping[str, Limits]) -> None:
+        self._tree, self._stamp, self._horizon, self._limits = tree, stamp, horizon, limits
         self._errors = EdgeErrors()
         self._here: PoseTuple = se3.IDENTITY
 
@@ -114,21 +120,16 @@ class _Way:
     def _predict(self, step: Step, history: MovingHistory, ahead: int) -> None:
         """Append a predicted edge, with the errors of the newest pose and of the prediction."""
         start = start_at(history, self._stamp - ahead)
-        pose = forecast(history, start, self._stamp)
+        until = measured_until(history, start.stamp, self._stamp)
+        pose = forecast(history, start, self._stamp, until)
         before = self._go(step, pose)
         parent, child = (self._here, before) if step.upwards else (before, self._here)
         # The error of the newest pose also affects the prediction.
         self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms_of(
             self._tree, step, start.stamp, start.pose, False))
-        self._errors.add(step, child[3:], child[:3], self._trials(history).terms(
-            history, start, ahead))
-
-    def _trials(self, history: MovingHistory) -> Trials:
-        """Return the cached trials of an edge; those of a curve, which may change, are new."""
-        if not history.takes_samples:
-            return Trials()
-        return self._tree.companion_or_new(TrialCache).by_child.setdefault(
-            history.child, Trials())
+        past = self._tree.companion_or_new(PastCache).of(history)
+        self._errors.add(step, child[3:], child[:3], [packed_term(past.covariance(
+            history, start, ahead, until, self._limits.get(history.child)))])
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:
@@ -156,34 +157,39 @@ def _ahead(history: History, stamp: int, horizon: int) -> int:
 class PredictionQueries(UncertainQueries):
     """Predictions, thread-safe."""
 
-    def predict(self, target_frame: str, source_frame: str, stamp: Stamp,
-                horizon: int) -> Prediction:
+    def predict(self, target_frame: str, source_frame: str, stamp: Stamp, horizon: int, *,
+                acceleration: Mapping[str, Sequence[float]] | None = None) -> Prediction:
         """
         Return ``target_T_source`` at a stamp that may be beyond the newest data.
 
         Each edge that does not reach the stamp continues at the mean twist of its last 0.1 s,
-        and rotates as its gyroscope measured, if it is aided. The covariance has two parts:
-        the errors of the same prediction made from earlier samples, and the edges' own
-        covariances. It cannot anticipate braking that never occurred before. If all data
-        reaches the stamp, the pose is looked up.
+        and rotates as its gyroscope measured, if it is aided. The covariance has three parts:
+        the errors of the same prediction made from earlier samples, those of the accelerations
+        that are possible, and the edges' own covariances. If all data reaches the stamp, the pose
+        is looked up.
 
         :param stamp: nanoseconds; ``LATEST`` predicts nothing.
         :param horizon: nanoseconds; no edge is predicted further beyond its newest sample.
+        :param acceleration: the largest accelerations of edges, by child frame: six numbers
+            along x, y, z (m/s^2) and about x, y, z (rad/s^2), in the child's axes. For other
+            edges they are the largest that lasted for 0.2 s in all samples that are kept, or
+            those with which the edge would stop within 0.5 s, whichever are larger.
         :return: the pose, the covariance (6, 6), and how far ``beyond`` the data the pose is.
         :raises FutureExtrapolationException: an edge ends further away than the horizon.
+        :raises InvalidArgumentException: a horizon or an acceleration that is not as above.
 
         The other errors are those of ``lookup``.
         """
         stamp, horizon = self._stamp_of(stamp), checked_horizon(horizon)
         return self.observers.watch(
-            [asked(target_frame, source_frame, stamp)],
-            self._predict, target_frame, source_frame, stamp, horizon)
+            [asked(target_frame, source_frame, stamp)], self._predict, target_frame,
+            source_frame, stamp, horizon, checked_limits(acceleration))
 
-    def _predict(self, target_frame: str, source_frame: str, stamp: int,
-                 horizon: int) -> Prediction:
+    def _predict(self, target_frame: str, source_frame: str, stamp: int, horizon: int,
+                 limits: Mapping[str, Limits]) -> Prediction:
         with FramesInErrors(self._tree, target_frame, source_frame):
             with self._lock:
-                ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon)
+                ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon, limits)
             if ahead is not None:
                 return ahead
             found = self._lookup_uncertain(target_frame, source_frame, stamp, False)

@@ -9,7 +9,6 @@ samples spread evenly over the last 10 s, for a ladder of times ahead. They are 
 a prediction costs little while there are only a few new samples.
 """
 
-from collections.abc import Sequence
 from functools import lru_cache
 import math
 from typing import NamedTuple
@@ -21,10 +20,9 @@ from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple, Twist
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.core.tree.companions import Companion
 
 from ..curves.aided import gyro_until, turn_of
-from ..uncertainty.covariance_history import Term, whole_term
+from ..uncertainty.covariances import pack
 
 TWIST_OVER = from_seconds(0.1)
 """A prediction uses the mean twist over this time before its first sample."""
@@ -56,23 +54,33 @@ def start_at(history: MovingHistory, stamp: int) -> Start:
             f'A prediction requires two samples, and the edge {history.parent} -> {history.child} '
             'has one under this parent')
     before, now = history.sample(stamp - length), history.sample(stamp)
-    return Start(stamp, now, _times(se3.log(se3.compose(se3.inverse(before), now)), 1.0 / length))
+    return Start(stamp, now, times(se3.log(se3.compose(se3.inverse(before), now)), 1.0 / length))
 
 
-def forecast(history: MovingHistory, start: Start, end: int) -> PoseTuple:
-    """Return the predicted pose at a stamp, from the state at an earlier one."""
-    return se3.compose(start.pose, motion(history, start, end))
+def forecast(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:
+    """
+    Return the predicted pose at a stamp, from the state at an earlier one.
+
+    :param until: the stamp up to which the edge's gyroscope is followed.
+    """
+    return se3.compose(start.pose, motion(history, start, end, until))
 
 
-def motion(history: MovingHistory, start: Start, end: int) -> PoseTuple:
-    """Return the motion of an edge until a stamp if it keeps its velocity."""
-    begin, known = start.stamp, gyro_until(history)
-    until = begin if known is None else max(begin, min(end, known))
+def motion(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:
+    """Return the motion of an edge until a stamp if it keeps its velocity; see ``forecast``."""
+    begin = start.stamp
     if until > begin:
         turn, half = (turn_of(history, begin, stamp) for stamp in (until, (begin + until) // 2))
         if turn is not None and half is not None:
             return _turned_motion(start.twist, until - begin, end - until, half, turn)
-    return se3.exp(_times(start.twist, end - begin))
+    return se3.exp(times(start.twist, end - begin))
+
+
+def measured_until(history: MovingHistory, begin: int, end: int) -> int:
+    """Return the stamp up to which an edge's gyroscope measured the rotation from another on."""
+    known = gyro_until(history)
+    until = begin if known is None else max(begin, min(end, known))
+    return until if until == begin or turn_of(history, begin, until) is not None else begin
 
 
 def _turned_motion(twist: Twist, measured: int, rest: int, half: so3.Quaternion,
@@ -87,13 +95,14 @@ def _turned_motion(twist: Twist, measured: int, rest: int, half: so3.Quaternion,
         continues after that.
     :param half: the rotation after half of the measured time; ``turn``: after all of it.
     """
-    way = _times(twist, measured)[:3]
+    way = times(twist, measured)[:3]
     first, middle, last = way, so3.rotate(half, way), so3.rotate(turn, way)
     x, y, z = ((a + 4.0 * b + c) / 6.0 for a, b, c in zip(first, middle, last, strict=True))
-    return se3.compose((x, y, z, *turn), se3.exp(_times(twist, rest)))
+    return se3.compose((x, y, z, *turn), se3.exp(times(twist, rest)))
 
 
-def _times(twist: Twist, factor: float) -> Twist:
+def times(twist: Twist, factor: float) -> Twist:
+    """Return a multiple of a twist."""
     vx, vy, vz, wx, wy, wz = twist
     return (factor * vx, factor * vy, factor * vz, factor * wx, factor * wy, factor * wz)
 
@@ -102,15 +111,25 @@ def _times(twist: Twist, factor: float) -> Twist:
 
 _Error = tuple[float, float, float, float, float, float]
 
+Packed = list[float]
+"""A covariance as the 21 numbers of ``covariances.pack``; for so few, numpy takes longer."""
+
+_Ahead = tuple[int, int]
+"""A time ahead, nanoseconds, and how much of it a gyroscope measured."""
+
 # Predictions are made from one sample in each cell of time. There are at most this many cells;
 # fewer than the minimum are not sufficient.
-_LATELY = from_seconds(10.0)
+LATELY = from_seconds(10.0)
 _MOST_TRIALS, _LEAST_TRIALS = 32, 3
 # Squares of errors are interpolated between two rungs of the ladder, 2^(1/4) apart: if an error
 # grows with the square of the time, the resulting variance is up to 3 % too large.
 _RUNGS_PER_OCTAVE = 4
 _LOWEST_RUNG = 1000
 _MOST_RUNGS = 32
+# Of the time ahead, a gyroscope measured so many eighths.
+_MEASURED_PARTS = 8
+# A gyroscope that lags behind the poses by more is not waited for.
+_LATEST_GYRO = from_seconds(1.0)
 # The covariance of larger errors does not fit into floats.
 _LARGEST = 1e150
 
@@ -119,32 +138,17 @@ class _Rung(NamedTuple):
     """
     The errors of predictions for one time ahead.
 
-    :ivar cells: the first cell and the last.
-    :ivar errors: by cell; None if a cell has none.
-    :ivar moment: their second moment as a term; None if there are too few.
+    :ivar cells: the first cell and the last; None if the next samples may change an error.
+    :ivar errors: those that they do not change, by cell; None if a cell has none.
+    :ivar moment: the second moment of all, packed; None if there are too few.
     """
 
-    cells: tuple[int, int]
+    cells: tuple[int, int] | None
     errors: dict[int, _Error | None]
-    moment: Term | None
+    moment: Packed | None
 
 
-_EMPTY = _Rung((0, -1), {}, None)
-
-
-class TrialCache(Companion):
-    """
-    The cached errors of earlier predictions.
-
-    :ivar by_child: the errors of each edge that was predicted, by its child frame.
-    """
-
-    def __init__(self) -> None:
-        self.by_child: dict[str, Trials] = {}
-
-    def structure_changed(self) -> None:
-        """Remove all: a prediction is made from samples with the newest parent."""
-        self.by_child.clear()
+_EMPTY = _Rung(None, {}, None)
 
 
 class Trials:
@@ -159,42 +163,55 @@ class Trials:
     def __init__(self) -> None:
         self._cell = 0
         self._starts: dict[int, Start | None] = {}
-        self._rungs: dict[int, _Rung] = {}
+        self._rungs: dict[_Ahead, _Rung] = {}
 
-    def terms(self, history: MovingHistory, start: Start, ahead: int) -> Sequence[Term]:
+    def moment(self, history: MovingHistory, start: Start, ahead: int, until: int,
+               period: float) -> Packed:
         """
         Return the second moment of the errors of such a prediction, in the child's axes.
 
         If there are too few, the error is assumed to be as large as the predicted motion,
         because the edge may have stopped.
 
+        Within the first period of the samples, the second moment grows linearly. It cannot be
+        measured there, because a pose interpolated between two samples has the error of the
+        first, from which the prediction begins.
+
         :param start: at the newest sample.
         :param ahead: nanoseconds.
+        :param until: the stamp up to which the edge's gyroscope is followed.
+        :param period: of the samples, nanoseconds.
         """
         assert history.oldest_stamp is not None
-        oldest = max(history.oldest_stamp, start.stamp - _LATELY)
+        oldest = max(history.oldest_stamp, start.stamp - LATELY)
         self._choose_cell(max(start.stamp - oldest, 1))
-        below, above = _rungs_around(ahead)
-        first = self._moment(history, oldest, start.stamp, below)
-        last = self._moment(history, oldest, start.stamp, above)
+        measured = _MEASURED_PARTS * (until - start.stamp) // ahead
+        tried = max(ahead, math.ceil(period))
+        below, above = _rungs_around(tried)
+        # The errors at the newest sample may still change; see ``_changing``.
+        latest = start.stamp - math.ceil(period)
+        first = self._moment(history, oldest, latest, (below, measured))
+        last = self._moment(history, oldest, latest, (above, measured))
         if first is None or last is None:
-            moved = se3.log(motion(history, start, start.stamp + ahead))
-            return [_second_moment(history, np.array([moved]))]
-        part = max(ahead * ahead - below * below, 0) / (above * above - below * below)
-        return [(1.0 - part, *first[1:]), (part, *last[1:])]
+            moved = se3.log(motion(history, start, start.stamp + ahead, until))
+            return _second_moment(history, np.array([moved]))
+        part = max(tried * tried - below * below, 0) / (above * above - below * below)
+        scale = ahead / tried
+        before, after = scale * (1.0 - part), scale * part
+        return [before * one + after * other for one, other in zip(first, last, strict=True)]
 
     def _choose_cell(self, span: int) -> None:
         """Halve the cells while the history is short."""
-        cell = max(_LATELY // _MOST_TRIALS >> int(math.log2(_LATELY / span)), 1)
+        cell = max(LATELY // _MOST_TRIALS >> int(math.log2(LATELY / span)), 1)
         if cell != self._cell:
             self._cell = cell
             self._starts.clear()
             self._rungs.clear()
 
     def _moment(self, history: MovingHistory, oldest: int, latest: int,
-                ahead: int) -> Term | None:
+                ahead: _Ahead) -> Packed | None:
         """Return the second moment of the errors for a time ahead; None if too few."""
-        cells = self._cells(history, oldest, latest - ahead)
+        cells = self._cells(history, oldest, latest - ahead[0])
         rung = self._rungs.get(ahead, _EMPTY)
         if rung.cells != cells:
             rung = self._renewed(history, cells, rung.errors, ahead)
@@ -212,23 +229,47 @@ class Trials:
         return -((-oldest - TWIST_OVER) // self._cell), last
 
     def _renewed(self, history: MovingHistory, cells: tuple[int, int],
-                 known: dict[int, _Error | None], ahead: int) -> _Rung:
+                 known: dict[int, _Error | None], ahead: _Ahead) -> _Rung:
         first, last = cells
-        errors = {cell: known[cell] if cell in known else self._error(history, cell, ahead)
-                  for cell in range(first, last + 1)}
+        errors = {cell: error for cell, error in known.items() if cell >= first}
+        new = {cell: self._error(history, cell, ahead)
+               for cell in range(first, last + 1) if cell not in errors}
         if len(self._starts) > 2 * _MOST_TRIALS:
             self._starts = {cell: start for cell, start in self._starts.items() if cell >= first}
-        rows = np.array([error for error in errors.values() if error is not None])
-        return _Rung(cells, errors, None if len(rows) < _LEAST_TRIALS else _second_moment(
-            history, rows))
+        rows = np.array([error for error in (*errors.values(), *new.values())
+                         if error is not None])
+        moment = None if len(rows) < _LEAST_TRIALS else _second_moment(history, rows)
+        errors.update(new)
+        changing = self._changing(history, list(new), ahead[0])
+        for cell in changing:
+            del errors[cell]
+        return _Rung(None if changing else cells, errors, moment)
 
-    def _error(self, history: MovingHistory, cell: int, ahead: int) -> _Error | None:
+    def _changing(self, history: MovingHistory, cells: list[int], ahead: int) -> list[int]:
+        """Return the cells for which the next samples may change the pose that was compared."""
+        latest, until = history.latest_stamp, gyro_until(history)
+        assert latest is not None
+        if until is not None and until < latest - _LATEST_GYRO:
+            until = None
+        changing = []
+        for cell in reversed(cells):
+            start = self._starts.get(cell)
+            if start is not None:
+                # The newest sample may be replaced by another one with its stamp.
+                after = history.next_stamp(start.stamp + ahead - 1)
+                if after < latest and (until is None or after <= until):
+                    break
+                changing.append(cell)
+        return changing
+
+    def _error(self, history: MovingHistory, cell: int, ahead: _Ahead) -> _Error | None:
         """Return the error of a prediction: metres and radians, in the axes of its pose."""
-        start = self._start(history, cell)
-        end = start.stamp + ahead if start is not None else 0
+        start, (span, measured) = self._start(history, cell), ahead
+        end = start.stamp + span if start is not None else 0
         if start is None or not _has_its_parent(history, end):
             return None
-        predicted = forecast(history, start, end)
+        predicted = forecast(history, start, end,
+                             start.stamp + measured * span // _MEASURED_PARTS)
         x, y, z, qx, qy, qz, qw = se3.compose(se3.inverse(predicted), history.sample(end))
         return (x, y, z, *so3.log((qx, qy, qz, qw)))
 
@@ -240,23 +281,31 @@ class Trials:
             stamp = history.next_stamp(begin - 1) if history.takes_samples else begin
             is_there = (stamp < begin + self._cell and _has_its_parent(history, stamp)
                         and _has_its_parent(history, stamp - TWIST_OVER))
-            self._starts[cell] = start_at(history, stamp) if is_there else None
+            start = start_at(history, stamp) if is_there else None
+            if stamp == history.latest_stamp:
+                return start  # another sample with this stamp would replace it
+            self._starts[cell] = start
         return self._starts[cell]
 
 
-def _second_moment(history: MovingHistory, errors: Array) -> Term:
+def _second_moment(history: MovingHistory, errors: Array) -> Packed:
     """
-    Return the second moment of errors (N, 6) as a term.
+    Return the second moment of errors (N, 6).
 
     :raises ExtrapolationException: a square does not fit into a float.
     """
-    largest = np.abs(errors).max()
+    check_size(history, np.abs(errors).max())
+    packed: Packed = pack(errors.T @ errors / len(errors)).tolist()
+    return packed
+
+
+def check_size(history: MovingHistory, largest: float) -> None:
+    """Raise an exception if the square of an error does not fit into a float."""
     if not largest < _LARGEST:
         raise ExtrapolationException(
             f'A prediction of the edge {history.parent} -> {history.child} would be off by up to '
             f'{largest:g} m, whose square is too large for a covariance: find out which samples '
             'of the edge are that far apart')
-    return whole_term(errors.T @ errors / len(errors))
 
 
 def _has_its_parent(history: MovingHistory, stamp: int) -> bool:

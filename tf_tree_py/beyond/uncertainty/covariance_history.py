@@ -11,6 +11,7 @@ messages. ``covariances`` defines the convention.
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
+import struct
 from typing import Any, cast, NamedTuple, Protocol, TypeGuard
 
 import numpy as np
@@ -35,6 +36,7 @@ from .covariances import (
     UNTURNED,
 )
 
+_AS_BYTES = struct.Struct(f'{PACKED_FLOATS}d').pack
 # Fewer expired covariances than this are not removed yet.
 _MIN_BLOCK = 64
 
@@ -122,6 +124,11 @@ def _back_of(backs: Sequence[Array | None], count: int) -> Rows | None:
 def whole_term(covariance: Array) -> Term:
     """Return a covariance (6, 6) as a term."""
     return 1.0, UNTURNED, pack(covariance).tobytes()
+
+
+def packed_term(packed: Sequence[float]) -> Term:
+    """Return a packed covariance, 21 numbers, as a term."""
+    return 1.0, UNTURNED, _AS_BYTES(*packed)
 
 
 class Uncertainty:

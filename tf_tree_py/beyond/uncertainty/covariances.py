@@ -29,6 +29,8 @@ _ROWS, _COLUMNS = np.triu_indices(6)
 # The index in the packed row of each entry of the matrix.
 _PLACES = np.zeros((6, 6), dtype=np.intp)
 _PLACES[_ROWS, _COLUMNS] = _PLACES[_COLUMNS, _ROWS] = np.arange(PACKED_FLOATS)
+DIAGONAL = _PLACES.diagonal()
+"""The indices of the six variances in the packed row."""
 
 # Sums of larger variances, over edges and lever arms, might overflow.
 _MOST = 1e100

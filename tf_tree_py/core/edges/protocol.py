@@ -309,9 +309,12 @@ class MovingHistory(History, Protocol):
     The history of an edge whose samples have stamps.
 
     :ivar cache_time: how far the oldest sample may be behind the newest, nanoseconds.
+    :ivar late: how often samples were inserted before the newest one: what was computed from
+        older samples is then out of date.
     """
 
     cache_time: int
+    late: int
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """

@@ -8,7 +8,7 @@ This class only converts; ``BufferCore`` computes every answer. The methods that
 need a clock are in ``tf2_methods``.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 import threading
@@ -276,8 +276,8 @@ class Buffer(CoreApi, BufferInterface):
             target_frame, found.stamp, found.pose, found.covariance)
 
     def predict(  # type: ignore[override]  # likewise
-            self, target_frame: str, source_frame: str, time: Any,
-            horizon: Any) -> PredictedPose:
+            self, target_frame: str, source_frame: str, time: Any, horizon: Any, *,
+            acceleration: Mapping[str, Sequence[float]] | None = None) -> PredictedPose:
         """
         Return the pose of the source in the target at a time that may lie beyond the data.
 
@@ -287,7 +287,8 @@ class Buffer(CoreApi, BufferInterface):
         :param horizon: an rclpy ``Duration``; no edge is predicted further than that.
         """
         return predicted_pose(target_frame, CoreApi.predict(
-            self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon)))
+            self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),
+            acceleration=acceleration))
 
     def transform(self, object_stamped: Any, target_frame: str, timeout: Any = NO_TIME,
                   new_type: type | None = None, *, header: Header | None = None,
