@@ -43,6 +43,7 @@ import re
 from typing import NamedTuple
 
 from .errors import FleetError
+from .names import deception_in
 
 TF, TF_STATIC = 'tf', 'tf_static'
 TOKEN = '@tf_tree_py'
@@ -101,7 +102,7 @@ def check_robot(robot: str) -> str:
     :raises FleetError: the name is not allowed in keys.
     """
     name = robot.strip('/') if isinstance(robot, str) else ''
-    fault = _fault_of(name)
+    fault = _fault_of(name) or deception_in(name)
     if fault:
         raise FleetError(f'{robot!r} cannot be the name of a robot in Zenoh keys: {fault}')
     return name
@@ -130,7 +131,7 @@ def check_prefix(key_prefix: str) -> str:
     :raises FleetError: the prefix is not allowed in keys.
     """
     name = key_prefix.strip('/') if isinstance(key_prefix, str) else '*'
-    fault = _fault_of(name) if name else ''
+    fault = _fault_of(name) or deception_in(name) if name else ''
     if _DOMAIN_ID.fullmatch(name.partition('/')[0]):
         fault = 'it begins with only digits, like a domain of rmw_zenoh'
     if fault:
@@ -267,7 +268,7 @@ def check_robots(robots: str) -> str:
     if not isinstance(robots, str):
         raise FleetError(f"robots has to be a name or a pattern such as 'robot*', not {robots!r}")
     name = robots.strip('/')
-    fault = _fault_of(name.replace('*', 'x'))
+    fault = _fault_of(name.replace('*', 'x')) or deception_in(name)
     if fault:
         raise FleetError(f'{robots!r} cannot match a robot in Zenoh keys: {fault}')
     return '/'.join(part if part in ('*', '**') else re.sub(r'\*+', '$*', part)

@@ -15,7 +15,6 @@ from tf_tree_py.core.messages.frame_names import as_published
 from tf_tree_py.core.messages.incidents import IncidentLog
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
-from tf_tree_py.core.text import shorten
 from tf_tree_py.core.times import checked_cache_time
 
 from .connection import Connection, log, WorkerThreads
@@ -48,9 +47,6 @@ OnRobot = Callable[[str, bool], object]
 
 # The maximum number of frames of a whole fleet in one buffer.
 _MAX_FRAMES: Final = 200_000
-# The maximum number of warnings of ignored robots; a client that may write any key can invent
-# more.
-_MOST_NOT_HEARD: Final = 20
 # The size of the largest message that Zenoh assembles, bytes; a quota refuses far smaller ones.
 _LARGEST: Final = 8_000_000
 # No robot has this name.
@@ -115,7 +111,6 @@ class FleetListener:
         self._inbox: Inbox[FleetMessage] = Inbox(self._quota.waiting_bytes)
         self._reception = Reception(self._welcome, self._roster, self._inbox)
         self._heard: set[str] = set()
-        self._not_heard = 0
         self._warned_of_bridge = False
         self._closed = threading.Event()
         self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel)
@@ -151,6 +146,15 @@ class FleetListener:
     def robots(self) -> list[FleetRobot]:
         """Return all known robots, by name, including those that have gone."""
         return self._roster.robots()
+
+    @property
+    def ignored(self) -> int:
+        """
+        Return how many tokens and messages were ignored because their robot's name is refused.
+
+        The log says which names, and why.
+        """
+        return self._roster.ignored
 
     @property
     def connected(self) -> bool:
@@ -272,11 +276,10 @@ class FleetListener:
             return True
         if not any(pattern.includes(robot) for pattern in self._wanted):
             return False
-        why_not = self._roster.admit(robot)
-        if why_not and self._not_heard < _MOST_NOT_HEARD:
-            self._not_heard += 1
-            log.warning('the robot %r is ignored: %s', shorten(robot, 80), why_not)
-        return not why_not
+        admitted, report = self._roster.admit(robot)
+        if report:
+            log.warning('%s', report)
+        return admitted
 
     def _place_of(self, robot: str) -> RobotPlace:
         if self._separate:

@@ -21,6 +21,7 @@ from typing import Any
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.stamp import from_seconds
 
+from .names import Names
 from .trust import Allowance, FrameQuota, RobotQuota
 
 # A token that disappears may be the first sign of a lost connection.
@@ -121,8 +122,7 @@ class Presence:
 
 # Rates and lags are computed from this many recent messages.
 _LATELY = 64
-# A client that may write any key can invent robots and publishers. More than these are not kept.
-_MAX_ROBOTS = 10_000
+# A client that may write any key can invent publishers. More than these are not kept.
 _MAX_SOURCES = 100
 _MAX_MISSED = 1_000
 # The longest time until all stored messages of a robot have arrived.
@@ -241,28 +241,27 @@ class Roster:
         :param quota: of each robot.
         """
         self._lock = threading.Lock()
-        self._apart = apart
+        self._names = Names(apart)
         self._quota = quota
         self._accounts: dict[str, RobotCounts] = {}
-        # The beginnings of the names of robots, up to a slash.
-        self._above: set[str] = set()
         self._robot_of: dict[Source, str] = {}
         # The lost messages of publishers whose robot is not known yet.
         self._missed: Counter[Source] = Counter()
 
-    def admit(self, robot: str) -> str:
-        """Record a robot; return why it is not received, or ''."""
+    def admit(self, robot: str) -> tuple[bool, str]:
+        """Record a robot; return whether it is received, and what to report, or ''."""
         with self._lock:
             if robot in self._accounts:
-                return ''
-            if len(self._accounts) >= _MAX_ROBOTS:
-                return f'there are {_MAX_ROBOTS} robots already'
-            above = _above(robot) if self._apart else ()
-            if robot in self._above or any(name in self._accounts for name in above):
-                return 'its frames would mix with those of another robot'
-            self._above.update(above)
-            self._accounts[robot] = RobotCounts(time.time_ns(), self._quota)
-        return ''
+                return True, ''
+            admitted, report = self._names.admit(robot)
+            if admitted:
+                self._accounts[robot] = RobotCounts(time.time_ns(), self._quota)
+            return admitted, report
+
+    @property
+    def ignored(self) -> int:
+        """Return how many tokens and messages had the name of a robot that is not received."""
+        return self._names.refused
 
     def knows(self, robot: str) -> bool:
         """Return whether a robot was admitted."""
@@ -381,9 +380,3 @@ class Roster:
         """Return all known robots, by name."""
         with self._lock:
             return [account.as_robot(name) for name, account in sorted(self._accounts.items())]
-
-
-def _above(robot: str) -> list[str]:
-    """Return the beginnings of a name, up to each of its slashes."""
-    parts = robot.split('/')
-    return ['/'.join(parts[:count]) for count in range(1, len(parts))]

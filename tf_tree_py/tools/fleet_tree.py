@@ -61,9 +61,12 @@ class FleetTree:
         return []
 
     def damage(self) -> list[str]:
-        """Return why there is no connection, if so, and which robots exceed their quota."""
+        """Return why there is no connection, if so, and what was dropped or ignored."""
         problems = [f'{shorten(robot.name, 80)} sent {robot.limit}; {robot.dropped} '
                     'messages were dropped' for robot in self._listener.robots() if robot.limit]
+        if self._listener.ignored:
+            problems.append('robots were ignored because of their names, which the log lists: '
+                            f'{self._listener.ignored} tokens and messages')
         if not self._listener.connected:
             why = self._listener.why_not_connected()
             problems.insert(0, f'there is no connection to {self.name}{why and f": {why}"}')
