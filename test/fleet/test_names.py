@@ -1,17 +1,19 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""No robot can look like another unnoticed."""
+"""No robot can look like another unnoticed, nor use up the names of others."""
 
 import sys
 import unicodedata
 
 from conditions import until
-from fleet_helpers import message, x_of
+from fleet_helpers import message, robot_of, x_of
 import pytest
-from tf_tree_py.fleet import FleetError, FleetListener, names, RobotPublisher
+from tf_tree_py.fleet import FleetError, FleetListener, names, RobotPublisher, RobotQuota
 from tf_tree_py.fleet.keys import check_prefix, check_robot, check_robots, key_of, token_of, Topic
 from tf_tree_py.fleet.names import deception_in, look_of, Names
+from tf_tree_py.fleet.roster import Roster
+import zenoh
 
 CYRILLIC_O = 'r\u043ebot1'
 HIDDEN = {
@@ -63,7 +65,8 @@ def test_robot_that_hides_in_its_name_is_refused_counted_and_told_once(
     tokens = [session.liveliness().declare_token(token_of(name, hall)) for name in hidden]
     for name in hidden:
         for _ in range(10):
-            session.put(key_of(Topic(name, False), hall), message(('map', 'base', 666)))
+            session.put(key_of(Topic(name, False), hall), message(('map', 'base', 666)),
+                        congestion_control=zenoh.CongestionControl.BLOCK)
     until(lambda: listener.ignored == 3 + 30)
     assert [one.name for one in listener.robots()] == ['robot1']
     assert listener.buffer.lookup('map', 'robot1/base').x == 1.0
@@ -86,7 +89,7 @@ def test_robot_that_hides_in_its_name_is_refused_counted_and_told_once(
     ('\u0440\u043e\u0431\u043e\u0442', 'po\u0431o\u0442'),
     ('PABXE', '\u0420\u0410\u0412\u0425\u0415')], ids=ascii)
 def test_names_that_look_alike_are_served_and_told_once(one, other):
-    known = Names(True)
+    known = Names(True, 100)
     assert known.admit(one) == (True, '')
     admitted, report = known.admit(other)
     assert admitted and report.isascii() and ascii(one) in report and ascii(other) in report
@@ -114,14 +117,46 @@ def test_listener_tells_of_a_robot_with_a_letter_of_another_alphabet(listen, rob
 
 # --- how many
 
+def test_robot_confined_below_its_name_does_not_use_up_the_names_of_others():
+    roster = Roster(True, RobotQuota())
+    ours = [roster.admit(f'robot7/x{number}')[0] for number in range(10_000)]
+    assert ours.count(True) == 100 and roster.ignored == 9_900
+    # It may also use longer names, in any order.
+    theirs = [roster.admit(f'robot8/{number % 7}/{number}/x')[0] for number in range(10_000)]
+    assert theirs.count(True) <= 100
+    for number in range(5_000):
+        assert roster.admit(f'r{number}') == (True, '')
+    assert roster.admit('site/robot1') == (True, '')
+
+
+def test_robot_of_a_site_leaves_names_to_the_other_robots_of_the_site():
+    roster = Roster(True, RobotQuota(names=50))
+    assert [roster.admit(f'site/robot7/x{number}')[0] for number in range(50)].count(True) == 5
+    assert [roster.admit(f'site/r{number}')[0] for number in range(50)].count(True) == 45
+
+
 def test_all_robots_together_are_limited(monkeypatch):
     monkeypatch.setattr(names, '_MOST', 3)
-    known = Names(True)
+    known = Names(True, 100)
     assert [known.admit(f'r{number}')[0] for number in range(5)] == [True] * 3 + [False] * 2
     assert known.refused == 2
 
 
 def test_reports_end_where_nobody_reads_them_any_more():
-    known = Names(True)
+    known = Names(True, 100)
     reports = [known.admit(f'robot{number} ')[1] for number in range(1_000)]
     assert len(list(filter(None, reports))) == 20 and known.refused == 1_000
+
+
+def test_invented_robots_are_told_once_and_harm_no_others(listen, robot, session, hall, caplog):
+    listener = listen('**', quota=RobotQuota(names=5))
+    tokens = [session.liveliness().declare_token(token_of(f'robot7/x{number}', hall))
+              for number in range(50)]
+    until(lambda: listener.ignored == 45)
+    robot('robot8').send(message(('map', 'base', 8)))
+    assert x_of(listener.buffer, 'map', 'robot8/base') == 8.0
+    assert robot_of(listener, 'robot8').here and len(listener.robots()) == 6
+    (record,) = caplog.records
+    assert "robots below 'robot7' are ignored beyond the first 5" in record.getMessage()
+    for token in tokens:
+        token.undeclare()

@@ -8,6 +8,7 @@ A name with an invisible character or with surrounding white space is refused. T
 alike are reported, because both may be honest. This file does not depend on Zenoh.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 import re
 import unicodedata
@@ -69,17 +70,21 @@ class Names:
     :ivar refused: how often a name was refused.
     """
 
-    def __init__(self, apart: bool) -> None:
+    def __init__(self, apart: bool, most_below: int) -> None:
         """
         Begin without robots.
 
         :param apart: no robot may have a name that is the beginning of another's.
+        :param most_below: the most names that begin with the same first part and a slash. Below a
+            longer beginning, such as ``site/robot7/``, there may be a tenth of that, so that a
+            robot of a site does not use up the names of its site.
         """
         self.refused = 0
         self._apart = apart
+        self._most_below = most_below
         self._names: set[str] = set()
-        # The beginnings of names, up to a slash; a name of each look.
-        self._above: set[str] = set()
+        # How many names there are below each beginning, up to a slash; a name of each look.
+        self._below: Counter[str] = Counter()
         self._of_look: dict[str, str] = {}
         self._reports: set[str] = set()
 
@@ -91,7 +96,7 @@ class Names:
             self.refused += 1
             return False, self._unless_reported(refusal)
         self._names.add(name)
-        self._above.update(above)
+        self._below.update(above)
         other = self._of_look.setdefault(look_of(name), name)
         if other == name:
             return True, ''
@@ -100,15 +105,23 @@ class Names:
             'they are the robots that you expect, and give one of them another name')
 
     def _refusal(self, name: str, above: Sequence[str]) -> str:
+        full = next((one for one in above if self._below[one] >= self._most_of(one)), None)
+        if full is not None:
+            return (f'robots below {_shown(full)} are ignored beyond the first '
+                    f'{self._most_of(full)}: one robot may have invented them. If they are all '
+                    'real, raise RobotQuota.names, or select them with key_prefix')
         why = self._fault(name, above)
         return f'the robot {_shown(name)} is ignored: {why}' if why else ''
 
     def _fault(self, name: str, above: Sequence[str]) -> str:
         if len(self._names) >= _MOST:
             return f'there are {_MOST} robots already'
-        if self._apart and (name in self._above or any(one in self._names for one in above)):
+        if self._apart and (name in self._below or any(one in self._names for one in above)):
             return 'its frames would mix with those of another robot'
         return deception_in(name)
+
+    def _most_of(self, beginning: str) -> int:
+        return max(1, self._most_below // 10) if '/' in beginning else self._most_below
 
     def _unless_reported(self, report: str) -> str:
         if report in self._reports or len(self._reports) >= _MOST_REPORTS:

@@ -241,7 +241,7 @@ class Roster:
         :param quota: of each robot.
         """
         self._lock = threading.Lock()
-        self._names = Names(apart)
+        self._names = Names(apart, quota.names)
         self._quota = quota
         self._accounts: dict[str, RobotCounts] = {}
         self._robot_of: dict[Source, str] = {}

@@ -89,6 +89,9 @@ class RobotQuota:
     :ivar waiting_bytes: of messages that have arrived and are not decoded yet.
     :ivar frames: names of frames, apart from the shared ones.
     :ivar decoding_share: of one processor's time, sustained; likewise.
+    :ivar names: of robots, below one first part of a name, such as ``robot7/``: a router can
+        confine a robot to such names, of which it may invent many. Below a longer beginning, such
+        as ``site/robot7/``, there may be a tenth of that.
     """
 
     messages_per_s: float = 1_000.0
@@ -97,6 +100,7 @@ class RobotQuota:
     waiting_bytes: int = 4_000_000
     frames: int = 5_000
     decoding_share: float = 0.1
+    names: int = 100
 
     def __post_init__(self) -> None:
         for field in fields(self):
