@@ -317,17 +317,24 @@ def test_gyroscope_that_lags_behind_is_not_believed_to_lead():
         assert abs(off) < 2.5 * sqrt(found.covariance[5, 5])
 
 
-def test_late_gyroscope_changes_what_was_learnt():
-    buffer = aided(4900 * MS, 5 * SECOND)
+@for_each(lead=[-100 * MS, 10 * MS], gap=[(0, 0), (5955 * MS, 6055 * MS)])
+def test_late_gyroscope_changes_what_was_learnt(lead, gap):
+    """It arrives later than the poses, or has a gap, which is bridged after the next pose."""
+    buffer, newest = aided(4900 * MS, 5 * SECOND), 4900 * MS
     for stamp in range(5050 * MS, 7 * SECOND, 50 * MS):
         buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
-        buffer.predict('odom', 'base', stamp + 120 * MS, SECOND)
-        stamps = stamp - 150 * MS + np.arange(5, 51, 5) * MS
+        aheads = 120 * MS, 330 * MS
+        for ahead in aheads:
+            buffer.predict('odom', 'base', stamp + ahead, SECOND)
+        stamps = np.arange(newest + 5 * MS, stamp + lead + 1, 5 * MS)
+        newest = stamps[-1]
+        stamps = stamps[(stamps <= gap[0]) | (stamps >= gap[1])]
         buffer.aid('base', stamps, [(0.0, 0.0, np.cos(2e-9 * one)) for one in stamps])
-        asked = 'odom', 'base', stamp + 120 * MS, SECOND
-        np.testing.assert_allclose(
-            buffer.predict(*asked).covariance, buffer.snapshot().predict(*asked).covariance,
-            rtol=1e-9, atol=1e-18)
+        for ahead in aheads:
+            asked = 'odom', 'base', stamp + ahead, SECOND
+            np.testing.assert_allclose(
+                buffer.predict(*asked).covariance, buffer.snapshot().predict(*asked).covariance,
+                rtol=1e-9, atol=1e-18)
 
 
 # --- arguments

@@ -6,8 +6,8 @@
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py import BufferCore, load
-from tf_tree_py.core import InvalidArgumentException, Pose, se3, UNLIMITED
+from tf_tree_py import BufferCore
+from tf_tree_py.core import InvalidArgumentException, Pose, UNLIMITED
 from tf_tree_py.core.geometry import so3
 
 SECOND = 1_000_000_000
@@ -77,7 +77,58 @@ def test_many_have_the_covariances_of_one():
             'odom', 'base', stamp, independent=True)[1], covariance, atol=1e-15)
 
 
-# --- gaps
+@for_each(part=[0.1, 0.3, 0.5, 0.7, 0.9], hole=[(0.25, 0.65), (0.0, 0.4), (0.6, 1.0)])
+def test_covariance_of_independent_poses_is_that_of_the_bridge(part, hole):
+    stamp, none = round(part * MS_50), np.zeros((12, 6))
+    middle = holed(POSES, hole).lookup_at('odom', 'base', stamp)
+    both = [holed_errors(stamp, hole, middle, sigma_points(), none),
+            holed_errors(stamp, hole, middle, none, sigma_points())]
+    said = holed(POSES, hole, np.diag(SIGMA**2)).lookup_uncertain(
+        'odom', 'base', stamp, independent=True)[1]
+    true = sum(errors.T @ errors / 12 for errors in both)
+    np.testing.assert_allclose(said, true, atol=0.02 * SIGMA.min() * SIGMA.max())
+
+
+@for_each(part=[0.1, 0.3, 0.5, 0.7, 0.9], sign=[1.0, -1.0])
+def test_bound_holds_in_a_gap_however_the_poses_are_correlated(part, sign):
+    stamp, hole = round(part * MS_50), (0.25, 0.65)
+    middle = holed(POSES, hole).lookup_at('odom', 'base', stamp)
+    buffer = holed(POSES, hole, np.diag(SIGMA**2))
+    bound = buffer.lookup_uncertain('odom', 'base', stamp)[1]
+    errors = holed_errors(stamp, hole, middle, sigma_points(), sign * sigma_points())
+    assert np.linalg.eigvalsh(bound - errors.T @ errors / 12).min() > -1e-3 * SIGMA.max()**2
+    many = buffer.lookup_uncertain_many('odom', 'base', [0, stamp, MS_50])[1]
+    np.testing.assert_allclose(many[1], bound, atol=1e-15)
+    np.testing.assert_allclose(many[[0, 2]], [np.diag(SIGMA**2)] * 2, atol=1e-15)
+
+
+MS_50 = 50 * MS
+
+
+def holed(poses, hole, covariance=None):
+    """Return two poses that are 50 ms apart, and a gyroscope with a hole in between."""
+    buffer = BufferCore(UNLIMITED)
+    for number, pose in enumerate(poses):
+        buffer.insert('odom', 'base', number * MS_50, pose, covariance=covariance)
+    stamps = np.arange(-20 * MS, 70 * MS, MS // 2)
+    begin, end = (part * MS_50 for part in hole)
+    stamps = stamps[(stamps <= begin) | (stamps >= end)]
+    buffer.aid('base', stamps, np.tile(10.0 * RATES, (len(stamps), 1)))
+    return buffer
+
+
+def holed_errors(stamp, hole, middle, first, last):
+    """Return the errors (N, 6) at a stamp in between, from the errors (N, 6) of both poses."""
+    found = []
+    for one, other in zip(first, last, strict=True):
+        pose = holed((shifted(POSES[0], one), shifted(POSES[1], other)), hole).lookup_at(
+            'odom', 'base', stamp)
+        turned = so3.log(so3.multiply(pose[3:], so3.conjugate(middle[3:])))
+        found.append((*np.subtract(pose[:3], middle[:3]), *turned))
+    return np.array(found)
+
+
+# --- limits
 
 def with_hole(rates=3.0, **limits):
     """Return an edge without rotation in its poses, aided with a gap from 1.2 s to 1.8 s."""
@@ -90,24 +141,16 @@ def with_hole(rates=3.0, **limits):
     return buffer
 
 
-def test_where_samples_are_missing_all_is_as_without(tmp_path):
-    buffer = with_hole()
-    buffer.save(tmp_path / 'tree')
-    for tree in (buffer, buffer.snapshot(), load(tmp_path / 'tree')):
-        for stamp in (1100 * MS, 1500 * MS, 1900 * MS):
-            assert tree.lookup_at('odom', 'base', stamp) == Pose()
-            np.testing.assert_array_equal(
-                tree.lookup_many('odom', 'base', [stamp])[0], se3.IDENTITY)
-    # Elsewhere the gyroscope is used: its bias rotates the edge back and forth between the poses.
-    wavy = with_hole(np.sin(np.arange(482)))
-    for begin in (0, 2 * SECOND):
-        assert wavy.lookup_at('odom', 'base', begin + 500 * MS) != Pose()
+def yaw_at(buffer, stamp):
+    return buffer.lookup_at('odom', 'base', stamp * MS).as_rpy()[2]
 
 
 def test_largest_gap_can_be_set():
-    varying = np.linspace(0.0, 3.0, 482)
-    assert with_hole(varying, max_gap=700 * MS).lookup_at('odom', 'base', 1500 * MS) != Pose()
-    assert with_hole(varying, max_gap=2 * MS).lookup_at('odom', 'base', 500 * MS) == Pose()
+    """In a gap it turns back evenly what it turned before and after; else by the bias."""
+    assert yaw_at(with_hole(), 1200) == pytest.approx(0.6) == -yaw_at(with_hole(), 1800)
+    assert yaw_at(with_hole(), 1400) == pytest.approx(0.2)
+    assert yaw_at(with_hole(max_gap=700 * MS), 1200) == pytest.approx(0.0)
+    assert with_hole(max_gap=2 * MS).lookup_at('odom', 'base', 500 * MS) == Pose()
     for wrong in ({'max_gap': 0}, {'max_gap': 0.5}, {'saturation': 0.0},
                   {'saturation': float('nan')}):
         with pytest.raises(InvalidArgumentException, match='positive'):
@@ -115,10 +158,11 @@ def test_largest_gap_can_be_set():
 
 
 def test_saturated_gyroscope_is_not_believed():
-    rates = np.where(np.arange(482) == 50, 9.0, np.sin(np.arange(482)))
+    """The sample before the one at 250 ms and the one after it are believed."""
+    rates = np.where(np.arange(482) == 50, 9.0, 0.0)
     clipped, whole = with_hole(rates, saturation=9.0), with_hole(rates)
-    assert clipped.lookup_at('odom', 'base', 500 * MS) == Pose()
-    assert whole.lookup_at('odom', 'base', 500 * MS) != Pose()
+    assert [yaw_at(clipped, stamp) for stamp in (240, 250, 260)] == pytest.approx([0.0] * 3)
+    assert yaw_at(whole, 260) - yaw_at(whole, 240) == pytest.approx(0.045 * (1.0 - 0.02))
     late = 2_500 * MS
     assert clipped.lookup_at('odom', 'base', late) == whole.lookup_at('odom', 'base', late)
 

@@ -32,6 +32,13 @@ def test_bias_cancels_but_for_a_little():
     assert report_of('gyro').numbers['of_bias_s'] < 0.015
 
 
+def test_short_gaps_are_bridged_and_long_ones_are_not():
+    offs = {round(1e3 * row['gap_s']): row['off_rad'] for row in rows_of('gyro', 3)}
+    assert offs[20] < 4e-4 and offs[30] < 1.5e-3
+    assert list(offs.values()) == sorted(offs.values())
+    assert offs[90] < 0.02 < 0.1 < offs[120]
+
+
 def test_half_the_rate_of_the_gyroscope_is_four_times_the_error():
     rows = rows_of('gyro', 2)
     assert rows[0]['aided_rad'] / rows[1]['aided_rad'] == pytest.approx(4.0, rel=0.1)

@@ -23,6 +23,7 @@ SUMMARY = 'a shaken camera, poses at 20 Hz: 0.16 rad off, with a gyroscope 0.000
 RATES_HZ = (10.0, 20.0, 50.0, 100.0, 200.0)
 GYRO_RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
 BIASES = (0.0, 0.01, 0.05, 0.2)
+HOLES_S = (0.0, 0.01, 0.02, 0.03, 0.04, 0.06, 0.09, 0.12)
 GYRO_HZ = 1000.0
 
 # A hand-held camera that is shaken: about x, y, z.
@@ -30,6 +31,8 @@ _SWING = np.array([0.25, 0.35, 0.55])
 _SWING_HZ = np.array([4.0, 3.0, 5.0])
 _PHASE = np.array([0.5, 1.5, 0.3])
 _DURATION_S = 2.0
+# The gyroscope's gaps begin at different times after a pose.
+_HOLES_EVERY = from_seconds(0.217)
 _ASKED = np.arange(0, from_seconds(_DURATION_S), 700_001)
 
 
@@ -99,15 +102,27 @@ def gap(rate_hz: float, gyro_hz: float = GYRO_HZ, bias: float = 0.0) -> Gap:
     return Gap(rate_hz, alone, float(errors(buffer).max()))
 
 
+def interrupted(length: float) -> float:
+    """Return the largest error with poses at 20 Hz, and gaps of the gyroscope (seconds)."""
+    buffer, stamps = filled(20.0), stamps_at(GYRO_HZ)
+    passed = stamps % _HOLES_EVERY
+    # It learns its period before the first gap.
+    kept = stamps[(stamps <= _HOLES_EVERY) | (passed == 0) | (passed >= from_seconds(length))]
+    buffer.aid('camera', kept, true_rates(kept))
+    return float(errors(buffer).max())
+
+
 def run() -> Report:
     """Look up a shaken camera between its poses, without and with its gyroscope."""
     gaps = [gap(rate) for rate in RATES_HZ]
     at_twenty = gaps[RATES_HZ.index(20.0)]
     biased = [gap(20.0, bias=bias) for bias in BIASES]
     coarse = [gap(20.0, gyro_hz=rate) for rate in GYRO_RATES_HZ]
+    holes = [interrupted(length) for length in HOLES_S]
     slope = (biased[-1].aided - biased[0].aided) / BIASES[-1]
     return Report(
-        tables=[_rate_table(gaps), _bias_table(biased), _gyro_table(coarse)],
+        tables=[_rate_table(gaps), _bias_table(biased), _gyro_table(coarse),
+                _hole_table(holes)],
         law='between poses a rotation that changes its rate is off by alpha T^2/8, '
             f'{at_twenty.alone:.3f} rad at 20 Hz here; a gyroscope at 1 kHz leaves '
             f'{at_twenty.aided:.4f} rad, and its bias cancels but for '
@@ -143,6 +158,13 @@ def _gyro_table(gaps: list[Gap]) -> Table:
         (Column('gyro_hz', 'gyroscope [Hz]', '.0f'),
          Column('aided_rad', 'off by [mrad]', '.2f', 1e3)),
         [(rate, one.aided) for rate, one in zip(GYRO_RATES_HZ, gaps, strict=True)])
+
+
+def _hole_table(offs: list[float]) -> Table:
+    return Table(
+        'Gaps of the gyroscope, with poses at 20 Hz: up to 100 ms they are bridged',
+        (Column('gap_s', 'gap [ms]', '.0f', 1e3), Column('off_rad', 'off by [mrad]', '.2f', 1e3)),
+        [*zip(HOLES_S, offs, strict=True)])
 
 
 def _draw(gaps: list[Gap], figure: Any) -> None:

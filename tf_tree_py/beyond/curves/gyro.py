@@ -8,7 +8,7 @@ This is similar to the preintegration of Forster et al., "On-Manifold Preintegra
 Real-Time Visual-Inertial Odometry", IEEE T-RO 33(1), 2017.
 """
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 import math
 
@@ -17,8 +17,8 @@ from tf_tree_py.core.edges.histories import DynamicHistory
 from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import Array, Quaternion
-from tf_tree_py.core.stamp import FOREVER, from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
+from tf_tree_py.core.stamp import BEGINNING, FOREVER, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
 # The frame that orientations are relative to: the child, as it was at the first sample.
@@ -37,7 +37,8 @@ class Gyro:
 
     It is relative to the orientation at the first sample. Between two samples the child rotates
     at the mean of the two rates. Where samples are missing or saturated, the rotation is
-    unknown: this is a hole. A sample takes 64 bytes; they are kept as long as the poses.
+    unknown: this is a hole, which ``bridge`` crosses. A sample takes 64 bytes; they are kept as
+    long as the poses.
     """
 
     __slots__ = ('orientations', '_rate', '_holes', '_period', '_was_saturated')
@@ -110,6 +111,79 @@ class Gyro:
         """Return the beginnings and ends of all holes, (2, n), and of one beyond all stamps."""
         return np.array([*self._holes, (FOREVER - 1, FOREVER - 1)], dtype=np.int64).T
 
+    def gap(self, begin: int, end: int) -> tuple[int, int] | None:
+        """
+        Return the gap between two stamps, from the begin of the first to the end of the last.
+
+        It may begin before the interval, and end after it; the times before the first sample and
+        after the last are gaps, too.
+
+        :return: None if the whole interval was measured.
+        """
+        known = self.orientations
+        oldest, latest = known.oldest_stamp, known.latest_stamp
+        if oldest is None or latest is None or end <= oldest or latest <= begin:
+            return BEGINNING, FOREVER
+        first = bisect_right(self._holes, begin, key=lambda hole: hole[1])
+        last = bisect_left(self._holes, end, key=lambda hole: hole[0]) - 1
+        found = [*self._holes[first:first + 1], *self._holes[last:last + 1]] if (
+            first <= last) else []
+        if begin < oldest:
+            found.insert(0, (BEGINNING, oldest))
+        if latest < end:
+            found.append((latest, FOREVER))
+        return (found[0][0], found[-1][1]) if found else None
+
+    def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
+        """Return the gaps that begin or end between two stamps."""
+        known = self.orientations
+        if known.oldest_stamp is None or known.latest_stamp is None:
+            return []
+        return [(begin, end) for begin, end in (
+            (BEGINNING, known.oldest_stamp), *self._holes, (known.latest_stamp, FOREVER))
+            if begin < last and first < end]
+
+    def rate_before(self, stamp: int) -> Vector3 | None:
+        """
+        Return the rate just before a sample, radians per second; None if it was not measured.
+
+        It is extrapolated linearly from the mean rates of the two periods before.
+        """
+        first = self._previous(stamp)
+        if first is None:
+            return None
+        rate, before = self._mean_rate(first, stamp), self._previous(first)
+        return rate if before is None else _extrapolated(
+            self._mean_rate(before, first), first - before, rate, stamp - first)
+
+    def rate_after(self, stamp: int) -> Vector3 | None:
+        """Return the rate just after a sample; see ``rate_before``."""
+        first = self._next(stamp)
+        if first is None:
+            return None
+        rate, after = self._mean_rate(stamp, first), self._next(first)
+        return rate if after is None else _extrapolated(
+            self._mean_rate(first, after), after - first, rate, first - stamp)
+
+    def _previous(self, stamp: int) -> int | None:
+        """Return the sample before another one; None if there is a hole in between."""
+        oldest = self.orientations.oldest_stamp
+        if oldest is None or stamp <= oldest:
+            return None
+        before = int(self.orientations.copy_between(stamp - 1, stamp - 1)[0][0])
+        return None if self.has_hole(before, stamp) else before
+
+    def _next(self, stamp: int) -> int | None:
+        """Return the sample after another one; None if there is a hole in between."""
+        after = self.orientations.next_stamp(stamp)
+        return None if after == FOREVER or self.has_hole(stamp, after) else after
+
+    def _mean_rate(self, begin: int, end: int) -> Vector3:
+        known, rate = self.orientations, NANOSECONDS_PER_SECOND / (end - begin)
+        x, y, z = so3.log(so3.multiply(so3.conjugate(rotation_of(known.sample(begin))),
+                                       rotation_of(known.sample(end))))
+        return rate * x, rate * y, rate * z
+
     def _turned(self, rate: Sequence[float], seconds: float) -> PoseTuple:
         known = self.orientations
         assert known.latest_stamp is not None
@@ -148,6 +222,13 @@ class Gyro:
         if gyro._holes != sorted(gyro._holes):
             raise ValueError("'holes' are not in order")
         return gyro
+
+
+def _extrapolated(far: Vector3, far_span: int, near: Vector3, near_span: int) -> Vector3:
+    """Return the rate at the end of two periods from their mean rates, the far one first."""
+    factor = near_span / (near_span + far_span)
+    x, y, z = (one + factor * (one - other) for one, other in zip(near, far, strict=True))
+    return x, y, z
 
 
 def _covers(history: DynamicHistory, begin: int, end: int) -> bool:

@@ -56,20 +56,20 @@ class CurveBuffer(PlainBuffer):
         """
         Insert angular velocities of a gyroscope, for lookups between an edge's poses.
 
-        Between two poses for which the gyroscope has samples without a gap, lookups return the
-        rotation that it measured; at both poses this agrees exactly with them. Elsewhere
-        the rotation is interpolated as before. Translations and the poses themselves do not
-        change.
+        Between two poses lookups return the rotation that the gyroscope measured; at both poses
+        this agrees exactly with them. A gap of up to 0.1 s is bridged from what was measured
+        before and after it. In a longer one the rotation is interpolated as before. Translations
+        and the poses themselves do not change.
 
         :param child: the edge's child frame; its poses may arrive later.
         :param stamps: (N,) nanoseconds.
         :param angular_velocities: (N, 3) radians per second, of the child relative to the
             parent, in the child's axes: the measurements of a gyroscope in the child if the
             parent, such as odom, does not rotate.
-        :param max_gap: the longest time between two samples, nanoseconds; in a longer gap the
-            gyroscope is not used. None: five of its usual periods.
+        :param max_gap: the longest time between two samples, nanoseconds; a longer one is a gap.
+            None: five of its usual periods.
         :param saturation: the largest rate about one axis that it can measure, radians per
-            second; between a sample that reaches it and the next one the gyroscope is not used.
+            second; from the sample before one that reaches it to the sample after it is a gap.
         :return: how many were inserted: those that are newer than all previous ones.
         :raises InvalidArgumentException: mismatched shapes, rates that are not finite,
             invalid stamps or limits, or an edge that is static or a curve.
@@ -131,7 +131,7 @@ def aid(tree: Tree, child: str, stamps: Stamps, rates: Array, max_gap: int | Non
     :raises InvalidArgumentException: the edge is not interpolated between its samples.
     """
     history = aided(tree.histories.get(child), child, tree.cache_time)
-    taken = history.gyro.extend(stamps, rates, max_gap, saturation)
+    taken = history.take_rates(stamps, rates, max_gap, saturation)
     tree.replace(history)
     return taken
 

@@ -22,6 +22,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 
 from ..curves.aided import gyro_until, turn_of
+from ..curves.bridge import BRIDGED
 from ..uncertainty.covariances import pack
 
 TWIST_OVER = from_seconds(0.1)
@@ -188,8 +189,11 @@ class Trials:
         measured = _MEASURED_PARTS * (until - start.stamp) // ahead
         tried = max(ahead, math.ceil(period))
         below, above = _rungs_around(tried)
-        # The errors at the newest sample may still change; see ``_changing``.
+        # The errors at the newest sample may still change, or until a gap of the gyroscope is
+        # bridged; see ``_changing``.
         latest = start.stamp - math.ceil(period)
+        if gyro_until(history) is not None:
+            latest -= BRIDGED
         first = self._moment(history, oldest, latest, (below, measured))
         last = self._moment(history, oldest, latest, (above, measured))
         if first is None or last is None:
@@ -257,6 +261,8 @@ class Trials:
             if start is not None:
                 # The newest sample may be replaced by another one with its stamp.
                 after = history.next_stamp(start.stamp + ahead - 1)
+                if until is not None:
+                    after = history.next_stamp(after + BRIDGED)
                 if after < latest and (until is None or after <= until):
                     break
                 changing.append(cell)

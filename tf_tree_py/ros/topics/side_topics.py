@@ -220,8 +220,8 @@ class GyroListener(_Listener):
             carries the sensor, and its parent must not rotate.
         :param topic: of type ``sensor_msgs/Imu``.
         :param qos: best effort unless given, which matches every publisher.
-        :param max_gap: a longer time between two messages is a gap, in which poses are
-            interpolated as without a gyroscope; None: five of its usual periods.
+        :param max_gap: a longer time between two messages is a gap, see ``Buffer.aid``; None:
+            five of its usual periods.
         :param saturation: the largest rate about one of the sensor's axes that it can measure,
             radians a second; a sample that reaches it is a gap, too.
         :raises TypeError: a buffer of another library, such as tf2's.
