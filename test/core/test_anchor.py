@@ -249,6 +249,25 @@ def test_drift_may_grow_with_the_way():
     assert anchor.held.covariance[0, 0] == pytest.approx(expected, rel=1e-3)
 
 
+# The covariance of a sighting that says nothing.
+UNSURE = np.diag([1e6] * 3 + [1e3] * 3)
+
+
+def test_turns_of_the_odometry_move_the_frame_by_the_way_that_follows():
+    """The integral of the lever's square over a straight way is a third of the way's square."""
+    turn, way, seconds = 0.01, 12.0, 20
+    anchor = Anchor(LIMITS, drift=(0.0, turn), gate=math.inf)
+    for number in range(2):
+        anchor.take(Sighting(0, Pose(x=1e-6 * number), 1e-12 * SURE, Pose(), NONE))
+    here = Pose(x=way)
+    anchor.take(Sighting(seconds * SECOND, here, UNSURE, here, NONE))
+    variance = turn**2 * seconds
+    for place, expected in (((1, 1), way**2 / 3), ((2, 2), way**2 / 3), ((1, 5), way / 2),
+                            ((2, 4), -way / 2), ((5, 5), 1.0), ((0, 0), 0.0)):
+        assert anchor.held.covariance[place] == pytest.approx(expected * variance, rel=1e-3,
+                                                              abs=1e-3 * variance), place
+
+
 # --- at every rate
 
 SLIP = 0.5

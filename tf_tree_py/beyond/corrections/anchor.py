@@ -202,8 +202,8 @@ class Anchor:
         lever = np.subtract(expected[:3], estimate.place)
         passed = abs(sighting.stamp - estimate.stamp) / NANOSECONDS_PER_SECOND
         way = math.dist(sighting.odom_T_frame[:3], estimate.odom_place)
-        before = (carried(np.eye(3), lever, estimate.covariance) + passed * self._drift
-                  + way * self._drift_by_way)
+        before = carried(np.eye(3), lever, estimate.covariance) + _spread_over(
+            lever, passed * self._drift + way * self._drift_by_way)
         turn = so3.multiply(sighting.map_T_frame[3:], so3.conjugate(expected[3:]))
         off = np.array((*np.subtract(sighting.map_T_frame[:3], expected[:3]), *so3.log(turn)))
         noise = _noise(sighting, estimate.map_T_odom)
@@ -298,6 +298,17 @@ def _checked(sighting: Sighting) -> Sighting:
         raise InvalidArgumentException('the poses of a sighting must be finite')
     return sighting._replace(covariance=checked_covariance(sighting.covariance),
                              odom_covariance=checked_covariance(sighting.odom_covariance))
+
+
+def _spread_over(lever: Array, drift: Array) -> Array:
+    """
+    Return what a drift adds while the frame moves on a line, the lever.
+
+    A rotation also moves the frame by its lever from where it happened to the end. That is
+    quadratic in the lever, so Simpson's rule is its exact mean over the line.
+    """
+    middle, end = (carried(np.eye(3), part * lever, drift) for part in (0.5, 1.0))
+    return np.asarray((drift + 4.0 * middle + end) / 6.0)
 
 
 def _filtered(before: Array, noise: Array, off: Array, seen: Any) -> tuple[Array, Array, float]:
