@@ -268,6 +268,27 @@ def test_turns_of_the_odometry_move_the_frame_by_the_way_that_follows():
                                                               abs=1e-3 * variance), place
 
 
+@for_each(planar=[False, True])
+def test_order_in_which_sightings_arrive_does_not_matter(planar):
+    """The odometry drifts much between two of them, so an older one is of another place."""
+    for seed in range(SEEDS):
+        rng, coming, map_T_odom = np.random.default_rng(seed), [], Pose()
+        for number in range(30):
+            here = Pose.from_xyz_rpy(x=0.1 * number, yaw=0.03 * number)
+            x, y, yaw = rng.normal(0.0, (0.02, 0.02, 0.01)).tolist()
+            map_T_odom = map_T_odom @ here @ Pose.from_xyz_rpy(x, y, yaw=yaw) @ here.inverse()
+            coming.append(Sighting(number * SECOND // 30, map_T_odom @ here, SURE, here, NONE))
+        delays = rng.uniform(0.0, 10.0, len(coming)) + np.arange(len(coming))
+        late = [0, 1, *[number for number in np.argsort(delays) if number > 1]]
+        assert late != sorted(late)
+        first, second = (Anchor(LIMITS, (0.12, 0.06), planar=planar) for _ in range(2))
+        for number, other in enumerate(late):
+            assert first.take(coming[number]).accepted == (number > 0)
+            assert second.take(coming[other]).accepted == (number > 0)
+        assert_same_pose(first.held.map_T_odom, second.held.map_T_odom, 1e-9, reach=10.0)
+        np.testing.assert_allclose(first.held.covariance, second.held.covariance, atol=1e-12)
+
+
 # --- at every rate
 
 SLIP = 0.5

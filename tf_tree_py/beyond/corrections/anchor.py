@@ -10,6 +10,7 @@ so the delay of the pose does not matter. Each new value is gated, and fused wit
 previous estimate, in the convention of ``uncertainty.covariances``.
 """
 
+from bisect import bisect_right
 import math
 import operator
 from typing import Any, NamedTuple
@@ -41,6 +42,8 @@ _KEPT = from_seconds(60.0)
 _AT_ONCE = BlendLimits(0, math.inf, math.inf, 0.0)
 # How many sightings are kept to recognise repeated ones, which are no new evidence.
 _REMEMBERED = 4096
+# How many accepted sightings are kept to fuse one that arrives later and is older.
+_RECENT = 64
 # The coordinates of a plane among x, y, z and rotation about x, y, z.
 _IN_PLANE = np.array([0, 1, 5])
 _ALL = np.arange(6)
@@ -77,6 +80,13 @@ class AnchorEstimate(NamedTuple):
     place: Vector3
     odom_place: Vector3
     agreed: int
+
+
+class _Fused(NamedTuple):
+    """An accepted sighting, and the estimate before it."""
+
+    sighting: Sighting
+    before: AnchorEstimate
 
 
 class Verdict(NamedTuple):
@@ -148,6 +158,8 @@ class Anchor:
         """Remove all data, because time has restarted."""
         self.held: AnchorEstimate | None = None
         self._alternative: AnchorEstimate | None = None
+        # In the order of their stamps.
+        self._recent: list[_Fused] = []
         self._correction = Correction()
         self._published: int | None = None
         self._oldest = BEGINNING
@@ -168,12 +180,16 @@ class Anchor:
             return Verdict(False, None, repeated=True)
         before, distance = self.held, None
         if before is not None:
-            fused, distance = self._fused(before, sighting)
+            later = bisect_right(self._recent, sighting.stamp, key=lambda one: one.sighting.stamp)
+            start = self._recent[later].before if later < len(self._recent) else before
+            fused, distance = self._fused(start, sighting)
             if distance <= self.gate:
-                return Verdict(True, distance, jump=self._hold(fused, sighting))
+                return Verdict(True, distance, jump=self._hold(
+                    self._with_later(_Fused(sighting, start), fused, later), sighting))
         rival = self._rival(sighting)
         if rival.agreed < (_FIRST if before is None else _RIVALS):
             return Verdict(False, distance)
+        self._recent.clear()
         return Verdict(True, distance, relocalised=before is not None,
                        jump=self._hold(rival, sighting))
 
@@ -195,6 +211,16 @@ class Anchor:
             rival = fused if distance <= self.gate else rival
         self._alternative = rival
         return rival
+
+    def _with_later(self, one: _Fused, fused: AnchorEstimate, later: int) -> AnchorEstimate:
+        """Fuse the recent sightings from a place on again, after one that is older than they."""
+        again = [one]
+        for sighting, _ in self._recent[later:]:
+            again.append(_Fused(sighting, fused))
+            fused, _ = self._fused(fused, sighting)
+        self._recent[later:] = again
+        del self._recent[:-_RECENT]
+        return fused
 
     def _fused(self, estimate: AnchorEstimate, sighting: Sighting) -> tuple[AnchorEstimate, float]:
         """Fuse both by a Kalman filter about the frame; also return their distance."""
