@@ -289,6 +289,17 @@ def test_order_in_which_sightings_arrive_does_not_matter(planar):
         np.testing.assert_allclose(first.held.covariance, second.held.covariance, atol=1e-12)
 
 
+def test_in_the_plane_nothing_is_known_to_be_off_it():
+    """Height, roll and pitch are those of the plane, so they do not drift."""
+    anchor = Anchor(LIMITS, drift_by_way=(0.05, 0.02), planar=True)
+    for number in range(200):
+        here = Pose(x=0.5 * number)
+        anchor.take(Sighting(number * SECOND, here, SURE, here, NONE))
+    in_plane, off = [0, 1, 5], [2, 3, 4]
+    assert not anchor.held.covariance[off].any() and not anchor.held.covariance[:, off].any()
+    assert (np.linalg.eigvalsh(anchor.held.covariance[np.ix_(in_plane, in_plane)]) > 0.0).all()
+
+
 # --- at every rate
 
 SLIP = 0.5

@@ -68,7 +68,8 @@ class AnchorEstimate(NamedTuple):
     """
     The estimate of map -> odom.
 
-    :ivar covariance: (6, 6), of ``map_T_odom`` as a rigid motion about ``place``.
+    :ivar covariance: (6, 6), of ``map_T_odom`` as a rigid motion about ``place``; in the plane,
+        z, roll and pitch are certain.
     :ivar place: the last position of the frame in the map, where the estimate is most certain.
     :ivar odom_place: its position in odom at that time.
     :ivar agreed: how many sightings agreed.
@@ -339,7 +340,7 @@ def _spread_over(lever: Array, drift: Array) -> Array:
 
 def _filtered(before: Array, noise: Array, off: Array, seen: Any) -> tuple[Array, Array, float]:
     """
-    Return the step of a Kalman filter that measures some coordinates, and changes only these.
+    Return the step of a Kalman filter that measures some coordinates; the others are certain.
 
     :return: the change (6,), the covariance after it, and the squared Mahalanobis distance.
     """
@@ -348,13 +349,11 @@ def _filtered(before: Array, noise: Array, off: Array, seen: Any) -> tuple[Array
     gain = np.linalg.solve(spread, before[block]).T
     change = np.zeros(6)
     change[seen] = gain @ off[seen]
-    rest = np.eye(6)
-    rest[block] -= gain
-    wide = np.zeros((6, 6))
-    wide[block] = gain @ noise[block] @ gain.T
+    rest = np.eye(len(seen)) - gain
+    after = np.zeros((6, 6))
     # Joseph's form is valid for any gain, and stays positive.
-    return change, rest @ before @ rest.T + wide, float(off[seen] @ np.linalg.solve(
-        spread, off[seen]))
+    after[block] = rest @ before[block] @ rest.T + gain @ noise[block] @ gain.T
+    return change, after, float(off[seen] @ np.linalg.solve(spread, off[seen]))
 
 
 def _estimate_of(sighting: Sighting, planar: bool) -> AnchorEstimate:
