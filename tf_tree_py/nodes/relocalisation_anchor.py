@@ -61,8 +61,8 @@ SETTINGS = (
     Setting('drift', 0.05, 'the drift of the odometry, metres per square root of a second',
             (0.0, 1e6)),
     Setting('turn_drift', 0.02, 'likewise, radians', (0.0, 1e6)),
-    Setting('way_drift', 0.0, 'the same by distance, metres per square root of a metre travelled',
-            (0.0, 1e6)),
+    Setting('way_drift', 0.0, 'the same by distance, metres per square root of a metre between '
+            'two poses', (0.0, 1e6)),
     Setting('way_turn_drift', 0.0, 'the same for rotations, radians per square root of a metre',
             (0.0, 1e6)),
     Setting('planar', False, 'fuse x, y and yaw only; z, roll and pitch come from the odometry'),

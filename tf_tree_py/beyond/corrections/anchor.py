@@ -116,7 +116,7 @@ class Remaining(NamedTuple):
 
     :ivar distance: of the frame, metres.
     :ivar angle: radians.
-    :ivar seconds: until the blend ends, if the estimate stays the same.
+    :ivar seconds: until the blend ends, if the estimate stays the same and the frame stands.
     """
 
     distance: float
