@@ -10,6 +10,7 @@ import threading
 from action_clients import close_race
 from action_msgs.msg import GoalStatus
 from inputs import for_each
+import numpy as np
 import pytest
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -17,6 +18,7 @@ from ros_helpers import at, lasting, move, PATIENCE_S, result_of, transform, unt
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 from tf_tree_py import TransformException
+from tf_tree_py.ros.remote import buffer_server
 from tf_tree_py.ros.remote.buffer_server import BufferServer
 
 SUCCEEDED, ABORTED, CANCELED = (
@@ -222,3 +224,64 @@ def test_what_can_no_longer_be_answered_is_no_complaint(asker, buffer, serve, ca
     server.close()
     server._lookups.clear()
     assert 'never retrieved' not in capfd.readouterr().err
+
+
+# --- clients that break the rules
+
+
+def request_of(number, wanted):
+    """Return a request with the same id as other goals with this number."""
+    request = LookupTransform.Impl.SendGoalService.Request(goal=wanted)
+    request.goal_id.uuid = np.full(16, number, np.uint8)
+    return request
+
+
+def test_id_of_an_expired_goal_may_be_used_again(asker, buffer, serve, make_node, spin,
+                                                  monkeypatch):
+    """Otherwise one client could end the executor of the server."""
+    monkeypatch.setattr(buffer_server, '_RESULT_TIMEOUT_S', 0.01)
+    server, _, executor = serve(buffer)
+    node = make_node('repeating')
+    client = node.create_client(
+        LookupTransform.Impl.SendGoalService, 'tf2_buffer_server/_action/send_goal')
+    spin(node)
+    until(client.service_is_ready)
+    accepted = 0
+    while accepted < 20:
+        requests = [client.call_async(request_of(7, goal())) for _ in range(10)]
+        accepted += sum(result_of(each).accepted for each in requests)
+    assert result_of(executor.create_task(lambda: 'alive')) == 'alive'
+    assert asker.ask(goal())[0] == SUCCEEDED
+
+
+def test_expired_goals_are_forgotten_before_a_new_one_is_accepted(asker, buffer, serve,
+                                                                   monkeypatch):
+    """They may have the same id."""
+    server, node, executor = serve(buffer)
+    order = []
+
+    def noting(what):
+        async def note(_):
+            order.append(what)
+
+        return note
+
+    for what in ('goal_request', 'cancel_request', 'get_result_request', 'expire_goals'):
+        monkeypatch.setattr(server._server, f'_execute_{what}', noting(what))
+    result_of(executor.create_task(server._server.execute(
+        {'goal': 1, 'cancel': 2, 'result': 3, 'expired': 4})))
+    assert order == ['expire_goals', 'goal_request', 'cancel_request', 'get_result_request']
+
+
+def test_goals_with_any_content_are_answered_and_not_logged(asker, buffer, serve, log):
+    serve(buffer)
+    for number in range(300):
+        wanted = goal(f'frame_{number}' if number % 3 else 'x' * number, number % 5)
+        # None of them waits.
+        wanted.timeout.sec, wanted.timeout.nanosec = (
+            (-5, 2**32 - 1), (0, 0), (-2**31, 5))[number % 3]
+        wanted.source_time.sec = (5, -2**31, 2**31 - 1)[number // 2 % 3]
+        wanted.advanced, wanted.fixed_frame = number % 2 == 0, f'fixed_{number}' * (number % 7 > 0)
+        asker.ask(wanted)
+    assert asker.ask(goal())[0] == SUCCEEDED
+    assert log() == ''

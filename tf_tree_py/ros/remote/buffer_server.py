@@ -216,8 +216,13 @@ class _ClosableServer(ActionServer):
         return {}
 
     async def execute(self, taken_data: dict[str, Any]) -> None:
+        # Expired goals first: a client may have given the id of one to a new goal. rclpy would
+        # forget the new one instead, and the executor would raise KeyError at its end.
+        expired = {key: taken_data[key] for key in ('expired',) if key in taken_data}
+        others = {key: data for key, data in taken_data.items() if key not in expired}
         with self._unless_destroyed():
-            await super().execute(taken_data)
+            await super().execute(expired)
+            await super().execute(others)
         if self._is_destroyed:
             self._detach_goals()
             self._free_goals()
