@@ -6,12 +6,15 @@
 import json
 import os
 import resource
+import signal
 import subprocess
 
 from bags import write_ros2
+from hand_clock import HandClock
 from patients import FAULTY, HEALTHY
 from programs import PATIENCE_S
 import pytest
+from tf_tree_py.tools import tf_record
 from tool_helpers import assert_one_sentence, assert_shape, command, tool
 
 
@@ -88,3 +91,24 @@ def test_picture_that_cannot_be_written_leaves_the_old_one(bags, tmp_path):
     assert (done.returncode, done.stderr) == (2, f'tf_frames: {picture}: File too large\n')
     assert [*tmp_path.iterdir()] == [picture]
     assert picture.read_text() == 'what was there'
+
+
+def test_a_flood_of_requests_is_one_a_second_with_their_number(monkeypatch):
+    clock = HandClock(1000.0)
+    monkeypatch.setattr(tf_record, 'time', clock)
+    before = signal.getsignal(signal.SIGUSR1), signal.getsignal(signal.SIGTTIN)
+    try:
+        requests = tf_record.DumpRequests()
+        for _ in range(1000):
+            requests._asked.put('~/dump')
+        requests._asked.put('Enter')
+        assert requests.take() == ['~/dump, 1000 times', 'Enter']
+        requests._asked.put('~/dump')
+        requests._asked.put('SIGUSR1')
+        assert requests.take() == ['SIGUSR1']
+        clock.now += 1.0
+        requests._asked.put('~/dump')
+        assert requests.take() == ['~/dump, 2 times'] and requests.take() == []
+    finally:
+        for number, handler in zip((signal.SIGUSR1, signal.SIGTTIN), before, strict=True):
+            signal.signal(number, handler)

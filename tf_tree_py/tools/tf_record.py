@@ -8,8 +8,10 @@ It is requested to write by Enter, a signal, and, if there is ROS, a service.
 """
 
 from argparse import ArgumentTypeError, Namespace
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
+import math
 import os
 from pathlib import Path
 from queue import SimpleQueue
@@ -36,10 +38,16 @@ from tf_tree_py.health.flight_recorder import (
 
 from .tree_source import add_source, frame, nothing_arrived, open_source, TreeSource
 
+# The time between two requests of one source, seconds.
+_APART_S = 1.0
+
 
 class DumpRequests:
     """
     The requests for a recording since the last call of ``take``; from any thread.
+
+    Each source makes at most one request a second; further ones are counted in it, because
+    anyone may call the service, at any rate.
 
     :ivar SIGNAL: the signal that requests one.
     """
@@ -48,22 +56,31 @@ class DumpRequests:
 
     def __init__(self) -> None:
         """Listen for Enter and the signal from now on; in the main thread."""
-        self._who: list[str] = []
-        signal.signal(self.SIGNAL, lambda *_: self._who.append('SIGUSR1'))
+        # A queue, because a signal may come in the middle of any line.
+        self._asked: SimpleQueue[str] = SimpleQueue()
+        self._counts: Counter[str] = Counter()
+        self._taken_at: dict[str, float] = {}
+        signal.signal(self.SIGNAL, lambda *_: self._asked.put('SIGUSR1'))
         # A terminal would stop a background process that reads it; with this the read fails
         # instead.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._read, name='Enter', daemon=True).start()
 
     def take(self) -> list[str]:
-        """Return the sources of the requests since the last call."""
-        taken, self._who = self._who, []
-        return taken
+        """Return the sources of the requests since the last call, with their numbers."""
+        now = time.monotonic()
+        while not self._asked.empty():
+            self._counts[self._asked.get()] += 1
+        due = [who for who in self._counts
+               if now >= self._taken_at.get(who, -math.inf) + _APART_S]
+        self._taken_at.update(dict.fromkeys(due, now))
+        counts = {who: self._counts.pop(who) for who in due}
+        return [who if count == 1 else f'{who}, {count} times' for who, count in counts.items()]
 
     def _read(self) -> None:
         with suppress(OSError, ValueError):
             for _ in sys.stdin or ():
-                self._who.append('Enter')
+                self._asked.put('Enter')
 
     @contextmanager
     def served_as(self, name: str) -> Iterator[None]:
@@ -76,7 +93,7 @@ class DumpRequests:
         executor.add_node(node)
 
         def dump(_: Any, response: Any) -> Any:
-            self._who.append('~/dump')
+            self._asked.put('~/dump')
             response.success, response.message = True, 'the bag will be written shortly'
             return response
 
