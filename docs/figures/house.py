@@ -37,6 +37,7 @@ LAYERS = {
     'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources',
                     needs='numpy scipy'),
     'buffer_core': Layer('core beyond', needs=''),
+    'limited_log': Layer('core', needs=''),
     'thinning': Layer('core', needs='numpy'),
     'reports': Layer('core beyond', needs='numpy'),
     'health': Layer('core', 'measures checks', needs='numpy'),
@@ -44,13 +45,15 @@ LAYERS = {
     'bag': Layer('core beyond buffer_core urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
     'calibration': Layer('core beyond buffer_core bag', needs='numpy rosbags scipy'),
-    'fleet': Layer('core beyond buffer_core', needs='numpy zenoh'),
-    'ros': Layer('core beyond buffer_core reports health thinning',
+    'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),
+    'ros': Layer('core limited_log beyond buffer_core reports health thinning',
                  'messages threads waiting buffer topics remote filtering'),
-    'nodes': Layer('command core beyond buffer_core reports health thinning bag urdf fleet ros'),
-    'tools': Layer('command core beyond buffer_core reports health thinning calibration bag urdf '
-                   'fleet ros', 'export archive calibrate'),
-    'view': Layer('command core beyond buffer_core reports health bag urdf fleet ros tools',
+    'nodes': Layer('command core limited_log beyond buffer_core reports health thinning bag urdf '
+                   'fleet ros'),
+    'tools': Layer('command core limited_log beyond buffer_core reports health thinning '
+                   'calibration bag urdf fleet ros', 'export archive calibrate'),
+    'view': Layer('command core limited_log beyond buffer_core reports health bag urdf fleet ros '
+                  'tools',
                   'model robot sensors framing scene panels page'),
     'labs': Layer('command core beyond buffer_core reports health calibration bag urdf ros',
                   'live'),

@@ -84,6 +84,13 @@ def test_rooms_import_only_rooms_before_them(layer):
     assert not wrong
 
 
+def test_lines_that_a_sender_can_cause_are_limited_in_one_place():
+    """Rclpy's throttle hides kinds and senders behind each other, and counts nothing."""
+    throttled = [named(path) for path in house.files() if 'throttle_duration_sec=' in
+                 path.read_text()]
+    assert not throttled
+
+
 def test_core_imports_nothing_by_its_name_in_a_text():
     """The rules above do not see such imports, by which other layers load what is above them."""
     late = [named(path) for path in house.files() if house.parts(path)[0] == 'core'

@@ -13,9 +13,8 @@ from fleet_helpers import message, robot_of, send_first, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py import BufferCore
-from tf_tree_py.core.messages.incidents import IncidentLog
 from tf_tree_py.fleet import FleetError, RobotQuota, transform_decoder
-from tf_tree_py.fleet.connection import log
+from tf_tree_py.fleet.connection import FleetLogs
 from tf_tree_py.fleet.reception import Reception
 from tf_tree_py.fleet.roster import Roster
 from tf_tree_py.fleet.transform_decoder import FleetMessage, RobotPlace, TransformDecoder
@@ -145,7 +144,7 @@ def decoder_of(quota, buffer):
         roster.admit(robot)
         return RobotPlace(buffer, names_below(robot, shared), shared)
 
-    return TransformDecoder(place_of, roster, IncidentLog(log.getChild('incidents')))
+    return TransformDecoder(place_of, roster, FleetLogs())
 
 
 def test_layouts_of_a_robot_and_of_all_are_limited(monkeypatch):
@@ -163,7 +162,7 @@ def test_layouts_of_a_robot_and_of_all_are_limited(monkeypatch):
 
 def test_keys_of_nobody_are_not_remembered():
     roster = Roster(True, RobotQuota())
-    reception = Reception(lambda key: None, roster, None)
+    reception = Reception(lambda key: None, roster, None, None)
 
     def sample(number):
         return SimpleNamespace(key_expr=f'{number:_>1000}', kind=zenoh.SampleKind.PUT)

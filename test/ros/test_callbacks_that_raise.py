@@ -18,8 +18,8 @@ from ros_helpers import (
     until_waiting,
 )
 import tf_tree_py as tf
-from tf_tree_py.ros.threads import internal_node as log_module
-from tf_tree_py.ros.threads.internal_node import RateLimitedLog
+from tf_tree_py import limited_log
+from tf_tree_py.ros.threads.internal_node import CallbackFailures
 
 
 class Unheard(BaseException):
@@ -74,7 +74,7 @@ def test_listener_goes_on_and_those_who_wait_beside_are_answered(
     *CASES, (raising(ValueError, 'it was bad'), 'ValueError: it was bad')])
 def test_filter_of_frames_that_raises_loses_its_message_only(
         node, talker, listen, log, use_wait_set, monkeypatch, raises, words):
-    monkeypatch.setattr(log_module, 'time', HandClock(100.0))
+    monkeypatch.setattr(limited_log, 'time', HandClock(100.0))
     buffer = listen(node, frame_filter=lambda parent, child: child != 'bad' or raises())
     for _ in range(5):
         talker.move(transform('map', 'bad', 1.0))
@@ -168,28 +168,10 @@ def test_callback_of_an_ended_future_raises_at_once_and_can_be_taken_back():
 
 # --- the log
 
-def log_failure(complaint, error):
-    try:
-        raise error
-    except BaseException:  # noqa: B902 - the test needs it
-        complaint.write('it')
-
-
-def test_same_complaint_is_written_once_a_period_and_counted(monkeypatch):
-    lines, clock = [], HandClock(100.0)
-    monkeypatch.setattr(log_module, 'time', clock)
-    complaint = RateLimitedLog(SimpleNamespace(error=lines.append))
-    for _ in range(1000):
-        log_failure(complaint, ValueError('bad'))
-    assert len(lines) == 1
-    log_failure(complaint, ValueError('another'))
-    assert len(lines) == 2
-    assert lines[1].startswith('999 more failed like the previous one. it failed:')
-    clock.now += 11.0
-    log_failure(complaint, ValueError('another'))
-    assert len(lines) == 3
-
-
 def test_logger_that_fails_does_no_harm(capfd):
-    log_failure(RateLimitedLog(SimpleNamespace()), ValueError('bad'))
-    assert 'ValueError: bad' in capfd.readouterr().err
+    failures = CallbackFailures(SimpleNamespace())
+    try:
+        raise ValueError('bad')
+    except ValueError:
+        failures.report('it')
+    assert 'it failed' in (written := capfd.readouterr().err) and 'ValueError: bad' in written

@@ -6,6 +6,7 @@
 from copy import deepcopy
 import re
 
+from hand_clock import HandClock
 from inputs import for_each
 from lidar_scene import driving, scan, SCAN_TIME, SECOND, thickness, WALL_X
 from message_tools import make_cloud
@@ -15,7 +16,13 @@ from rclpy.time import Time
 from ros_helpers import lasting, PATIENCE, transform, until_waiting
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
-from tf_tree_py import Buffer, ExtrapolationException, InvalidArgumentException
+from tf_tree_py import (
+    Buffer,
+    ExtrapolationException,
+    InvalidArgumentException,
+    limited_log,
+    LookupException,
+)
 from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.ros.messages import deskew_cloud as module
 from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
@@ -46,6 +53,7 @@ def scanned():
 @pytest.fixture(autouse=True)
 def nothing_logged(monkeypatch):
     monkeypatch.setattr(module, '_logged', set())
+    monkeypatch.setattr(module._log, '_flows', {})
 
 
 # --- the wall
@@ -120,6 +128,17 @@ def test_frame_of_the_cloud_is_the_default_and_assumptions_are_logged(capfd):
     assert moved == [deskew_cloud(buffer, cloud, 'lidar', 'odom', cloud.header.stamp)] * 2
     logged = capfd.readouterr().err
     assert logged.count("Deskewing clouds in 'lidar': the field 't' (uint32) holds ns from") == 1
+
+
+def test_clouds_of_invented_frames_are_logged_in_a_few_lines(capfd, monkeypatch):
+    monkeypatch.setattr(limited_log, 'time', HandClock(1000.0))
+    buffer, cloud = driving(CALENDAR), scanned()
+    for number in range(100):
+        cloud.header.frame_id = f'frame_{number}'
+        with pytest.raises(LookupException):
+            deskew_cloud(buffer, cloud)
+    assert capfd.readouterr().err.count('Deskewing') == 11
+    assert len(module._logged) == 11
 
 
 def test_layout_and_other_fields_are_kept():

@@ -58,7 +58,7 @@ def fast():
 @pytest.mark.parametrize('position', [1e308, -1e308])
 def test_position_too_large_for_the_joint_that_mimics_it_is_refused(position):
     robot, warned = fast(), []
-    states = JointStates(robot, warned.append)
+    states = JointStates(robot, lambda kind, sentence: warned.append(sentence))
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         with pytest.raises(InvalidArgumentException, match='a joint that mimics it is not finite'):

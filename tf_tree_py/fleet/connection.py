@@ -18,6 +18,7 @@ from typing import Any, TYPE_CHECKING
 
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
+from tf_tree_py.limited_log import FailureLog, IncidentLog, LimitedLog
 
 from .errors import FleetError
 from .keys import check_sender, key_of, Topic
@@ -45,6 +46,26 @@ _WAITING = 200
 _AT_ONCE = 100
 
 
+class FleetLogs:
+    """
+    What is wrong with what arrives; clients can cause any number of lines.
+
+    :ivar incidents: with transforms, in the log ``tf_tree_py.fleet.incidents``.
+    :ivar warnings: with robots.
+    :ivar failures: exceptions.
+    """
+
+    def __init__(self) -> None:
+        self.incidents = IncidentLog(log.getChild('incidents'))
+        self.warnings = LimitedLog(log.warning)
+        self.failures = FailureLog(log.error)
+
+    def write_counts(self) -> None:
+        """Write the counts of ended floods; call this about once a second."""
+        for each in (self.incidents, self.warnings, self.failures):
+            each.write_counts()
+
+
 class WorkerThreads:
     """
     Threads for the channels of Zenoh, one for each, and for other work.
@@ -53,13 +74,15 @@ class WorkerThreads:
     interpreter ends first.
     """
 
-    def __init__(self, new_channel: Callable[[int], Any]) -> None:
+    def __init__(self, new_channel: Callable[[int], Any], failures: FailureLog) -> None:
         """
         Begin without threads.
 
         :param new_channel: ``zenoh.handlers.FifoChannel``.
+        :param failures: the log of exceptions.
         """
         self._new_channel = new_channel
+        self._failures = failures
         self._threads: list[threading.Thread] = []
 
     def channel(self) -> Any:
@@ -68,7 +91,7 @@ class WorkerThreads:
 
     def take_all(self, handler: Any, take: Callable[[Any], object], what: str) -> None:
         """Start a thread that takes samples until their declaration is undeclared."""
-        self.start(lambda: _take_all(handler, take), what)
+        self.start(lambda: self._take_all(handler, take), what)
 
     def start(self, work: Callable[[], object], what: str) -> None:
         """Start a thread for work that ends when everything is closed."""
@@ -81,13 +104,12 @@ class WorkerThreads:
         for thread in self._threads:
             thread.join()
 
-
-def _take_all(handler: Any, take: Callable[[Any], object]) -> None:
-    for one in _in_turn(handler):
-        try:
-            take(one)
-        except Exception:  # noqa: B902 - the next may be valid
-            log.exception('internal error of tf_tree_py.fleet in a delivery')
+    def _take_all(self, handler: Any, take: Callable[[Any], object]) -> None:
+        for one in _in_turn(handler):
+            try:
+                take(one)
+            except Exception:  # noqa: B902 - the next may be valid
+                self._failures.report('tf_tree_py.fleet, in a delivery,')
 
 
 def _in_turn(handler: Any) -> Iterator[Any]:
@@ -114,18 +136,20 @@ class Connection:
     """
     A session that is opened as soon as there is a router, and reconnects by itself.
 
-    Each loss and each return is one line in the log ``tf_tree_py.fleet``.
+    Each loss and each return is one line in the log ``tf_tree_py.fleet``, at most one a second.
     """
 
     def __init__(self, config: 'zenoh.Config', name: str, threads: WorkerThreads,
-                 on_change: Callable[[bool], object]) -> None:
+                 on_change: Callable[[bool], object], limited: LimitedLog) -> None:
         """
         Store the settings.
 
         :param config: see ``session.configuration``.
         :param name: of the router, for people.
         :param on_change: called with whether there is a connection, when that changes.
+        :param limited: the log.
         """
+        self._limited = limited
         self._config = config
         self._name = name
         self._threads = threads
@@ -181,11 +205,13 @@ class Connection:
         now = time.monotonic()
         if not connected:
             self._lost_at = now
-            log.warning('the connection to %s is lost: transforms that are sent until it is '
-                        'restored may be lost too', self._name)
+            self._limited.write('connection lost', self._name, (
+                f'the connection to {self._name} is lost: transforms that are sent until it is '
+                'restored may be lost too'), None)
         elif self._lost_at is not None:
-            log.warning('connected to %s, after %.1f s without a connection', self._name,
-                        now - self._lost_at)
+            self._limited.write('connected', self._name, (
+                f'connected to {self._name}, after {now - self._lost_at:.1f} s without a '
+                'connection'), None)
             self._lost_at = None
         self._on_change(connected)
 
@@ -225,8 +251,10 @@ class Uplink:
         self._lock = threading.Lock()
         self._static = b''
         self._closed = threading.Event()
-        self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel)
-        self._link = Connection(made, self.name, self._threads, lambda connected: None)
+        logs = FleetLogs()
+        self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel, logs.failures)
+        self._link = Connection(
+            made, self.name, self._threads, lambda connected: None, logs.warnings)
         self._thread = threading.Thread(target=self._open, name='uplink', daemon=True)
         # Zenoh aborts the process if the interpreter ends during one of its calls.
         atexit.register(self.close)

@@ -12,12 +12,11 @@ from typing import Final
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
 from tf_tree_py.core.messages.frame_names import as_published
-from tf_tree_py.core.messages.incidents import IncidentLog
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time
 
-from .connection import Connection, log, WorkerThreads
+from .connection import Connection, FleetLogs, log, WorkerThreads
 from .errors import FleetError
 from .keys import (
     check_prefix,
@@ -47,6 +46,8 @@ OnRobot = Callable[[str, bool], object]
 
 # The maximum number of frames of a whole fleet in one buffer.
 _MAX_FRAMES: Final = 200_000
+# How often the counts of messages that were not logged may be due, seconds.
+_TICK_S: Final = 1.0
 # The size of the largest message that Zenoh assembles, bytes; a quota refuses far smaller ones.
 _LARGEST: Final = 8_000_000
 # No robot has this name.
@@ -109,12 +110,16 @@ class FleetListener:
         self._roster = Roster(apart=not separate, quota=self._quota)
         self._presence = Presence(time.monotonic)
         self._inbox: Inbox[FleetMessage] = Inbox(self._quota.waiting_bytes)
-        self._reception = Reception(self._welcome, self._roster, self._inbox)
+        self._logs = FleetLogs()
+        self._reception = Reception(
+            self._welcome, self._roster, self._inbox, self._logs.warnings)
         self._heard: set[str] = set()
         self._warned_of_bridge = False
         self._closed = threading.Event()
-        self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel)
-        self._link = Connection(made, self.name, self._threads, self._presence.connect)
+        self._threads = WorkerThreads(
+            needs_zenoh().handlers.FifoChannel, self._logs.failures)
+        self._link = Connection(
+            made, self.name, self._threads, self._presence.connect, self._logs.warnings)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
         # Zenoh aborts the process if the interpreter ends during one of its calls.
         atexit.register(self.close)
@@ -200,8 +205,9 @@ class FleetListener:
                 log.warning('cannot receive from %s: %s', self.name, error)
                 self._closed.set()
             while not self._closed.is_set():
-                for robot, here in self._presence.await_news(self._closed):
+                for robot, here in self._presence.await_news(self._closed, _TICK_S):
                     self._notify(robot, here)
+                self._logs.write_counts()
             hearing.close()
             caches.close()
             self._link.close()
@@ -218,8 +224,7 @@ class FleetListener:
             if topic is not None and topic.static and here:
                 caches.ask(topic.robot, key)
 
-        decoder = TransformDecoder(
-            self._place_of, self._roster, IncidentLog(log.getChild('incidents')))
+        decoder = TransformDecoder(self._place_of, self._roster, self._logs)
         self._threads.start(lambda: decoder.decode_all(self._inbox), 'decoder')
         self._threads.start(caches.work, 'answers')
         take = self._reception.take
@@ -234,7 +239,7 @@ class FleetListener:
             try:
                 self._on_robot(robot, here)
             except Exception:  # noqa: B902 - a user's callback may raise anything
-                log.exception('on_robot(%r, %r) raised an exception', robot, here)
+                self._logs.failures.report('on_robot', robot)
 
     # --- in threads for Zenoh's deliveries
 
@@ -278,7 +283,7 @@ class FleetListener:
             return False
         admitted, report = self._roster.admit(robot)
         if report:
-            log.warning('%s', report)
+            self._logs.warnings.write('robot name', robot, report, None)
         return admitted
 
     def _place_of(self, robot: str) -> RobotPlace:

@@ -17,8 +17,8 @@ import time
 from typing import NamedTuple, TYPE_CHECKING
 
 from tf_tree_py.core.text import shorten
+from tf_tree_py.limited_log import LimitedLog
 
-from .connection import log
 from .keys import Topic
 from .roster import Roster, Source
 from .session import needs_zenoh
@@ -56,8 +56,6 @@ def read_attachment(data: bytes) -> Attachment | None:
 
 # --- reception
 
-# A client that may write any key can invent robots. Beyond this many, drops are only counted.
-_MOST_LINES = 100
 # The most parsed keys that are remembered for a robot, which needs two.
 _MOST_KEYS = 8
 _WAITS = 'more than can be decoded in time (waiting_bytes)'
@@ -67,19 +65,20 @@ class Reception:
     """Receives samples of Zenoh, from any thread."""
 
     def __init__(self, welcome: Callable[[str], Topic | None], roster: Roster,
-                 inbox: Inbox[FleetMessage]) -> None:
+                 inbox: Inbox[FleetMessage], log: LimitedLog) -> None:
         """
         Begin with nothing.
 
         :param welcome: returns the topic of a key; None: the listener does not accept it.
+        :param log: of dropped messages.
         """
+        self._log = log
         self._welcome = welcome
         self._roster = roster
         self._inbox = inbox
         self._put = needs_zenoh().SampleKind.PUT
         self._topics: dict[str, Topic] = {}
         self._keys: Counter[str] = Counter()
-        self._lines = 0
 
     def take(self, sample: 'zenoh.Sample') -> None:
         """Take a message; the deletion of a key is ignored."""
@@ -122,11 +121,11 @@ class Reception:
             self._drop(dropped, _WAITS)
 
     def _drop(self, robot: str, limit: str) -> None:
-        """Count a message that is not decoded; each robot and limit is one line in the log."""
-        if self._roster.drop(robot, limit) and self._lines < _MOST_LINES:
-            self._lines += 1
-            log.warning('messages of the robot %r are dropped (fleet.robots() counts them): it '
-                        'sends %s', shorten(robot, 80), limit)
+        """Count and log a message that is not decoded."""
+        self._roster.drop(robot, limit)
+        self._log.write(limit, robot, lambda: (
+            f'messages of the robot {shorten(robot, 80)!r} are dropped (fleet.robots() counts '
+            f'them): it sends {limit}'))
 
 
 def _sending(sample: 'zenoh.Sample') -> tuple[int | None, Source | None, int | None]:

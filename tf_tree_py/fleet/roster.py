@@ -13,6 +13,7 @@ was restored. This file does not depend on Zenoh.
 from collections import Counter, deque
 from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass
+import math
 import statistics
 import threading
 import time
@@ -88,17 +89,17 @@ class Presence:
                         self._leaving[robot] = self._now() + RETURN_S
             self._changed.notify_all()
 
-    def await_news(self, ended: threading.Event) -> list[tuple[str, bool]]:
-        """Return who appeared (True) or went, as soon as there is a change; or after ``wake``."""
+    def await_news(self, ended: threading.Event, longest_s: float) -> list[tuple[str, bool]]:
+        """Return who appeared (True) or went: at the latest after some seconds or ``wake``."""
         with self._changed:
-            while True:
+            news = self.news()
+            if not news and not ended.is_set():
+                self._changed.wait(min(self._rest_s(), longest_s))
                 news = self.news()
-                if news or ended.is_set():
-                    return news
-                self._changed.wait(self._rest_s())
+            return news
 
     def wake(self) -> None:
-        """Make ``await_news`` check whether it has to end."""
+        """Make ``await_news`` return; its event is set."""
         with self._changed:
             self._changed.notify_all()
 
@@ -113,9 +114,9 @@ class Presence:
             news, self._news = self._news, []
         return news
 
-    def _rest_s(self) -> float | None:
-        """Return the time until the next robot may have gone; None: no robot is leaving."""
-        return max(0.0, min(self._leaving.values()) - self._now()) if self._leaving else None
+    def _rest_s(self) -> float:
+        """Return the time until the next robot may have gone; infinite: no robot is leaving."""
+        return max(0.0, min(self._leaving.values(), default=math.inf) - self._now())
 
 
 # --- the roster
@@ -179,7 +180,6 @@ class RobotCounts:
     :ivar back: when it last connected, nanoseconds: messages from before that arrive late.
     :ivar away: since when it has no liveliness token, nanoseconds; None: it has one, or never had.
     :ivar messages_before: the number of its messages until then.
-    :ivar limits: all limits that it has ever reached.
     :ivar sources: its publishers, and the numbers of their last messages.
     """
 
@@ -191,7 +191,6 @@ class RobotCounts:
         self.frames = FrameQuota(quota.frames)
         self.transforms = self.recovered = self.refused = self.lost = self.dropped = 0
         self.limit = ''
-        self.limits: set[str] = set()
         self.sources: dict[Source, int | None] = {}
         self.messages = self.messages_before = 0
         self._arrivals: deque[float] = deque(maxlen=_LATELY)
@@ -325,12 +324,12 @@ class Roster:
                 self._robot_of.setdefault(source, robot)
                 account.lost += self._missed.pop(source, 0)
 
-    def drop(self, robot: str, limit: str) -> bool:
-        """Record a dropped message; return whether it is the first for this limit."""
+    def drop(self, robot: str, limit: str) -> None:
+        """Record a message that was dropped because of a limit."""
         with self._lock:
             account = self._accounts[robot]
             account.dropped += 1
-            return self._meet(account, limit)
+            account.limit = limit
 
     def within_frames(self, robot: str, batch: Batch, shared: Collection[str]) -> Batch:
         """Return a message without the edges whose frames exceed its robot's quota."""
@@ -338,16 +337,8 @@ class Roster:
             account = self._accounts[robot]
             fitting = account.frames.admitted(batch, shared)
             if fitting is not batch:
-                self._meet(account, f'more than {self._quota.frames} frames (frames)')
+                account.limit = f'more than {self._quota.frames} frames (frames)'
             return fitting
-
-    def _meet(self, account: RobotCounts, limit: str) -> bool:
-        if limit is account.limit:
-            return False
-        is_new = limit not in account.limits
-        account.limit = limit
-        account.limits.add(limit)
-        return is_new
 
     def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool) -> None:
         """

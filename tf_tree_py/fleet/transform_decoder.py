@@ -20,12 +20,12 @@ from typing import Generic, NamedTuple, TypeVar
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.messages.frame_names import Rename
-from tf_tree_py.core.messages.incidents import Incident, IncidentLog, Kind
+from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader
 
-from .connection import log
+from .connection import FleetLogs
 from .roster import Roster
 from .trust import without_others
 
@@ -178,8 +178,8 @@ class RobotPlace(NamedTuple):
 class TransformDecoder:
     """Decodes messages of all robots, in one thread."""
 
-    def __init__(self, place_of: Callable[[str], RobotPlace], roster: Roster,
-                 incidents: IncidentLog) -> None:
+    def __init__(self, place_of: Callable[[str], RobotPlace], roster: Roster, logs: FleetLogs
+                 ) -> None:
         """
         Begin without robots.
 
@@ -187,7 +187,7 @@ class TransformDecoder:
         """
         self._place_of = place_of
         self._roster = roster
-        self._incidents = incidents
+        self._logs = logs
         # In the order of their last use.
         self._readers: OrderedDict[str, WireReader] = OrderedDict()
         self._remembered = 0
@@ -199,7 +199,7 @@ class TransformDecoder:
             try:
                 self.decode(*taken)
             except Exception:  # noqa: B902 - the next may be valid
-                log.exception('internal error of tf_tree_py.fleet in a message of %r', taken[0])
+                self._logs.failures.report('tf_tree_py.fleet, in a message,', taken[0])
             cost = time.thread_time() - begin
             self._roster.spend(taken[0], cost)
             inbox.charge(taken[0], cost)
@@ -210,12 +210,12 @@ class TransformDecoder:
         batch = self._read(robot, place.rename, message.data)
         if isinstance(batch, Incident):
             place.buffer.intake.refuse(batch)
-            self._incidents.report([batch])
+            self._logs.incidents.report([batch])
             self._roster.take(robot, 0, 1, None, not message.received)
             return
         incidents, refused = self._insert(robot, place, batch, message)
         if incidents:
-            self._incidents.report(incidents)
+            self._logs.incidents.report(incidents)
         self._roster.take(robot, max(0, len(batch.stamps) - refused), refused,
                           None if message.static else max(batch.stamps, default=None),
                           not message.received)

@@ -9,15 +9,17 @@ import re
 import sys
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from std_srvs.srv import Trigger
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, format_stamp, from_seconds
+from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.diagnostics import TransformDiagnostics
-from tf_tree_py.ros.topics.qos import dynamic_qos, sensor_qos, TF_TOPIC
+from tf_tree_py.ros.topics.qos import dynamic_qos, mismatches, sensor_qos, TF_TOPIC
 
 from .bad_input import BadInput
 from .edge_messages import frame_of, LIMITS, limits_of, message_type, samples_of, TYPES
@@ -84,12 +86,14 @@ class EdgeSwitch(ClosingNode):
         self._limits = limits_of(values)._asdict()
         self._better = _checked_order(values['prefer'], self._names)
         self._buffer = Buffer(node=self, max_future=_AHEAD)
+        self._requests = LimitedLog(lambda line: self.get_logger().info(line))
         self._has_rule = False
         self._begin_anew()
         self._tf = RawPublisher(self, TF_TOPIC, dynamic_qos())
         for name in self._names:
             self._listen(name, values[f'{name}.topic'], values[f'{name}.type'])
         self._closing.callback(TransformDiagnostics(self._buffer, self).close)
+        self.create_timer(1.0, self._write_counts, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _begin_anew(self) -> None:
         """Forget the published samples, because time has restarted."""
@@ -107,8 +111,13 @@ class EdgeSwitch(ClosingNode):
                            f'{resolved}, where the edge is published. Set {name}.topic to another '
                            'topic')
         self.create_subscription(
-            message_type(kind), topic, partial(self._hear, name), sensor_qos())
+            message_type(kind), topic, partial(self._hear, name), sensor_qos(),
+            event_callbacks=mismatches(resolved, self._buffer.feeds.log))
         self.create_service(Trigger, f'~/switch_to/{name}', partial(self._serve, name))
+
+    def _write_counts(self) -> None:
+        for log in (self._buffer.feeds.log, self._requests):
+            log.write_counts()
 
     # --- input
 
@@ -117,9 +126,9 @@ class EdgeSwitch(ClosingNode):
             for sample in samples_of(message, self._parent, self._child):
                 self._take(source, sample)
         except TransformException as error:
-            self.get_logger().warning(
-                f'A message of the source {source!r} cannot be used: {error}',
-                throttle_duration_sec=5.0)
+            self._buffer.feeds.log.write(
+                f'unusable message, {type(error).__name__}', source,
+                f'A message of the source {source!r} cannot be used: {error}', str(error))
         self._publish()
 
     def _take(self, source: str, sample: Sample) -> None:
@@ -170,7 +179,8 @@ class EdgeSwitch(ClosingNode):
             f'the switch begins as soon as {source!r} has reached the newest sample'
             if change is None else
             f'the switch lasts from {format_stamp(change.begin)} to {format_stamp(change.end)}')
-        self.get_logger().info(f'Asked to switch to {source!r}: {response.message}')
+        self._requests.write('request to switch', source,
+                             f'Asked to switch to {source!r}: {response.message}')
         self._publish()
         return response
 

@@ -26,7 +26,7 @@ from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import time_message
 from tf_tree_py.ros.messages.pose_covariances import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
-from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
+from tf_tree_py.ros.topics.qos import dynamic_qos, mismatches, TF_TOPIC
 
 from .anchor_status import AnchorStatus, way_to_go
 from .edge_messages import frame_of, LIMITS, limits_of, samples_of
@@ -101,12 +101,17 @@ class RelocalisationAnchor(ClosingNode):
         # Futures complete in the thread that receives transforms.
         self._lock = threading.Lock()
         self._buffer = Buffer(node=self)
+        # The thread of the listener writes its counts.
+        self._log = self._buffer.feeds.log
         self._awaited: set[Any] = set()
         self._closing.callback(self._give_up)
         self._closing.callback(TransformListener(self._buffer, self).close)
         self._tf = RawPublisher(self, TF_TOPIC, dynamic_qos())
         self._last = 0
-        self.create_subscription(PoseWithCovarianceStamped, 'pose', self._hear, 10)
+        self._topic = self.resolve_topic_name('pose')
+        self.create_subscription(
+            PoseWithCovarianceStamped, 'pose', self._hear, 10,
+            event_callbacks=mismatches(self._topic, self._log))
         self.create_timer(1.0 / values['rate_hz'], self.publish)
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -116,7 +121,7 @@ class RelocalisationAnchor(ClosingNode):
             sample, = samples_of(message, self._map, self._frame)
             covariance = checked_covariance(message.pose.covariance)
         except TransformException as error:
-            self._warn(f'A pose cannot be used: {error}')
+            self._warn_of(error)
             return
         known = self._buffer.wait_for_transform_async(
             self._odom, self._frame, message.header.stamp, Duration(seconds=self._values['wait']))
@@ -140,28 +145,30 @@ class RelocalisationAnchor(ClosingNode):
                 left = self._anchor.remaining
                 self._status.count(verdict)
         except TransformException as error:
-            self._warn(f'A pose cannot be used: {error}')
+            self._warn_of(error)
             return
         if verdict.accepted:
             self._log_large_change(stamp, verdict, left)
             return
-        why = ('it was received before' if verdict.repeated else
-               'no other pose confirms it yet' if verdict.distance is None else
-               f'its squared Mahalanobis distance is {verdict.distance:.0f}, and the gate '
-               f'{self._anchor.gate:g}')
-        self._warn(f'The pose of {format_stamp(stamp)} was refused: {why}')
+        kind, why = (
+            ('repeated pose', 'it was received before') if verdict.repeated else
+            ('unconfirmed pose', 'no other pose confirms it yet') if verdict.distance is None else
+            ('pose beyond the gate', f'its squared Mahalanobis distance is '
+             f'{verdict.distance:.0f}, and the gate {self._anchor.gate:g}'))
+        self._warn(kind, f'The pose of {format_stamp(stamp)} was refused: {why}')
 
     def _log_large_change(self, stamp: int, verdict: Verdict, left: Remaining) -> None:
         edge = f'{self._map} -> {self._odom}'
         if verdict.jump is not None:
             distance, angle = verdict.jump
-            self.get_logger().warning(
+            self._warn('jump', (
                 f'{edge} jumps by {distance:.3g} m and {angle:.3g} rad to the estimate of '
-                f'{format_stamp(stamp)}, because that is more than jump_above or jump_turn_above')
+                f'{format_stamp(stamp)}, because that is more than jump_above or jump_turn_above'),
+                None)
         elif verdict.relocalised:
-            self.get_logger().warning(
+            self._warn('relocalisation', (
                 f'Several poses up to {format_stamp(stamp)} agree on another estimate: {edge} is '
-                f'{way_to_go(left)} from it, and blends to it')
+                f'{way_to_go(left)} from it, and blends to it'), None)
 
     def publish(self) -> None:
         """Publish map -> odom, if it is known; never twice for one stamp."""
@@ -169,8 +176,8 @@ class RelocalisationAnchor(ClosingNode):
         odom_T_frame = self._newest_pose()
         with self._lock:
             if stamp < self._last:  # the clock has jumped back: another run
-                self.get_logger().warning(
-                    f'The clock went back by {format_span(self._last - stamp)}: starting again')
+                self._log.write('clock', '/clock', (
+                    f'The clock went back by {format_span(self._last - stamp)}: starting again'))
                 self._anchor.begin_anew()
             if stamp == self._last:
                 return
@@ -190,8 +197,12 @@ class RelocalisationAnchor(ClosingNode):
         with self._lock:
             self._status.publish(self._anchor.held, self._anchor.remaining)
 
-    def _warn(self, text: str) -> None:
-        self.get_logger().warning(text, throttle_duration_sec=5.0)
+    def _warn_of(self, error: TransformException) -> None:
+        self._warn(f'unusable pose, {type(error).__name__}', f'A pose cannot be used: {error}',
+                   str(error))
+
+    def _warn(self, kind: str, text: str, about: str | None = '') -> None:
+        self._log.write(kind, self._topic, text, about)
 
     def _give_up(self) -> None:
         for known in list(self._awaited):

@@ -26,14 +26,14 @@ class RobotFrames:
     """
 
     def __init__(self, robot: Robot, frame_prefix: str, interval: int | None,
-                 tell: Callable[[str], object], before: 'RobotFrames | None' = None) -> None:
+                 tell: Callable[[str, str], object], before: 'RobotFrames | None' = None) -> None:
         """
         Start without joint states.
 
         :param frame_prefix: the prefix of every link's name.
         :param interval: the minimum time between two messages of the same joint, nanoseconds;
             None: no minimum.
-        :param tell: called once with a sentence about each problem of the joint states.
+        :param tell: called with each problem of the joint states: its kind, and a sentence.
         :param before: an earlier object, whose positions joints of the same names keep.
         """
         self.robot = robot

@@ -15,13 +15,20 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.messages.frame_names import Rename
-from tf_tree_py.core.messages.incidents import Incident, IncidentLog
+from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.sample import bad_name, Batch, checked, Sample
 from tf_tree_py.core.messages.wire import WireReader, write
+from tf_tree_py.limited_log import IncidentLog, LimitedLog
 from tf_tree_py.ros.threads.internal_node import internal_node, is_running
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.topics.endpoints import PublisherNames
-from tf_tree_py.ros.topics.qos import dynamic_qos, overriding, static_listener_qos, tf_publisher
+from tf_tree_py.ros.topics.qos import (
+    dynamic_qos,
+    mismatches,
+    overriding,
+    static_listener_qos,
+    tf_publisher,
+)
 from tf_tree_py.thinning import MovingSender, StaticSender
 
 Take = Callable[[list[Sample]], None]
@@ -50,7 +57,7 @@ class RobotTopics:
         """
         self._subscribe(topic, dynamic_qos(), False, filtered(moving.take))
         self._subscribe(static_topic, static_listener_qos(), True, filtered(static.take))
-        return Receiver(self._home, moving.close)
+        return Receiver(self._home, moving.close, write_counts=self._log.write_counts)
 
     def _subscribe(self, topic: str, qos: QoSProfile, static: bool, take: Take) -> None:
         reader, authority = WireReader(self._names), PublisherNames(self._home, topic)
@@ -64,7 +71,8 @@ class RobotTopics:
                 take(fit_samples(batch, publisher, self._log.report))
 
         self._home.create_subscription(
-            TFMessage, topic, receive, qos, raw=True, qos_overriding_options=overriding(
+            TFMessage, topic, receive, qos, raw=True,
+            event_callbacks=mismatches(topic, self._log), qos_overriding_options=overriding(
                 self._home, self._home.resolve_topic_name(topic), 'subscription', static))
 
 
@@ -90,7 +98,9 @@ class RawPublisher:
     def __init__(self, node: Node, topic: str, qos: QoSProfile, static: bool = False) -> None:
         """Make the publisher."""
         self._node = node
+        self._topic = topic
         self._publisher = tf_publisher(node, topic, qos, static)
+        self._log = LimitedLog(lambda line: node.get_logger().error(line))
 
     def send(self, samples: Collection[Sample]) -> None:
         """Publish one message."""
@@ -99,6 +109,5 @@ class RawPublisher:
         except Exception as error:  # noqa: B902 - the next message must be sent in any case
             # While the context shuts down, rclpy raises various exceptions.
             if is_running(self._node.context):
-                self._node.get_logger().error(
-                    f'{len(samples)} transforms could not be published: {error}',
-                    throttle_duration_sec=10.0)
+                self._log.write(f'unpublished, {type(error).__name__}', self._topic,
+                                f'{len(samples)} transforms could not be published: {error}')

@@ -25,11 +25,13 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.ros.messages.convert import as_nanoseconds
 from tf_tree_py.ros.threads.internal_node import internal_node
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.topics.qos import (
     dynamic_qos,
+    mismatches,
     sensor_qos,
     static_broadcaster_qos,
     tf_publisher,
@@ -111,6 +113,8 @@ SETTINGS = (
 )
 _BY_NAME = {setting.name: setting for setting in SETTINGS}
 _LOOK_AT_FILE_S = 0.2
+# A description may have any number of faults.
+_MOST_WARNINGS = 20
 _NO_STAMP = ('joint states arrive without a stamp, so their time of arrival is used: '
              'their publisher should set header.stamp')
 
@@ -153,6 +157,8 @@ class UrdfBroadcaster(ClosingNode):
             self, TF_STATIC_TOPIC, static_broadcaster_qos(), static=True)
         self._text = self.create_publisher(String, _DESCRIBED, static_broadcaster_qos())
         self._frames: RobotFrames | None = None
+        self._warnings = LimitedLog(self.get_logger().warning)
+        self._news = LimitedLog(lambda line: self.get_logger().info(line))
         self._apply()
         self.add_on_set_parameters_callback(self._check)
         self.add_post_set_parameters_callback(self._apply)
@@ -160,9 +166,12 @@ class UrdfBroadcaster(ClosingNode):
             self.create_timer(_LOOK_AT_FILE_S, self._look_at_file,
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
         home = internal_node(self, f'{name}_impl', with_clock=False)
+        self._topic = self.resolve_topic_name('joint_states')
         home.create_subscription(
-            JointState, self.resolve_topic_name('joint_states'), self._hear, sensor_qos())
-        self._closing.callback(Receiver(home, lambda: None).close)
+            JointState, self._topic, self._hear, sensor_qos(),
+            event_callbacks=mismatches(self._topic, self._warnings))
+        self._closing.callback(
+            Receiver(home, lambda: None, write_counts=self._write_counts).close)
 
     def _declared(self, urdf: str | None) -> dict[str, Any]:
         """Declare the parameters; the description is that of the file, if there is one."""
@@ -225,15 +234,18 @@ class UrdfBroadcaster(ClosingNode):
             self._frames = RobotFrames(
                 robot, self._values[FRAME_PREFIX.name],
                 None if self._values['ignore_timestamp'] else interval,
-                self.get_logger().warning, self._frames)
+                self._warn, self._frames)
             self._text.publish(String(data=self._values[_DESCRIBED]))
             self._tf_static.publish(self._frames.fixed(self.get_clock().now().nanoseconds))
             known = self._frames.again()
             if known is not None:
                 self._tf.publish(known)
-        for sentence in robot.warnings:
-            self.get_logger().warning(sentence)
-        self.get_logger().info(str(robot))
+        # Anyone may set parameters, at any rate.
+        if robot.warnings:
+            self._warnings.write(
+                'description', 'set_parameters', '\n'.join(robot.warnings[:_MOST_WARNINGS]),
+                robot.warnings[0])
+        self._news.write('new parameters', 'set_parameters', str(robot), None)
 
     def _look_at_file(self) -> None:
         assert self._file is not None
@@ -259,6 +271,13 @@ class UrdfBroadcaster(ClosingNode):
             data = self._frames.moved(stamp, tuple(message.name), np.asarray(message.position))
             if data is not None:
                 self._tf.publish(data)
+
+    def _warn(self, kind: str, sentence: str) -> None:
+        self._warnings.write(kind, self._topic, sentence, sentence)
+
+    def _write_counts(self) -> None:
+        for log in (self._warnings, self._news):
+            log.write_counts()
 
 
 def _read(path: str | Path, arguments: Mapping[str, str]) -> DescriptionText:

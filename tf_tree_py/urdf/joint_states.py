@@ -32,7 +32,7 @@ _PERIODS = 3
 _PATIENCE = NANOSECONDS_PER_SECOND
 # A stamp that is earlier by more than this belongs to a new run.
 _ANOTHER_RUN = NANOSECONDS_PER_SECOND
-# The greatest number of lists of names, and of warnings, to remember.
+# The greatest number of lists of names, and of warnings of a recording, to remember.
 _MAX_REMEMBERED = 256
 # Earlier than every valid stamp, and far enough from overflow.
 _NEVER = -2**62
@@ -79,14 +79,15 @@ class JointStates:
     :ivar values: (variables,) of all moving joints, metres and radians.
     """
 
-    def __init__(self, robot: Robot, on_warning: Callable[[str], object]) -> None:
+    def __init__(self, robot: Robot, on_warning: Callable[[str, str], object]) -> None:
         """
         Begin with all joints at rest and none reported.
 
-        :param on_warning: is called once with each reason why a message cannot be used.
+        :param on_warning: is called whenever a message cannot be used, with the kind of reason,
+            and a sentence. For names that the robot does not have, it is called once for each of
+            the last lists of names.
         """
         self._robot, self._on_warning = robot, on_warning
-        self._warned: set[str] = set()
         self._readings: dict[tuple[str, ...], Reading] = {}
         self.values = robot.rest.copy()
         self._given = np.zeros(len(self.values), bool)
@@ -110,16 +111,18 @@ class JointStates:
         :return: (moving joints,) whether to send each; None: there is nothing to send.
         """
         if positions.shape != (len(names),):
-            self._warn(f'joint states with {len(names)} names and {positions.size} positions '
-                       'are ignored')
+            self._on_warning('names without positions', (
+                f'joint states with {len(names)} names and {positions.size} positions are '
+                'ignored'))
             return None
         reading = self._reading(names)
         given = positions[reading.picks]
         finite = np.isfinite(given)
         if not finite.all():
             bad = reading.picks[~finite]
-            self._warn('positions that are not finite are ignored, of '
-                       + listed(quoted(names[place]) for place in bad))
+            self._on_warning('positions that are not finite', (
+                'positions that are not finite are ignored, of '
+                + listed(quoted(names[place]) for place in bad)))
             good = np.setdiff1d(np.arange(len(names)), bad)
             return self.take(stamp, tuple(names[place] for place in good), positions[good],
                              interval)
@@ -138,12 +141,11 @@ class JointStates:
             if len(self._readings) >= _MAX_REMEMBERED:
                 self._readings.clear()
             self._readings[names] = reading
-            unknown = [name for name in reading.unknown if name not in self._warned]
-            if unknown and len(self._warned) < _MAX_REMEMBERED:
-                self._warned.update(unknown)
-                self._warn('joint states name joints that this robot does not have: '
-                           f'{listed(map(quoted, unknown))}. '
-                           + known_names(unknown[0], tuple(self._robot.columns)))
+            if reading.unknown:
+                self._on_warning('unknown joints', (
+                    'joint states name joints that this robot does not have: '
+                    f'{listed(map(quoted, reading.unknown))}. '
+                    + known_names(reading.unknown[0], tuple(self._robot.columns))))
         return reading
 
     def _set(self, reading: Reading, given: Array) -> bool:
@@ -151,10 +153,12 @@ class JointStates:
         values = self.values.copy()
         values[reading.columns] = given
         if not self._robot.motion.has_turns(values):
-            self._warn('joint states with a quaternion that is all zero are ignored')
+            self._on_warning('zero quaternion', (
+                'joint states with a quaternion that is all zero are ignored'))
             return False
         if not reading.followers.follow(values):
-            self._warn('positions that are too large for the joints that mimic them are ignored')
+            self._on_warning('too large to mimic', (
+                'positions that are too large for the joints that mimic them are ignored'))
             return False
         self.values = values
         self._given[reading.columns] = True
@@ -205,11 +209,6 @@ class JointStates:
         """Return ``parent_T_child`` (moving joints, 7) at the known positions."""
         return self._robot.motion.poses(self.values)
 
-    def _warn(self, sentence: str) -> None:
-        if sentence not in self._warned and len(self._warned) < 2 * _MAX_REMEMBERED:
-            self._warned.add(sentence)
-            self._on_warning(sentence)
-
 
 # --- recorded states
 
@@ -241,7 +240,14 @@ def joint_tracks(robot: Robot, states: Iterable[JointState],
         it is a warning of Python.
     :raises InvalidArgumentException: a stamp is invalid.
     """
-    known = JointStates(robot, on_warning)
+    warned: set[str] = set()
+
+    def warn_once(_: str, sentence: str) -> None:
+        if sentence not in warned and len(warned) < _MAX_REMEMBERED:
+            warned.add(sentence)
+            on_warning(sentence)
+
+    known = JointStates(robot, warn_once)
     stamps, values, sent = [], [], []
     for when, names, positions in states:
         stamp = checked_stamp(when)

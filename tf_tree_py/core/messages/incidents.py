@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What can be wrong, or odd, about a transform that arrives; and log lines about it.
+What can be wrong, or odd, about a transform that arrives.
 
 By default no exception is raised: a listener must survive any bytes. An ``Incident``
-describes what happened. It is counted, and returned to the caller that inserted it. The log
-lines are limited in rate, so they are readable even at a thousand incidents a second.
+describes what happened. It is counted, and returned to the caller that inserted it. The layers
+above log it, at most once a second for each kind and each sender (``limited_log``).
 """
 
-from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-import time
-from typing import Protocol
 
-from .. import fork_locks
 from ..errors import TransformException
 from ..stamp import LATEST
 from ..text import LONGEST_TEXT, shorten
@@ -168,56 +164,3 @@ class Statistics:
         text = f'{self.accepted} accepted, {self.refused} refused, {self.frames} frames'
         counts = [f'{kind.value}: {count}' for kind, count in self.incidents.items() if count]
         return '; '.join([text, *counts])
-
-
-# --- log lines
-
-_PERIOD_S = 10.0
-_LINES_PER_KIND = 5
-
-
-class Logger(Protocol):
-    """Where lines are written: a logger of rclpy or of Python's ``logging``."""
-
-    def warning(self, message: str, /) -> object:
-        """Write one line."""
-
-
-class IncidentLog:
-    """
-    Writes each edge's incident of a kind once per period, and a few lines of each kind.
-
-    Omitted incidents are counted, and the counts are written when the next period begins.
-    """
-
-    def __init__(self, logger: Logger) -> None:
-        """Start without incidents."""
-        self._logger = logger
-        self._lock = fork_locks.lock()
-        self._begin = -_PERIOD_S
-        self._shown: set[tuple[Kind, str, str]] = set()
-        self._lines: Counter[Kind] = Counter()
-        self._omitted: Counter[Kind] = Counter()
-
-    def report(self, incidents: Iterable[Incident]) -> None:
-        """Write a line for each incident, or count it as omitted."""
-        lines: list[str] = []
-        with self._lock:
-            now = time.monotonic()
-            if now - self._begin > _PERIOD_S:
-                lines += [f'{count} more like this: {kind.value}'
-                          for kind, count in self._omitted.items()]
-                self._begin = now
-                self._shown.clear()
-                self._lines.clear()
-                self._omitted.clear()
-            for incident in incidents:
-                key = (incident.kind, incident.parent, incident.child)
-                if key in self._shown or self._lines[incident.kind] >= _LINES_PER_KIND:
-                    self._omitted[incident.kind] += 1
-                    continue
-                self._shown.add(key)
-                self._lines[incident.kind] += 1
-                lines.append(str(incident))
-        for line in lines:
-            self._logger.warning(line)

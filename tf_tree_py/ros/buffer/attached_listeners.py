@@ -12,7 +12,8 @@ from rclpy.clock import Clock
 from rclpy.context import Context
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
-from tf_tree_py.core.messages.incidents import Incident, IncidentLog
+from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.limited_log import IncidentLog
 
 from ..waiting.clock import ClockWatch
 
@@ -33,6 +34,7 @@ class AttachedListeners:
     All methods may be called from any thread. The length is the number of listeners.
 
     :ivar watch: the buffer's clock; listeners lend it their clocks.
+    :ivar log: the log of what is wrong with arriving messages.
     """
 
     def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch,
@@ -53,7 +55,7 @@ class AttachedListeners:
         # Not their identifiers, which are reused by later threads.
         self._threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
         self._authorities: dict[str, NamedPublisher] = {}
-        self.log_to(logger)
+        self.log = IncidentLog(logger)
         on_change(False)
 
     def __len__(self) -> int:
@@ -116,17 +118,17 @@ class AttachedListeners:
     # --- incidents
 
     def log_to(self, logger: Any) -> None:
-        """Log incidents of arriving transforms to an rclpy logger."""
-        self._log = IncidentLog(logger)
+        """Log what is wrong with arriving messages to an rclpy logger."""
+        self.log.logger = logger
 
     def note(self, incidents: Iterable[Incident]) -> bool:
         """Log the incidents of an insertion; return whether nothing was refused."""
         if not incidents:
             return True
-        self._log.report(incidents)
+        self.log.report(incidents)
         return not any(incident.refused for incident in incidents)
 
     def refuse(self, incident: Incident) -> None:
         """Count and log an incident that no insertion returned, such as unreadable bytes."""
         self._intake.refuse(incident)
-        self._log.report([incident])
+        self.log.report([incident])

@@ -32,6 +32,7 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
+from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.reports.audit import LookupAudit
 
 from .attached_listeners import AttachedListeners
@@ -365,9 +366,13 @@ class Buffer(CoreApi, BufferInterface):
         return response
 
 
+_recordings = LimitedLog(lambda line: rclpy.logging.get_logger('tf_tree_py').warning(line))
+
+
 def _log_recording(happened: Happened, path: Path | None, why_not: str) -> None:
     what = f'recorded as {path}' if path else f'not recorded: {why_not}'
-    rclpy.logging.get_logger('tf_tree_py').warning(f'{happened.summary} ({what})')
+    _recordings.write('recorded' if path else 'not recorded', '', f'{happened.summary} ({what})',
+                      None if path else '')
 
 
 def _cache_time(given: Duration | int | None) -> int | None:

@@ -25,6 +25,8 @@ from std_msgs.msg import Header
 from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.stamp import format_span, LATEST, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.text import shorten
+from tf_tree_py.limited_log import LimitedLog
 
 from .convert import as_nanoseconds, time_message
 from .point_cloud import copy_of_cloud, field_column, points_of, write_points
@@ -167,6 +169,7 @@ def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int
 # (frame, reading) pairs that have been logged: all clouds of one driver have the same reading.
 _logged: set[tuple[str, str]] = set()
 _MAX_LOGGED = 1000
+_log = LimitedLog(lambda line: rclpy.logging.get_logger('tf_tree_py').info(line))
 
 
 def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = None,
@@ -225,5 +228,7 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
 def _log_once(frame: str, reading: str) -> None:
     if (frame, reading) in _logged or len(_logged) >= _MAX_LOGGED:
         return
-    _logged.add((frame, reading))
-    rclpy.logging.get_logger('tf_tree_py').info(f'Deskewing clouds in {frame!r}: {reading}')
+    # A message may have any frame.
+    if _log.write('deskewing', frame, f'Deskewing clouds in {shorten(frame, 80)!r}: {reading}',
+                  reading):
+        _logged.add((frame, reading))

@@ -18,8 +18,6 @@ and whether the current thread has it locked.
 from contextlib import suppress
 import secrets
 import sys
-import time
-import traceback
 from typing import Any
 
 import rclpy
@@ -27,7 +25,7 @@ from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.parameter import Parameter
-from tf_tree_py.core import fork_locks
+from tf_tree_py.limited_log import FailureLog
 
 
 def is_running(context: Context) -> bool:
@@ -52,14 +50,13 @@ def is_locked_here(context: Context) -> bool:
 
 # --- logging
 
-_PERIOD_S = 10.0
 _EXIT = (' sys.exit() would end only the thread that receives transforms, and lookups would stop '
          'working, so it is ignored. To end the program, call rclpy.shutdown().')
 
 
-class RateLimitedLog:
+class CallbackFailures(FailureLog):
     """
-    A log of exceptions; the same one again at most once in ten seconds, with a count.
+    A log of exceptions of a user's callbacks; it never raises.
 
     ``sys.exit()`` in a callback would end the thread silently, so it is logged, too.
     """
@@ -71,25 +68,13 @@ class RateLimitedLog:
         :param logger: an rclpy logger.
         """
         self._logger = logger
-        self._lock = fork_locks.lock()
-        self._last = ''
-        self._count = 0
-        self._quiet_until = 0.0
+        super().__init__(self._error)
 
-    def write(self, what: str) -> None:
-        """Log the exception that is being handled; never raises."""
-        text = f'{what} failed:\n{traceback.format_exc()}'
-        if isinstance(sys.exc_info()[1], SystemExit):
-            text += _EXIT
-        with self._lock:
-            now = time.monotonic()
-            if text == self._last and now < self._quiet_until:
-                self._count += 1
-                return
-            count, self._count = self._count, 0
-            self._last, self._quiet_until = text, now + _PERIOD_S
-        if count:
-            text = f'{count} more failed like the previous one. {text}'
+    def report(self, what: str, sender: str = '', hint: str = '') -> None:
+        """Log the exception that is being handled."""
+        super().report(what, sender, _EXIT if isinstance(sys.exc_info()[1], SystemExit) else hint)
+
+    def _error(self, text: str) -> None:
         try:
             self._logger.error(text)
         except Exception:  # noqa: B902 - a logger that fails must not end the thread either

@@ -32,7 +32,7 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from .internal_node import is_locked_here, is_running, RateLimitedLog
+from .internal_node import CallbackFailures, is_locked_here, is_running
 
 try:
     from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -46,6 +46,8 @@ except (ImportError, AttributeError):  # pragma: no cover - every rclpy so far h
 # thread reads its list of them while other threads destroy theirs, which crashes the process
 # (docs/ending.md).
 CHECK_CONTEXT_NS = 1_000_000_000
+# It waits no longer than that, so it also writes counts.
+_TICK_S = 1.0
 _running: 'weakref.WeakSet[Receiver]' = weakref.WeakSet()
 _contexts: 'weakref.WeakSet[Context]' = weakref.WeakSet()
 
@@ -79,24 +81,28 @@ class Receiver:
 
     def __init__(self, node: Node, on_end: Callable[[], object], *,
                  rest: Callable[[float], object] = time.sleep,
+                 write_counts: Callable[[], object] = lambda: None,
                  use_wait_set: bool = HAS_WAIT_SET) -> None:
         """
         Begin to serve.
 
         :param node: the node with the subscriptions; it now belongs to the receiver.
         :param on_end: the thread calls it last.
+        :param write_counts: of a ``LimitedLog``; the thread calls it about once a second.
         :param rest: sleeps for so many seconds, or less if a lookup waits in the buffer; called
             between messages in quick succession.
         """
         self._node = node
         self._on_end = on_end
         self._rest = rest
+        self._write_counts = write_counts
+        self._counted_at = time.monotonic()
         self._closing = False
         self._reads_directly = use_wait_set
         # Set when the thread no longer uses the node.
         self._has_served = threading.Event()
         self._destroyed = threading.Lock()
-        self._failure_log = RateLimitedLog(node.get_logger())
+        self._failures = CallbackFailures(node.get_logger())
         self._wake = (GuardCondition(None, None, context=node.context) if use_wait_set
                       else node.create_guard_condition(lambda: None))
         self.thread = threading.Thread(
@@ -171,10 +177,21 @@ class Receiver:
         try:
             self._on_end()
         except BaseException:  # noqa: B902 - callbacks of abandoned waits may raise anything
-            self._failure_log.write('a callback')
+            self._failures.report('a callback')
 
     def _goes_on(self) -> bool:
         return not self._closing and is_running(self.context)
+
+    def _tick(self) -> None:
+        """Write the counts of ended floods, if that was a second ago."""
+        now = time.monotonic()
+        if now >= self._counted_at + _TICK_S:
+            self._counted_at = now
+            try:
+                self._write_counts()
+                self._failures.write_counts()
+            except BaseException:  # noqa: B902 - no error may prevent the next callback
+                self._log_failure('a log')
 
     def _spin(self) -> None:
         executor = SingleThreadedExecutor(context=self.context)
@@ -186,6 +203,7 @@ class Receiver:
                 break
             except BaseException:  # noqa: B902 - no error may prevent the next callback
                 self._log_failure('a callback')
+            self._tick()
         executor.shutdown()
 
     def _serve(self) -> None:
@@ -209,6 +227,7 @@ class Receiver:
         last = time.monotonic()
         while not woken and self._goes_on():
             self._wait(wait_set, handles, events)
+            self._tick()
             woken = wait_set.is_ready('guard_condition', 0)
             for event in [event for event in events if event.is_ready(wait_set)]:
                 self._tell(event)
@@ -264,7 +283,7 @@ class Receiver:
     def _log_failure(self, what: str) -> None:
         # When the context ends, rclpy raises anything.
         if self._goes_on():
-            self._failure_log.write(what)
+            self._failures.report(what)
 
 
 def takes_info(callback: Callable[..., object]) -> bool:
@@ -349,6 +368,7 @@ class Responses(Receiver):
             check_at, timeout = _NEVER, CHECK_CONTEXT_NS
             while self._goes_on():
                 self._sleep(wait_set, clients, timeout)
+                self._tick()
                 woken = wait_set.is_ready('guard_condition', 0)
                 for index, client in enumerate(clients):
                     if wait_set.is_ready('client', index):

@@ -21,7 +21,14 @@ from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.wire import WireReader
 
 from .endpoints import DuplicatePublishers, PublisherNames
-from .qos import dynamic_qos, overriding, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
+from .qos import (
+    dynamic_qos,
+    mismatches,
+    overriding,
+    static_listener_qos,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+)
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places
 from ..threads.internal_node import internal_node, node_of_its_own, USE_SIM_TIME
@@ -102,7 +109,8 @@ class TransformListener:
         self._end_feed = functools.partial(buffer.feeds.end, *feed_of)
         if spin_thread:
             self._receiver = Receiver(
-                self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody)
+                self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
+                write_counts=buffer.feeds.log.write_counts)
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
                 # The node's callback list references self: it lives as long as the node, as tf2's.
@@ -200,6 +208,7 @@ class _Feed:
         self._subscription = node.create_subscription(
             TFMessage, topic, cast('Any', self._receive), qos, raw=True,
             callback_group=MutuallyExclusiveCallbackGroup(),
+            event_callbacks=mismatches(topic, buffer.feeds.log),
             qos_overriding_options=overriding(node, topic, 'subscription', static))
 
     def close(self) -> None:

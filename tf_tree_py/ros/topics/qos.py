@@ -1,14 +1,26 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The QoS profiles of /tf and /tf_static as in tf2, of sensors, and their overrides."""
+"""
+The QoS profiles of /tf and /tf_static as in tf2, of sensors, and their overrides.
+
+Also the log lines about endpoints that do not match.
+"""
 
 from typing import Any, Literal
 
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    qos_policy_name_from_kind,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 from rclpy.qos_overriding_options import QoSOverridingOptions, QoSPolicyKind
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.limited_log import LimitedLog
 
 from ..threads.internal_node import qos_overrides_of
 
@@ -64,8 +76,38 @@ def overriding(node: Node, topic: str, kind: Literal['publisher', 'subscription'
 
 def tf_publisher(node: Node, topic: str, qos: QoSProfile | int, static: bool) -> Any:
     """Return a publisher of TFMessages; parameters of the node may override its profile."""
-    return node.create_publisher(TFMessage, topic, qos, qos_overriding_options=overriding(
-        node, node.resolve_topic_name(topic), 'publisher', static))
+    name = node.resolve_topic_name(topic)
+    return node.create_publisher(
+        TFMessage, topic, qos, qos_overriding_options=overriding(node, name, 'publisher', static),
+        event_callbacks=PublisherEventCallbacks(**_mismatch(
+            name, LimitedLog(node.get_logger().warning), 'subscription', 'requesting', 'sent to')))
+
+
+# --- endpoints that do not match
+
+def mismatches(topic: str, log: LimitedLog) -> SubscriptionEventCallbacks:
+    """
+    Return a subscription's callbacks that log publishers whose messages cannot arrive.
+
+    rclpy logs a line for each, and anyone can make publishers at any rate.
+    """
+    return SubscriptionEventCallbacks(
+        **_mismatch(topic, log, 'publisher', 'offering', 'received from'))
+
+
+def _mismatch(topic: str, log: LimitedLog, other: str, does: str, goes: str) -> dict[str, Any]:
+    """Return the callbacks, with rclpy's own texts."""
+    def quality(event: Any) -> None:
+        log.write('incompatible QoS', topic, (
+            f'New {other} discovered on topic {topic!r}, {does} incompatible QoS. No messages '
+            f'will be {goes} it. Last incompatible policy: '
+            f'{qos_policy_name_from_kind(event.last_policy_kind)}'))
+
+    def of_type(_: Any) -> None:
+        log.write('incompatible type', topic, (
+            f'Incompatible type on topic {topic!r}, no messages will be {goes} it.'))
+
+    return {'incompatible_qos': quality, 'incompatible_type': of_type}
 
 
 def _static_qos(depth: int) -> QoSProfile:

@@ -31,8 +31,9 @@ from tf_tree_py.beyond.uncertainty.insertion import (
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.limited_log import LimitedLog
 
-from .qos import sensor_qos, static_listener_qos
+from .qos import mismatches, sensor_qos, static_listener_qos
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds, as_pose, time_message
@@ -47,18 +48,23 @@ class SideTopics:
     Reads topics in one daemon thread, on a small node in addition to the user's.
 
     It lives as long as its owner, or until ``close()``. The user's node need not be spun.
+
+    :ivar log: of what is wrong with what arrives.
     """
 
-    def __init__(self, owner: object, node: Node, name: str) -> None:
+    def __init__(self, owner: object, node: Node, name: str, log: LimitedLog | None = None
+                 ) -> None:
         """
         Begin without topics.
 
         :param owner: when it is garbage collected, the thread ends; no callback may keep it alive.
         :param node: supplies the names and remappings.
+        :param log: see above; None: the node's.
         """
         self._node = node
         self._home = internal_node(node, name, with_clock=False)
-        self._receiver = Receiver(self._home, lambda: None)
+        self.log = log or LimitedLog(node.get_logger().warning)
+        self._receiver = Receiver(self._home, lambda: None, write_counts=self.log.write_counts)
         self._subscriptions: list[Any] = []
         weakref.finalize(owner, self._receiver.stop)
 
@@ -66,7 +72,8 @@ class SideTopics:
                   qos: QoSProfile | int) -> str:
         """Call back with every message of a topic; return the topic's full name."""
         name = self._node.resolve_topic_name(topic)
-        self._subscriptions.append(self._home.create_subscription(msg_type, name, callback, qos))
+        self._subscriptions.append(self._home.create_subscription(
+            msg_type, name, callback, qos, event_callbacks=mismatches(name, self.log)))
         self._receiver.wake()
         return name
 
@@ -78,17 +85,19 @@ class SideTopics:
 class _Listener:
     """A listener that fills a buffer from side topics; a context manager, which closes it."""
 
-    def __init__(self, buffer: Buffer, node: Node, usage: str, name: str) -> None:
+    def __init__(self, buffer: Buffer, node: Node, usage: str, name: str,
+                 log: LimitedLog | None = None) -> None:
         """
         Begin without topics.
 
         :param usage: how it is made, for errors, such as ``GyroListener(buffer, node, child)``.
         :param name: of its small node.
+        :param log: as for ``SideTopics``.
         :raises TypeError: a buffer of another library, such as tf2's.
         """
         check_is_ours(buffer, Buffer, type(self).__name__)
         check_places(usage, node=node)
-        self._topics = SideTopics(self, node, name)
+        self._topics = SideTopics(self, node, name, log)
 
     def close(self) -> None:
         """Stop listening; the contents of the buffer stay."""
@@ -130,7 +139,8 @@ class CovarianceListener(_Listener):
         :raises TypeError: a buffer of another library, such as tf2's.
         """
         super().__init__(
-            buffer, node, 'CovarianceListener(buffer, node)', 'covariance_listener_impl')
+            buffer, node, 'CovarianceListener(buffer, node)', 'covariance_listener_impl',
+            buffer.feeds.log)
         self._buffer = buffer
         self.subscribe(Odometry, static_topic, qos=static_listener_qos())
 
@@ -195,8 +205,6 @@ class _Source:
 
 # A second of a fast gyroscope: on a busy machine the thread may be delayed that long.
 _DEPTH = 1000
-# How often a message that cannot be used is logged.
-_PERIOD_S = 10.0
 
 
 class GyroListener(_Listener):
@@ -232,18 +240,19 @@ class GyroListener(_Listener):
             raise ValueError(
                 f'max_gap={max_gap} and saturation={saturation!r} have to be positive')
         super().__init__(buffer, node, 'GyroListener(buffer, node, child)', 'gyro_listener_impl')
-        aid = _Aid(buffer, node, child.removeprefix('/'), gap, saturation)
-        self._topics.subscribe(Imu, topic, aid.take, qos or sensor_qos(_DEPTH))
+        aid = _Aid(buffer, child.removeprefix('/'), gap, saturation, self._topics.log)
+        aid.topic = self._topics.subscribe(Imu, topic, aid.take, qos or sensor_qos(_DEPTH))
 
 
 class _Aid:
     """Rotates angular velocities into the axes of an edge's child."""
 
-    def __init__(self, buffer: Buffer, node: Node, child: str, max_gap: int | None,
-                 saturation: float) -> None:
+    def __init__(self, buffer: Buffer, child: str, max_gap: int | None,
+                 saturation: float, log: LimitedLog) -> None:
+        self.topic = ''
+        self._log = log
         self._buffer = buffer
         self._max_gap, self._saturation = max_gap, saturation
-        self._logger = node.get_logger()
         self._child = child
 
     def take(self, message: Imu) -> None:
@@ -262,5 +271,6 @@ class _Aid:
                 max_gap=self._max_gap,
                 saturation=max(map(abs, turned)) if reached else math.inf)
         except TransformException as error:
-            self._logger.warning(f'A message of the gyroscope cannot be used: {error}',
-                                 throttle_duration_sec=_PERIOD_S)
+            self._log.write(
+                f'unusable angular velocity, {type(error).__name__}', self.topic,
+                f'A message of the gyroscope cannot be used: {error}', str(error))

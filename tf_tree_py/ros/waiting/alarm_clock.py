@@ -17,7 +17,7 @@ import rclpy.logging
 from tf_tree_py.core import fork_locks
 
 from .clock import ClockDeadline, ClockWatch, STOPPED_S
-from ..threads.internal_node import RateLimitedLog
+from ..threads.internal_node import CallbackFailures
 
 _LINGER_S = 1.0
 _MIN_DEAD = 64
@@ -83,7 +83,7 @@ class Alarms:
         self._pending: set[int] = set()
         self._thread: threading.Thread | None = None
         fork_locks.repair(self)
-        self._failure_log = RateLimitedLog(rclpy.logging.get_logger('tf_tree_py'))
+        self._failures = CallbackFailures(rclpy.logging.get_logger('tf_tree_py'))
 
     def __len__(self) -> int:
         return len(self._pending)
@@ -157,6 +157,7 @@ class Alarms:
         """Wait a while for an alarm; return whether the thread may end."""
         if self._pending or self._bell.wait(_LINGER_S):
             return False
+        self._failures.write_counts()
         with self._lock:
             if self._pending:
                 return False
@@ -204,7 +205,7 @@ class Alarms:
                 if sleeper is not None:
                     sleeper.expire()
             except BaseException:  # noqa: B902 - no error may prevent the next callback
-                self._failure_log.write('a callback after a timeout')
+                self._failures.report('a callback after a timeout')
 
 
 class _Bell:
