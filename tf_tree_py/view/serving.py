@@ -28,18 +28,19 @@ from ipaddress import ip_address
 import socket
 import threading
 import time
-import traceback
 from typing import Any, Final, NamedTuple
 from unittest import mock
 from urllib.parse import parse_qs, urlsplit
 import warnings
 
+from tf_tree_py.limited_log import FailureLog
 import viser
 from websockets.asyncio import server as websockets_server
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from .page.page import Page
+from .request_log import print_line, RequestLogger
 from .subject import Subject
 
 HeaderValues = Callable[[str], Sequence[str]]
@@ -166,6 +167,8 @@ RATE_HZ: Final = 30.0
 # The colours of the light from above and below, sRGB.
 _SKY: Final = (255, 255, 255)
 _FLOOR: Final = (160, 160, 170)
+# How often the counts of a flood of bad requests may be due, seconds.
+_TICK_S: Final = 1.0
 # A page that cannot be drawn so many times in a row has a defect, and is not drawn again.
 _FAILURES: Final = 30
 
@@ -188,7 +191,7 @@ _Answer = Callable[[Any, Request], Response | None | Awaitable[Response | None]]
 
 
 @contextlib.contextmanager
-def _guarded_by(access: Access) -> Iterator[None]:
+def _guarded_by(access: Access, logger: RequestLogger) -> Iterator[None]:
     """
     Make a server that viser starts inside this context check each request.
 
@@ -201,8 +204,9 @@ def _guarded_by(access: Access) -> Iterator[None]:
     def serve_guarded(handler: Any, *arguments: Any, process_request: _Answer, **options: Any
                       ) -> Any:
         guarded.append(handler)
-        return serve(handler, *arguments, process_request=_checked(access, process_request),
-                     **options)
+        return serve(handler, *arguments, **{
+            **options, 'logger': logger,
+            'process_request': _checked(access, process_request, logger)})
 
     with mock.patch.object(websockets_server, 'serve', serve_guarded):
         yield
@@ -210,10 +214,12 @@ def _guarded_by(access: Access) -> Iterator[None]:
         raise RuntimeError(f'viser {viser.__version__} cannot check who opens the page')
 
 
-def _checked(access: Access, answer: _Answer
+def _checked(access: Access, answer: _Answer, logger: RequestLogger
              ) -> Callable[[Any, Request], Awaitable[Response | None]]:
     """Return a handler that refuses requests without access, and else answers as viser does."""
     async def checked(connection: Any, request: Request) -> Response | None:
+        # The loop is viser's own, and this is the first code here that runs in it.
+        asyncio.get_running_loop().set_exception_handler(logger.handle_error)
         headers, path = request.headers.get_all, request.path
         refusal = access.refusal(headers, path)
         if refusal:
@@ -234,7 +240,7 @@ class Serving:
     """
     A server of pages and a thread that draws them. A context manager.
 
-    The thread sleeps while no page is open.
+    While no page is open, the thread only wakes once a second, for the counts of its log.
     """
 
     def __init__(self, subject: Subject, host: str, port: int, title: str,
@@ -259,7 +265,9 @@ class Serving:
         warnings.filterwarnings('ignore', 'Queued a .* on a closed connection', UserWarning)
         self._token = token
         # viser prints a banner.
-        with contextlib.redirect_stdout(io.StringIO()), _guarded_by(Access(host, token)):
+        self._log = FailureLog(print_line)
+        with contextlib.redirect_stdout(io.StringIO()), _guarded_by(
+                Access(host, token), RequestLogger(self._log)):
             self._server = _Server(host=host, port=port, label=title, verbose=False)
         self._server.on_client_connect(self._open)
         self._server.on_client_disconnect(self._close)
@@ -292,7 +300,7 @@ class Serving:
 
     def _open(self, client: Any) -> None:
         wake_only_in_loop(client)
-        page = Page(client, self._subject)
+        page = Page(client, self._subject, self._log)
         with self._changed:
             # The page may have been closed in the meantime.
             if client.client_id in self._server.get_clients():
@@ -309,7 +317,7 @@ class Serving:
     def _draw(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._ended or self._pages)
+                self._changed.wait_for(lambda: self._ended or self._pages, _TICK_S)
                 if self._ended:
                     return
                 pages = dict(self._pages)
@@ -319,6 +327,7 @@ class Serving:
                 with self._changed:
                     if number in self._pages:
                         self._pages[number] = page, begun
+            self._log.write_counts()
             with self._changed:
                 rest = begun + 1.0 / RATE_HZ - time.monotonic()
                 self._changed.wait_for(lambda: self._ended, max(rest, 0.0))
@@ -332,7 +341,7 @@ class Serving:
             failures = self._failures[number] = self._failures.get(number, 0) + 1
             is_open = number in self._server.get_clients()
             if is_open and failures == 1:
-                traceback.print_exc()
+                self._log.report('a page')
             if not is_open or failures >= _FAILURES:
                 self._failures.pop(number)
                 with self._changed:

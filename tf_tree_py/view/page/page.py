@@ -12,6 +12,7 @@ import numpy as np
 from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.health.checks.finding import Finding
+from tf_tree_py.limited_log import FailureLog
 
 from .address import Address
 from .browser import Browser
@@ -96,13 +97,15 @@ class Page:
     controls come from different threads, and a lock lets one of them work at a time.
     """
 
-    def __init__(self, client: Any, subject: Subject) -> None:
+    def __init__(self, client: Any, subject: Subject, log: FailureLog) -> None:
         """
         Make the controls; ``tick`` draws the picture.
 
         :param client: viser's handle of the page.
+        :param log: of actions that fail.
         """
         self._subject = subject
+        self._log = log
         self._lock = threading.RLock()
         self._actions: deque[Callable[[], None]] = deque()
         self._look = Appearance()
@@ -132,7 +135,11 @@ class Page:
         with self._lock:
             while self._actions:
                 self._needs_drawing = True
-                self._actions.popleft()()
+                action = self._actions.popleft()
+                try:
+                    action()
+                except Exception:  # noqa: B902 - a client may send any value for a control
+                    self._log.report('a control of a page')
 
     def _note_camera(self) -> None:
         # Without the lock, because this is called at every movement of the mouse.

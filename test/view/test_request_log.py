@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""What clients can make the server of the pages print: a line a second, and counts."""
+
+import asyncio
+import os
+import random
+import socket
+
+from conditions import until
+from garbage import omitted, told
+from hand_clock import HandClock
+from programs import PATIENCE_S
+import pytest
+from tf_tree_py import BufferCore, limited_log, Pose, UNLIMITED
+
+msgspec = pytest.importorskip('msgspec', reason='pages need viser')
+viser = pytest.importorskip('viser', reason='pages need viser')
+
+from tf_tree_py.view.serving import Serving  # noqa: E402, I100 - it needs viser
+from tf_tree_py.view.subject import Subject  # noqa: E402
+from websockets.asyncio.client import connect  # noqa: E402
+from websockets.exceptions import ConnectionClosed  # noqa: E402
+
+HOST = '127.0.0.1'
+COUNT = 100
+CAMERA = {'type': 'ViewerCameraMessage', 'wxyz': [1.0, 0.0, 0.0, 0.0], 'position': [3.0] * 3,
+          'fov': 1.0, 'near': 0.01, 'far': 100.0, 'image_height': 600, 'image_width': 800,
+          'look_at': [0.0] * 3, 'up_direction': [0.0, 0.0, 1.0]}
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = HandClock(1000.0)
+    monkeypatch.setattr(limited_log, 'time', clock)
+    return clock
+
+
+@pytest.fixture
+def serving(clock):
+    buffer = BufferCore(UNLIMITED)
+    buffer.insert('map', 'base', 1, Pose())
+    with Serving(Subject(buffer, False, lambda: 0), HOST, 18310, 'test') as serving:
+        yield serving
+
+
+def port_of(serving):
+    return int(serving.url.rpartition(':')[2])
+
+
+def send(serving, data):
+    """Send bytes instead of a request, and wait until the server hangs up."""
+    with socket.create_connection((HOST, port_of(serving)), PATIENCE_S) as connection:
+        connection.sendall(data)
+        connection.shutdown(socket.SHUT_WR)
+        try:
+            while connection.recv(4096):
+                pass
+        except ConnectionResetError:
+            pass
+
+
+def open_page(serving):
+    return connect(f'ws://{HOST}:{port_of(serving)}', subprotocols=[f'viser-v{viser.__version__}'],
+                   max_size=None)
+
+
+def printed(log):
+    return [line for line in log().splitlines() if line.startswith('tf_view: ')]
+
+
+def assert_told(log, clock, kinds, count):
+    """Assert that there is a line for each kind, and a second later the counts of all."""
+    assert len(printed(log)) == kinds
+    clock.now += 1.0
+    until(lambda: told(printed(log)) == count)
+    assert len(printed(log)) <= 2 * kinds
+
+
+def test_bytes_that_are_no_request(serving, clock, log):
+    rng = random.Random(1)
+    for number in range(COUNT):
+        send(serving, (b'POST /%d HTTP/1.1\r\n\r\n' % number, rng.randbytes(number + 1)
+                       + b'\r\n\r\n')[number % 2])
+    until(lambda: omitted(serving._log) == COUNT - 1)
+    assert 'Traceback' not in log() and 'from 127.0.0.1: ' in log()
+    assert_told(log, clock, 1, COUNT)
+
+
+def test_connections_that_send_nothing_are_not_worth_a_line(serving, clock, log):
+    """Browsers make such connections in advance."""
+    for _ in range(10):
+        send(serving, b'')
+    send(serving, b'rubbish')
+    until(lambda: printed(log))
+    assert len(printed(log)) == 1 and not omitted(serving._log)
+
+
+def test_messages_that_no_page_sends(serving, clock, log):
+    async def send_rubbish():
+        for number in range(20):
+            async with open_page(serving) as page:
+                await page.send(b'\xc1' + os.urandom(number))
+                try:
+                    while True:
+                        await page.recv()
+                except ConnectionClosed:
+                    pass
+
+    asyncio.run(asyncio.wait_for(send_rubbish(), PATIENCE_S))
+    until(lambda: omitted(serving._log) == 19)
+    assert 'connection handler failed, from 127.0.0.1: ' in log() and 'Traceback' not in log()
+    assert_told(log, clock, 1, 20)
+
+
+def test_values_that_no_control_has(serving, clock, log):
+    async def set_values():
+        async with open_page(serving) as page:
+            reading = asyncio.create_task(read_all(page))
+            await page.send(msgspec.msgpack.encode(CAMERA))
+            await asyncio.to_thread(until, lambda: serving._pages)
+            (client,) = serving._server.get_clients().values()
+            slider = next(uuid for uuid, handle in client.gui._gui_input_handle_from_uuid.items()
+                          if type(handle).__name__ == 'GuiSliderHandle')
+            for number in range(COUNT):
+                update = {'value': f'text {number}'} if number % 2 else {'nothing': number}
+                await page.send(msgspec.msgpack.encode(
+                    {'type': 'GuiUpdateMessage', 'uuid': slider, 'updates': update}))
+            await asyncio.to_thread(until, lambda: omitted(serving._log) == COUNT - 1)
+            reading.cancel()
+
+    async def read_all(page):
+        async for _ in page:
+            pass
+
+    asyncio.run(asyncio.wait_for(set_values(), PATIENCE_S))
+    assert 'Task exception was never retrieved' in log() and 'Traceback' not in log()
+    assert_told(log, clock, 1, COUNT)
+
+
+def test_actions_that_fail_do_not_stop_the_page(serving, clock, log):
+    def fail():
+        raise ValueError('no such frame')
+
+    done = []
+
+    async def press():
+        async with open_page(serving) as page:
+            await page.send(msgspec.msgpack.encode(CAMERA))
+            await asyncio.to_thread(until, lambda: serving._pages)
+            (shown, _), = serving._pages.values()
+            for _ in range(COUNT):
+                shown._apply(fail)
+            shown._apply(lambda: done.append(True))
+
+    asyncio.run(asyncio.wait_for(press(), PATIENCE_S))
+    assert done
+    assert log().count('ValueError: no such frame') == 1
+    assert_told(log, clock, 1, COUNT)
