@@ -60,6 +60,16 @@ def test_four_in_a_row_that_agree_are_believed_as_after_a_kidnapping():
     assert_same_pose(anchor.held.map_T_odom, AWAY, 1e-9, reach=50.0)
 
 
+def test_late_sighting_from_before_a_kidnapping_does_not_bring_the_old_estimate_back():
+    anchor = anchored()
+    for number in (2, 3, 5):
+        assert anchor.take(sighting(number * SECOND)).accepted
+    for number in range(6, 10):
+        anchor.take(sighting(number * SECOND, AWAY))
+    assert not anchor.take(sighting(4 * SECOND)).accepted
+    assert_same_pose(anchor.held.map_T_odom, AWAY, 1e-9, reach=50.0)
+
+
 def test_scattered_outliers_are_never_believed():
     anchor, rng = anchored(), np.random.default_rng(2)
     for number in range(2, 40):
@@ -205,7 +215,7 @@ def test_one_that_is_delivered_again_is_no_second_one():
     assert anchor.held == before
     for number in range(3, 5_500):
         anchor.take(sighting(number * SECOND))
-    assert len(anchor._taken) < 5000
+    assert len(anchor._taken) < 5000 and len(anchor._recent) < 100
 
 
 def test_two_cameras_with_one_stamp_are_two():
