@@ -142,7 +142,8 @@ def test_standard_output_is_written_in_place_even_if_it_is_a_file(tmp_path, name
     assert (tmp_path / 'log').read_bytes() == b'before\ndataafter\n'
 
 
-@pytest.mark.skipif(not os.access('/dev/shm', os.W_OK), reason='has no memory for files')
+@pytest.mark.skipif(not os.access('/dev/shm', os.W_OK),
+                    reason='/dev/shm does not exist or cannot be written')
 def test_file_in_shared_memory_is_replaced_as_any_other():
     with TemporaryDirectory(dir='/dev/shm') as folder:
         for text in (b'old', b'new'):

@@ -6,9 +6,9 @@ The rotation of an edge in a gap of its gyroscope, from what was measured before
 
 The gap is bridged by the smoothest rotation, that with the least mean square of the angular
 acceleration: a cubic spline through the rotations at both ends of the gap and the poses
-inside, with the rates that were measured at both ends. If the rate is a random walk, this is its
-expected rotation: Kimeldorf, Wahba, "A Correspondence Between Bayesian Estimation on Stochastic
-Processes and Smoothing by Splines", Annals of Mathematical Statistics 41(2), 1970.
+inside, with the rates that were measured at both ends. If the rate is a random walk, this spline
+is the expected rotation: Kimeldorf, Wahba, "A Correspondence Between Bayesian Estimation on
+Stochastic Processes and Smoothing by Splines", Annals of Mathematical Statistics 41(2), 1970.
 """
 
 from bisect import bisect_left, bisect_right
@@ -237,7 +237,7 @@ def _gap_and_samples(stamps: Sequence[int], gyro: Gyro, index: int, oldest: int,
 
 
 class _Rotations(NamedTuple):
-    """The rotations at samples, and those that were measured since or until then."""
+    """The rotations of the poses at samples, and by the gyroscope before and after each."""
 
     stamps: Sequence[int]
     pose_of: Callable[[int], PoseTuple]

@@ -9,7 +9,7 @@ Real-Time Visual-Inertial Odometry", IEEE T-RO 33(1), 2017.
 """
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 
 import numpy as np
@@ -149,21 +149,19 @@ class Gyro:
 
         It is extrapolated linearly from the mean rates of the two periods before.
         """
-        first = self._previous(stamp)
-        if first is None:
-            return None
-        rate, before = self._mean_rate(first, stamp), self._previous(first)
-        return rate if before is None else _extrapolated(
-            self._mean_rate(before, first), first - before, rate, stamp - first)
+        return self._rate_beside(stamp, self._previous)
 
     def rate_after(self, stamp: int) -> Vector3 | None:
         """Return the rate just after a sample; see ``rate_before``."""
-        first = self._next(stamp)
-        if first is None:
+        return self._rate_beside(stamp, self._next)
+
+    def _rate_beside(self, stamp: int, neighbour: Callable[[int], int | None]) -> Vector3 | None:
+        near = neighbour(stamp)
+        if near is None:
             return None
-        rate, after = self._mean_rate(stamp, first), self._next(first)
-        return rate if after is None else _extrapolated(
-            self._mean_rate(first, after), after - first, rate, first - stamp)
+        rate, far = self._mean_rate(near, stamp), neighbour(near)
+        return rate if far is None else _extrapolated(
+            self._mean_rate(far, near), abs(near - far), rate, abs(stamp - near))
 
     def _previous(self, stamp: int) -> int | None:
         """Return the sample before another one; None if there is a hole in between."""
@@ -179,6 +177,7 @@ class Gyro:
         return None if after == FOREVER or self.has_hole(stamp, after) else after
 
     def _mean_rate(self, begin: int, end: int) -> Vector3:
+        """Return the mean rate between two samples, in either order."""
         known, rate = self.orientations, NANOSECONDS_PER_SECOND / (end - begin)
         x, y, z = so3.log(so3.multiply(so3.conjugate(rotation_of(known.sample(begin))),
                                        rotation_of(known.sample(end))))
