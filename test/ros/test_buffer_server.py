@@ -237,7 +237,7 @@ def request_of(number, wanted):
 
 
 def test_id_of_an_expired_goal_may_be_used_again(asker, buffer, serve, make_node, spin,
-                                                  monkeypatch):
+                                                 monkeypatch):
     """Otherwise one client could end the executor of the server."""
     monkeypatch.setattr(buffer_server, '_RESULT_TIMEOUT_S', 0.01)
     server, _, executor = serve(buffer)
@@ -255,7 +255,7 @@ def test_id_of_an_expired_goal_may_be_used_again(asker, buffer, serve, make_node
 
 
 def test_expired_goals_are_forgotten_before_a_new_one_is_accepted(asker, buffer, serve,
-                                                                   monkeypatch):
+                                                                  monkeypatch):
     """They may have the same id."""
     server, node, executor = serve(buffer)
     order = []
