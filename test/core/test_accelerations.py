@@ -317,6 +317,21 @@ def test_gyroscope_that_lags_behind_is_not_believed_to_lead():
         assert abs(off) < 2.5 * sqrt(found.covariance[5, 5])
 
 
+@for_each(lead=[5 * MS, 20 * MS, 40 * MS, 100 * MS])
+def test_bias_of_a_gyroscope_is_in_the_covariance(lead):
+    """However small the part of the time ahead is in which it measured."""
+    buffer, newest, bias = BufferCore(), 10 * SECOND, 0.02
+    for stamp in range(0, newest + 1, 40 * MS):
+        buffer.insert('odom', 'base', stamp, Pose())
+    stamps = np.arange(0, newest + lead + 1, 5 * MS)
+    buffer.aid('base', stamps, np.tile((0.0, 0.0, bias), (len(stamps), 1)))
+    for ahead in (10 * MS, 50 * MS, 100 * MS, 220 * MS, 500 * MS):
+        found = buffer.predict('odom', 'base', newest + ahead, SECOND)
+        off = found.pose.as_rpy()[2]
+        assert off == pytest.approx(bias * min(lead, ahead) / SECOND)
+        assert 0.999 * off < sqrt(found.covariance[5, 5]) < 4.0 * off
+
+
 @for_each(lead=[-100 * MS, 10 * MS], gap=[(0, 0), (5955 * MS, 6055 * MS)])
 def test_late_gyroscope_changes_what_was_learnt(lead, gap):
     """It arrives later than the poses, or has a gap, which is bridged after the next pose."""

@@ -18,6 +18,7 @@ from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.times import Stamps
 
 RATES_HZ = (10, 25, 100)
 AHEADS_S = (0.05, 0.1, 0.2, 0.5)
@@ -26,6 +27,10 @@ NOISES = (0.0, 0.005)
 _STEP_S = 0.01
 _DRIVE_S = 12.0
 _FIRST_S, _EVERY_S = 5.0, 0.2
+# A cheap gyroscope: its samples in each step, its bias about each axis, the standard deviation of
+# its noise, and where it saturates, radians per second. It is read until so long after a pose.
+_GYRO_SAMPLES, _GYRO_BIAS, _GYRO_NOISE, _SATURATION = 4, (0.02, -0.02, 0.02), 0.005, 0.8
+_GYRO_LEAD_S = 0.02
 _HORIZON = from_seconds(1.0)
 # Variances of less, relative to the largest, are those of rounding errors.
 _NOTHING = 1e-12
@@ -40,6 +45,7 @@ class Robot(NamedTuple):
     :ivar axes: those in which its samples have noise.
     :ivar event_s: when it begins what it had not done for a while, seconds; None: all the time.
     :ivar limits: the argument ``acceleration`` of its predictions.
+    :ivar has_gyroscope: whether a gyroscope measures its rotation, with noise, a bias and a limit.
     """
 
     name: str
@@ -47,6 +53,7 @@ class Robot(NamedTuple):
     axes: Sequence[int] = _PLANE
     event_s: float | None = None
     limits: Sequence[float] | None = None
+    has_gyroscope: bool = False
 
 
 def _followed(targets: Sequence[tuple[float, float]], rate: float) -> Array:
@@ -106,6 +113,8 @@ def robots() -> list[Robot]:
             x=_random(rng, 2.0, 4.0), y=_random(rng, 2.0, 4.0), z=_random(rng, 1.0, 4.0),
             roll=_random(rng, 1.0, 6.0), pitch=_random(rng, 1.0, 6.0),
             yaw=_random(rng, 1.0, 6.0)), _SPACE),
+        Robot('drives about, with a gyroscope', _moving(
+            x=_random(rng, 1.5, 2.0), yaw=_random(rng, 1.0, 4.0)), _SPACE, has_gyroscope=True),
         Robot('a joint that swings at 1 Hz', _moving(yaw=3.0 * np.cos(2.0 * np.pi * seconds)),
               _YAW),
         Robot('drives in a circle', _moving(x=_steady(1.0), yaw=_steady(0.4))),
@@ -147,6 +156,7 @@ def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> dict[floa
     :return: the outcome by the time ahead.
     """
     rng, buffer = np.random.default_rng(2), BufferCore()
+    gyro_stamps, gyro_rates = _gyroscope(robot)
     limits = None if robot.limits is None else {'base': robot.limits}
     rows: dict[float, list[tuple[float, ...]]] = {ahead: [] for ahead in AHEADS_S}
     due, every = _FIRST_S, round(1.0 / (rate_hz * _STEP_S))
@@ -154,6 +164,10 @@ def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> dict[floa
         now = number * _STEP_S
         stamp = from_seconds(1.0 + now)
         buffer.insert('odom', 'base', stamp, _measured(poses[number], noise, robot.axes, rng))
+        read = int(gyro_stamps.searchsorted(stamp + from_seconds(_GYRO_LEAD_S)))
+        if read:
+            buffer.aid('base', gyro_stamps[:read], gyro_rates[:read], saturation=_SATURATION)
+            gyro_stamps, gyro_rates = gyro_stamps[read:], gyro_rates[read:]
         if now < due:
             continue
         due += _EVERY_S
@@ -164,6 +178,16 @@ def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> dict[floa
                 'odom', 'base', stamp + from_seconds(ahead), _HORIZON, acceleration=limits),
                 truth)))
     return {ahead: _outcome(np.array(found)) for ahead, found in rows.items()}
+
+
+def _gyroscope(robot: Robot) -> tuple[Stamps, Array]:
+    """Return the stamps of a robot's gyroscope and its rates (N, 3); none without a gyroscope."""
+    twists = np.repeat(robot.twists[:, 3:] if robot.has_gyroscope else np.empty((0, 3)),
+                       _GYRO_SAMPLES, axis=0)
+    stamps = from_seconds(1.0) + np.arange(len(twists)) * (
+        from_seconds(_STEP_S) // _GYRO_SAMPLES)
+    noise = np.random.default_rng(3).normal(scale=_GYRO_NOISE, size=twists.shape)
+    return stamps, np.clip(twists + _GYRO_BIAS + noise, -_SATURATION, _SATURATION)
 
 
 def _measured(true: Array, noise: float, axes: Sequence[int],
@@ -221,7 +245,8 @@ def by_robot() -> list[Row]:
     rows = []
     for robot in robots():
         poses = true_poses(robot)
-        for noise in NOISES:
+        # Poses without noise beside a gyroscope with errors would be certain along some axes.
+        for noise in NOISES[1:] if robot.has_gyroscope else NOISES:
             outcomes = [outcome for rate in RATES_HZ
                         for outcome in covered(robot, poses, rate, noise).values()]
             in_68, in_95, in_event, claimed, off = np.mean(outcomes, axis=0).tolist()

@@ -23,7 +23,7 @@ from tf_tree_py.core.stamp import from_seconds
 
 from ..curves.aided import gyro_until, turn_of
 from ..curves.bridge import BRIDGED
-from ..uncertainty.covariances import pack
+from ..uncertainty.covariances import pack, PACKED_FLOATS
 
 TWIST_OVER = from_seconds(0.1)
 """A prediction uses the mean twist over this time before its first sample."""
@@ -116,7 +116,7 @@ Packed = list[float]
 """A covariance as the 21 numbers of ``covariances.pack``; for so few, numpy takes longer."""
 
 _Ahead = tuple[int, int]
-"""A time ahead, nanoseconds, and how much of it a gyroscope measured."""
+"""A time ahead, nanoseconds, and how many eighths of it a gyroscope measured."""
 
 # Predictions are made from one sample in each cell of time. There are at most this many cells;
 # fewer than the minimum are not sufficient.
@@ -127,7 +127,7 @@ _MOST_TRIALS, _LEAST_TRIALS = 32, 3
 _RUNGS_PER_OCTAVE = 4
 _LOWEST_RUNG = 1000
 _MOST_RUNGS = 32
-# Of the time ahead, a gyroscope measured so many eighths.
+# Trials are made as if a gyroscope had measured an eighth of the time ahead, or two, and so on.
 _MEASURED_PARTS = 8
 # A gyroscope that lags behind the poses by more is not waited for.
 _LATEST_GYRO = from_seconds(1.0)
@@ -186,23 +186,21 @@ class Trials:
         assert history.oldest_stamp is not None
         oldest = max(history.oldest_stamp, start.stamp - LATELY)
         self._choose_cell(max(start.stamp - oldest, 1))
-        measured = _MEASURED_PARTS * (until - start.stamp) // ahead
         tried = max(ahead, math.ceil(period))
-        below, above = _rungs_around(tried)
         # The errors at the newest sample may still change, or until a gap of the gyroscope is
         # bridged; see ``_changing``.
         latest = start.stamp - math.ceil(period)
         if gyro_until(history) is not None:
             latest -= BRIDGED
-        first = self._moment(history, oldest, latest, (below, measured))
-        last = self._moment(history, oldest, latest, (above, measured))
-        if first is None or last is None:
-            moved = se3.log(motion(history, start, start.stamp + ahead, until))
-            return _second_moment(history, np.array([moved]))
-        part = max(tried * tried - below * below, 0) / (above * above - below * below)
-        scale = ahead / tried
-        before, after = scale * (1.0 - part), scale * part
-        return [before * one + after * other for one, other in zip(first, last, strict=True)]
+        total = [0.0] * PACKED_FLOATS
+        for rung, weight in _rungs_around(tried, (until - start.stamp) / ahead):
+            moment = self._moment(history, oldest, latest, rung)
+            if moment is None:
+                moved = se3.log(motion(history, start, start.stamp + ahead, until))
+                return _second_moment(history, np.array([moved]))
+            weight *= ahead / tried
+            total = [one + weight * other for one, other in zip(total, moment, strict=True)]
+        return total
 
     def _choose_cell(self, span: int) -> None:
         """Halve the cells while the history is short."""
@@ -319,9 +317,21 @@ def _has_its_parent(history: MovingHistory, stamp: int) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _rungs_around(ahead: int) -> tuple[int, int]:
-    """Return the rungs below and above a time ahead, nanoseconds; at least the lowest two."""
+def _rungs_around(ahead: int, measured: float) -> list[tuple[_Ahead, float]]:
+    """
+    Return the rungs around a time ahead, nanoseconds, and their weights.
+
+    :param measured: the part of the time that a gyroscope measured. The squares of errors are
+        convex over this part: a bias adds up while it measures, and an acceleration while it does
+        not. So a value between those of two parts is not too small.
+    """
     number = int(_RUNGS_PER_OCTAVE * math.log2(max(ahead / _LOWEST_RUNG, 1.0)))
     below, above = (round(_LOWEST_RUNG * 2.0**(rung / _RUNGS_PER_OCTAVE))
                     for rung in (number, number + 1))
-    return below, above
+    higher = max(ahead * ahead - below * below, 0) / (above * above - below * below)
+    parts = int(_MEASURED_PARTS * measured)
+    more = _MEASURED_PARTS * measured - parts
+    weights = [((rung, each), share * weight)
+               for rung, share in ((below, 1.0 - higher), (above, higher))
+               for each, weight in ((parts, 1.0 - more), (parts + 1, more))]
+    return [(rung, weight) for rung, weight in weights if weight > 0.0]
