@@ -11,7 +11,7 @@ rclpy's ``throttle_duration_sec`` does not suffice: it limits a line of the sour
 and senders hide each other, and it does not count what it leaves out.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 import sys
 import time
@@ -38,32 +38,29 @@ class _Flow:
     """
     The messages of one kind from one sender.
 
-    :ivar begin: of the period in which no subject is repeated.
     :ivar line_at: when its last line was written.
     :ivar count_at: the earliest time of a line with nothing but a count.
     :ivar last: when its last message was not written.
-    :ivar shown: the subjects of the lines of this period.
+    :ivar shown: until when each subject is not repeated.
     :ivar omitted: how many messages were not written since the last line.
     :ivar examples: subjects of these.
     """
 
-    begin: float
     line_at: float
     count_at: float = 0.0
     last: float = 0.0
-    shown: set[str] = field(default_factory=set)
+    shown: dict[str, float] = field(default_factory=dict)
     omitted: int = 0
     examples: list[str] = field(default_factory=list)
 
     def admits(self, about: str | None, now: float) -> bool:
         """Return whether to write a message now; otherwise count it."""
-        if now >= self.begin + _PERIOD_S:
-            self.begin = now
-            self.shown.clear()
-        if now >= self.line_at + _APART_S and about not in self.shown:
-            if about is not None:
-                self.shown.add(about)
-            return True
+        if now >= self.line_at + _APART_S:
+            self.shown = {other: until for other, until in self.shown.items() if now < until}
+            if about not in self.shown:
+                if about is not None:
+                    self.shown[about] = now + _PERIOD_S
+                return True
         self.omitted += 1
         self.last = now
         if about and len(self.examples) < _MOST_EXAMPLES and about not in self.examples:
@@ -77,7 +74,8 @@ class _Flow:
 
     def has_ended(self, now: float) -> bool:
         """Return whether nothing has to be remembered any more."""
-        return not self.omitted and now >= max(self.begin + _PERIOD_S, self.line_at + _APART_S)
+        return not self.omitted and now >= max(
+            self.line_at + _APART_S, self.count_at, *self.shown.values())
 
     def take_count(self, what: str, now: float) -> str:
         """Return how many messages were not written, as text, and begin to count again."""
@@ -85,6 +83,10 @@ class _Flow:
         text = f'{count} more {what} in {max(now - self.line_at, 0.0):.1f} s'
         self.omitted, self.line_at, self.examples = 0, now, []
         return text + (f', such as {examples}' if examples else '')
+
+
+Text = str | Sequence[str]
+"""A line, or a list of lines, in each of which a sender may choose any characters."""
 
 
 class LimitedLog:
@@ -113,17 +115,18 @@ class LimitedLog:
         # By kind and sender; None are all senders that are not distinguished.
         self._flows: dict[str, dict[str | None, _Flow]] = {}
 
-    def write(self, kind: str, sender: str, text: str | Callable[[], str],
+    def write(self, kind: str, sender: str, text: Text | Callable[[], Text],
               about: str | None = '') -> bool:
         """
         Write a message, or count it; return whether it was written.
 
         :param kind: which rule was broken.
         :param sender: who broke it, as far as that is known; '': unknown.
-        :param text: the line, or a function that returns it.
+        :param text: the message, or a function that returns it.
         :param about: the subject, such as an edge, which the count names; its first line counts.
             None: the message is news, even if it is like the one before.
         """
+        sender = shorten(sender, _LONGEST)
         if about is not None:
             about = shorten(about.partition('\n')[0], _LONGEST)
         with self._lock:
@@ -132,12 +135,12 @@ class LimitedLog:
             flows = self._flows.setdefault(kind, {})
             room = len(flows) < _MOST_SENDERS + (None in flows)
             known = sender if sender in flows or room else None
-            flow = flows.setdefault(known, _Flow(now, now - _APART_S))
+            flow = flows.setdefault(known, _Flow(now - _APART_S))
             if known is None and about is not None:  # the subject has to say whose it is
-                about = f'{about} ({shorten(sender, _LONGEST)})' if about else sender
+                about = f'{about} ({sender})' if about else sender
             admitted = flow.admits(about, now)
             if admitted:
-                line = shorten(text if isinstance(text, str) else text(), _LONGEST_LINE)
+                line = shorten(_escaped(text() if callable(text) else text), _LONGEST_LINE)
                 if flow.omitted:
                     line += f' ({flow.take_count(f"of this kind{_by(known)}", now)})'
                 flow.line_at = now
@@ -180,7 +183,13 @@ def _by(sender: str | None) -> str:
     """Return the sender as part of a sentence."""
     if sender is None:
         return f' from others than the {_MOST_SENDERS} senders named'
-    return f' from {shorten(sender, _LONGEST)!r}' if sender else ''
+    return f' from {sender!r}' if sender else ''
+
+
+def _escaped(text: Text) -> str:
+    """Return a text with no other line breaks than those between its lines; escape controls."""
+    lines = [text] if isinstance(text, str) else text
+    return '\n'.join(printable(' '.join(line.splitlines())) for line in lines)
 
 
 # --- what is logged
@@ -224,5 +233,5 @@ class FailureLog(LimitedLog):
         """
         error = sys.exc_info()[1]
         self.write(f'{what} failed with {type(error).__name__}', sender,
-                   lambda: f'{what} failed:\n{traceback.format_exc()}{hint}',
+                   lambda: f'{what} failed:\n{traceback.format_exc()}{hint}'.split('\n'),
                    traceback.format_exception_only(error)[-1].strip())

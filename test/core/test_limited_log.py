@@ -107,6 +107,26 @@ def test_same_subject_is_repeated_after_ten_seconds_and_others_come_between(
     assert told(old) == 2 * 50 + 1
 
 
+def test_each_subject_waits_for_its_own_ten_seconds(log, lines, clock):
+    for when, about in ((0.0, 'b'), (9.5, 'a'), (10.75, 'a'), (12.0, 'b'), (19.75, 'a')):
+        clock.now = 1000.0 + when
+        log.write('bad', '/a', f'{about} at {when}', about)
+    assert [line.partition(' (')[0] for line in lines] == [
+        'b at 0.0', 'a at 9.5', 'b at 12.0', 'a at 19.75']
+
+
+def test_count_alone_waits_for_ten_seconds_also_after_a_pause(log, lines, clock):
+    times = []
+    for tick in range(200):
+        clock.now = 1000.0 + 0.125 * tick
+        if tick in (0, 64, 84, 93):
+            log.write('bad', '/a', 'x', 'edge')
+        log.write_counts()
+        times += (len(lines) - len(times)) * [0.125 * tick]
+    alone = [when for when, line in zip(times, lines, strict=True) if 'like this' in line]
+    assert alone == [9.0, 19.0]
+
+
 def test_slow_repetitions_are_counted_alone_at_most_once_in_ten_seconds(log, lines, clock):
     for _ in range(40):
         log.write('bad', '/a', 'the line', 'edge')
@@ -150,6 +170,21 @@ def test_names_of_a_sender_stay_short_and_on_their_line(log, lines, clock):
     assert len(lines[1]) < 800 and lines[1].isprintable() and 'forged' not in lines[1]
 
 
+def test_text_of_a_sender_stays_on_its_line(log, lines, clock):
+    log.write('bad', '/a', 'frame a\r\n[ERROR] forged \x1b[31m', 'edge')
+    log.write('worse', '/a', ['one', 'two \x1b[31m\n[ERROR] forged'], 'edge')
+    assert lines == ['frame a [ERROR] forged \\x1b[31m', 'one\ntwo \\x1b[31m [ERROR] forged']
+
+
+def test_name_of_any_length_is_neither_kept_nor_written(log, lines, clock):
+    for number in range(30):
+        log.write('bad', f'{number}' + 'n' * 1_000_000, 'x')
+    clock.now += 1.0
+    log.write_counts()
+    assert max(map(len, lines)) < 1000
+    assert max(len(sender or '') for flows in log._flows.values() for sender in flows) < 200
+
+
 def test_news_are_repeated_after_a_second(log, lines, clock):
     for _ in range(8):
         log.write('connected', '/a', 'connected', None)
@@ -175,6 +210,15 @@ def test_senders_beyond_ten_are_counted_together(log, lines, clock):
     clock.now += 20.0
     log.write_counts()
     assert log._flows == {}, 'nothing stays behind'
+
+
+def test_other_senders_take_the_places_of_those_that_are_silent_for_ten_seconds(clock):
+    seconds = Counter()
+    log = LimitedLog(lambda line: seconds.update([int(clock.now - 1000.0)]))
+    for number in range(35 * 1024):
+        log.write('bad', f'/r{number}', f'line {number}')
+        clock.now += MILLISECOND
+    assert seconds == {second: 1 if second % 10 else 11 for second in range(35)}
 
 
 def test_senders_that_are_silent_make_room_also_where_nothing_ticks(log, lines, clock):

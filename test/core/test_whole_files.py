@@ -159,10 +159,46 @@ def test_link_that_waits_at_the_name_of_an_earlier_temporary_file_is_not_followe
     assert victim.read_bytes() == b'safe'
 
 
-def test_longest_name_can_be_written(tmp_path):
-    path = tmp_path / ('x' * 255)
+@pytest.mark.parametrize('name', ['x' * 255, '\N{ROBOT FACE}' * 60])
+def test_longest_name_can_be_written(tmp_path, name):
+    path = tmp_path / name
     write_whole(path, [b'new'])
     assert path.read_bytes() == b'new'
+
+
+def test_error_of_what_makes_the_parts_keeps_its_text(tmp_path):
+    def parts():
+        yield b'new'
+        raise OSError('cannot seek')
+
+    with pytest.raises(OSError, match='^cannot seek$'):
+        write_whole(tmp_path / 'x', parts())
+    assert not names(tmp_path)
+
+
+OF_A_MEMBER = """
+import os, sys
+from pathlib import Path
+from tf_tree_py.core.whole_files import write_whole
+os.setgroups([1234])
+os.setgid(1000)
+os.setuid(1000)
+write_whole(Path(sys.argv[1]), [b'new'])
+"""
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root can become another user')
+def test_group_stays_where_the_owner_cannot():
+    with TemporaryDirectory(dir='/tmp') as folder:
+        path = Path(folder, 'x')
+        path.write_bytes(b'old')
+        os.chown(path, 0, 1234)
+        path.chmod(0o660)
+        Path(folder).chmod(0o777)
+        subprocess.run([sys.executable, '-c', OF_A_MEMBER, path], check=True)
+        found = path.stat()
+        assert path.read_bytes() == b'new'
+        assert (found.st_uid, found.st_gid, stat.S_IMODE(found.st_mode)) == (1000, 1234, 0o660)
 
 
 FULL = """

@@ -147,6 +147,19 @@ def test_joint_states(make, clock, log):
     assert_told(log, clock, node._write_counts, 3, COUNT, before=1)
 
 
+def test_warnings_of_two_descriptions_are_both_written(make, clock, log):
+    """Also if the first warning is the same; and of many, it is said how many there are."""
+    shapes = ''.join(f'<visual><geometry><box size="{number} a"/></geometry></visual>'
+                     for number in range(30))
+    faulty = ARM.format('arm').replace('<link name="a"/>', f'<link name="a">{shapes}</link>')
+    node = make(UrdfBroadcaster, robot_description=faulty)
+    assert 'and 10 more' in log()
+    clock.now += 1.0
+    changed = faulty.replace('"1 a"', '"another fault"')
+    node.set_parameters([Parameter('robot_description', value=changed)])
+    assert log().count("'0 a'") == 2 and 'another fault' in log()
+
+
 def test_descriptions_that_anyone_sets(make, clock, log):
     node = make(UrdfBroadcaster, robot_description=ARM.format('arm'))
     for number in range(200):

@@ -14,11 +14,13 @@ from hand_clock import HandClock
 from programs import PATIENCE_S
 import pytest
 from tf_tree_py import BufferCore, limited_log, Pose, UNLIMITED
+from tf_tree_py.limited_log import LimitedLog
 
 msgspec = pytest.importorskip('msgspec', reason='pages need viser')
 viser = pytest.importorskip('viser', reason='pages need viser')
 
-from tf_tree_py.view.serving import Serving  # noqa: E402, I100 - it needs viser
+from tf_tree_py.view.request_log import RequestLogger  # noqa: E402, I100 - it needs viser
+from tf_tree_py.view.serving import Serving  # noqa: E402
 from tf_tree_py.view.subject import Subject  # noqa: E402
 from websockets.asyncio.client import connect  # noqa: E402
 from websockets.exceptions import ConnectionClosed  # noqa: E402
@@ -86,6 +88,23 @@ def test_bytes_that_are_no_request(serving, clock, log):
     until(lambda: omitted(serving._log) == COUNT - 1)
     assert 'Traceback' not in log() and 'from 127.0.0.1: ' in log()
     assert_told(log, clock, 1, COUNT)
+
+
+def test_bytes_of_a_client_are_escaped(serving, clock, log):
+    send(serving, b'GET /\x1b]0;owned\x07\x1b[31m X HTTP/9.9\r\n\r\n')
+    until(lambda: printed(log))
+    assert r'\x1b]0;owned\x07' in log() and '\x1b' not in log()
+
+
+def test_errors_whose_texts_have_addresses_are_one_kind(clock):
+    lines = []
+    limited = LimitedLog(lines.append)
+    logger = RequestLogger(limited)
+    for number in range(COUNT):
+        logger.handle_error(None, {'message': f'Exception in callback <f at 0x{number:x}>',
+                                   'exception': ValueError('no')})
+    assert lines == ['Exception in callback <f at 0x0>: ValueError: no']
+    assert omitted(limited) == COUNT - 1 and len(limited._flows) == 1
 
 
 def test_connections_that_send_nothing_are_not_worth_a_line(serving, clock, log):

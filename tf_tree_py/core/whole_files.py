@@ -13,6 +13,8 @@ import stat
 
 # The system follows no more symbolic links than this.
 _LINKS = 40
+# So many bytes of a file's name are in that of its temporary file; the system allows 255.
+_BEGIN = 64
 
 
 def write_whole(path: Path, parts: Iterable[bytes | bytearray | memoryview]) -> None:
@@ -31,6 +33,8 @@ def write_whole(path: Path, parts: Iterable[bytes | bytearray | memoryview]) -> 
     try:
         _write(path, parts)
     except OSError as error:
+        if error.errno is None:  # not of the system, but of what makes the parts
+            raise
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
@@ -42,7 +46,8 @@ def _write(path: Path, parts: Iterable[bytes | bytearray | memoryview]) -> None:
         return
     place = Path(os.path.realpath(path))
     # Nobody can guess the name and put a symbolic link there, which 'x' would not follow anyway.
-    unfinished = place.with_name(f'.{place.name[:64]}.{secrets.token_hex(8)}.unfinished')
+    begin = os.fsdecode(os.fsencode(place.name)[:_BEGIN])
+    unfinished = place.with_name(f'.{begin}.{secrets.token_hex(8)}.unfinished')
     # Nobody else may read a file with a mode of its own before it has that mode.
     private = partial(os.open, mode=0o600)
     with open(unfinished, 'xb', opener=None if existing is None else private) as file:
@@ -78,7 +83,8 @@ def _is_open_file(path: Path) -> bool:
 
 
 def _keep_owner_and_mode(handle: int, existing: os.stat_result) -> None:
-    with suppress(OSError):
-        os.fchown(handle, existing.st_uid, existing.st_gid)
+    for owner, group in ((-1, existing.st_gid), (existing.st_uid, -1)):
+        with suppress(OSError):
+            os.fchown(handle, owner, group)
     # Afterwards, because a change of the owner removes the set-user-ID bit.
     os.fchmod(handle, stat.S_IMODE(existing.st_mode))

@@ -242,9 +242,10 @@ class UrdfBroadcaster(ClosingNode):
                 self._tf.publish(known)
         # Anyone may set parameters, at any rate.
         if robot.warnings:
-            self._warnings.write(
-                'description', 'set_parameters', '\n'.join(robot.warnings[:_MOST_WARNINGS]),
-                robot.warnings[0])
+            more = len(robot.warnings) - _MOST_WARNINGS
+            self._warnings.write('description', 'set_parameters', [
+                *robot.warnings[:_MOST_WARNINGS], *([f'and {more} more'] if more > 0 else [])],
+                None)
         self._news.write('new parameters', 'set_parameters', str(robot), None)
 
     def _look_at_file(self) -> None:

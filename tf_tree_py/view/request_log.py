@@ -36,16 +36,17 @@ class RequestLogger(logging.Logger):
         error = record.exc_info[1] if record.exc_info else None
         if not _is_silent(error):
             client = _address_of(getattr(record, 'websocket', None))
-            self._write(record.getMessage(), client, error)
+            self._write(record.msg, record.getMessage(), client, error)
 
     def handle_error(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """Write an error that no code of asyncio's loop has handled."""
-        self._write(context['message'], '', context.get('exception'))
+        # The message may contain addresses in memory.
+        self._write('error in the server', context['message'], '', context.get('exception'))
 
-    def _write(self, what: str, client: str, error: BaseException | None) -> None:
+    def _write(self, kind: str, what: str, client: str, error: BaseException | None) -> None:
         why = '' if error is None else traceback.format_exception_only(_root_of(error))[-1].strip()
         ends = f', from {client}' if client else '', f': {why}' if why else ''
-        self._limited.write(what, client, what + ''.join(ends), why)
+        self._limited.write(kind, client, what + ''.join(ends), why)
 
 
 def _address_of(connection: Any) -> str:
