@@ -53,14 +53,15 @@ class Drives(NamedTuple):
 
 def rows_of(drives: Drives) -> list[Row]:
     """Return the rows of a setting."""
-    return [*_consistency(drives.usual), *_gate(drives.usual),
+    return [*consistency(drives.usual), *_gate(drives.usual),
             *_motion([*drives.usual, *drives.agreeing]), *_answers(drives),
             *_recoveries(drives), *_misled(drives.agreeing)]
 
 
 # --- covariances
 
-def _consistency(drives: Sequence[Record]) -> Iterator[Row]:
+def consistency(drives: Sequence[Record]) -> Iterator[Row]:
+    """Return the rows of the covariances: whether they have the size of the errors."""
     # Of DRIVE.judged. At the last one, a published pose may still be metres off.
     for name, which, instants in (
             ('estimate', 'estimate', (0, 2, 3)),
@@ -170,8 +171,9 @@ def _recoveries(drives: Drives) -> Iterator[Row]:
                  lambda one: one.believed + _AHEAD_S)
     counts = [_jumps(one) for one in drives.jumping]
     fast, told = (sum(parts) for parts in zip(*counts, strict=True))
-    yield Row('steps that are too fast, and verdicts with a jump', f'{fast}, {told}',
-              'not more', all(steps <= verdicts for steps, verdicts in counts))
+    yield Row('jumps of the published edge, and jumps that the anchor reported',
+              f'{fast}, {told}', 'first <= second',
+              all(steps <= verdicts for steps, verdicts in counts))
 
 
 def _jumps(record: Record) -> tuple[int, int]:

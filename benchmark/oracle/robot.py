@@ -48,7 +48,7 @@ class Wheels(NamedTuple):
     How good an odometry is.
 
     :ivar scale: the standard deviation of a constant error of all ways and turns, as their part.
-    :ivar ground: after how many metres a slip is another one.
+    :ivar ground: the correlation length of a slip, metres.
     :ivar short: the standard deviation of a short slip along each axis, metres.
     """
 

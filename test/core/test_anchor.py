@@ -183,6 +183,16 @@ def test_beyond_a_distance_or_an_angle_it_jumps_and_says_so(jump_above):
     assert_same_pose(anchor.publish(SECOND + 1, ODOM_T_CAMERA), AWAY, 1e-9, reach=50.0)
 
 
+def test_one_jump_is_reported_once_however_many_sightings_follow():
+    anchor = anchored(jump_above=(1.0, 0.5))
+    anchor.publish(SECOND, ODOM_T_CAMERA)
+    verdicts = [anchor.take(sighting(number * SECOND, AWAY)) for number in range(2, 12)]
+    assert [verdict.jump is not None for verdict in verdicts] == 3 * [False] + [True] + 6 * [False]
+    assert_same_pose(anchor.publish(SECOND + 1, ODOM_T_CAMERA), AWAY, 1e-9, reach=50.0)
+    back = [anchor.take(sighting(number * SECOND)).jump is None for number in range(12, 16)]
+    assert back == [True, True, True, False]
+
+
 def test_what_was_published_more_than_a_minute_ago_is_refused():
     """Blends are kept for so long; without them, another value would be returned."""
     anchor, published = anchored(), {}

@@ -179,6 +179,12 @@ def test_target_that_moves_gets_no_edge(tmp_path, given):
     assert found['edge']['after'] == pytest.approx(found['edge']['before'])
 
 
+def test_xacro_beside_an_origin_is_no_obstacle(tmp_path):
+    robot = tmp_path / 'robot.urdf.xacro'
+    robot.write_text(URDF.replace('<!-- by', '<xacro:insert_block name="inertia"/> <!-- by'))
+    assert write_origin(robot, *EDGE, Pose(x=0.1)).line == 7
+
+
 def test_robot_without_an_origin_gets_one(tmp_path):
     robot = tmp_path / 'robot.urdf'
     robot.write_text(URDF)
@@ -200,6 +206,16 @@ def test_robot_without_an_origin_gets_one(tmp_path):
     (URDF.replace('<origin', '&o;<!-- ').replace('0.5"  />', '-->').replace(
         '<!-- a robot -->', '<!DOCTYPE robot [<!ENTITY o "<origin/>">]>'), EDGE,
      'line 7: an entity contains this origin'),
+    (URDF.replace('<origin', '<xacro:if value="1"><origin').replace(
+        '0.5"  />', '0.5"/></xacro:if>'), EDGE,
+     'line 7: this joint may have another origin, or get it from xacro'),
+    (URDF.replace('<!-- by', '<xacro:if value="1"><origin/></xacro:if> <!-- by'), EDGE,
+     'line 7: this joint may have another origin'),
+    (URDF.replace('<origin', '<xacro:insert_block name="origin"/> <!--').replace(
+        '0.5"  />', '-->'), EDGE,
+     'line 7: this joint may have another origin'),
+    (URDF.replace('<!-- by', '<origin/> <!-- by'), EDGE,
+     'line 7: this joint may have another origin'),
     (URDF[:-10], EDGE, 'is not a URDF'), (None, EDGE, 'cannot be read')])
 def test_description_that_cannot_be_changed_stays(tmp_path, text, edge, sentence):
     robot = tmp_path / 'robot.urdf'

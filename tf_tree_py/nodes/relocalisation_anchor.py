@@ -41,9 +41,9 @@ Publishes map -> odom from poses in the map that arrive late: from AMCL, from a 
 or from any publisher of PoseWithCovarianceStamped on the topic pose. Each pose is compared
 with the odometry of its own stamp, gated by both covariances, and fused with the current
 estimate. The published transform blends to the new estimate without a jump, no faster than
-max_speed and max_turn_rate. It is wrong until it arrives, which takes long if the robot was
-carried away: /diagnostics has how far it is, and jump_above sets when it jumps instead. Nothing
-is published until two poses agree. Press Ctrl-C to stop."""
+max_speed and max_turn_rate. Until the blend ends, it differs from the estimate, which takes
+long if the robot was carried away: /diagnostics has how far it still is, and with jump_above it
+jumps instead. Nothing is published until two poses agree. Press Ctrl-C to stop."""
 
 SETTINGS = (
     Setting('map_frame', 'map', 'the frame of the poses, and the parent of what is published'),

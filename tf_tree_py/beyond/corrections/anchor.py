@@ -163,6 +163,8 @@ class Anchor:
         self._recent: list[_Fused] = []
         self._correction = Correction()
         self._published: int | None = None
+        # After this published stamp the edge jumps, which was reported.
+        self._jumps_after: int | None = None
         self._oldest = BEGINNING
         # The newest known position of the frame in odom.
         self._odom_place: Vector3 | None = None
@@ -253,7 +255,9 @@ class Anchor:
         far = _between(self._now(), estimate.map_T_odom, place)
         jumps = any(map(operator.gt, far, self._jump_above))
         self._blend(estimate.map_T_odom, place, _AT_ONCE if jumps else self._limits)
-        return far if jumps else None
+        was_reported = self._jumps_after == self._published
+        self._jumps_after = self._published if jumps else None
+        return far if jumps and not was_reported else None
 
     # --- publishing
 
@@ -265,9 +269,9 @@ class Anchor:
         after the newest of these stamps.
 
         :param odom_T_frame: the newest pose of the frame in odom. The edge rotates about the
-            frame, so the frame keeps to ``max_speed`` wherever it drives: it adds no more than
-            that and ``max_turn_rate`` times the distance that it moves between two calls. None:
-            about its pose of the last call or sighting.
+            frame, so the frame keeps to ``max_speed`` wherever it drives: the blend moves it by
+            at most that, and ``max_turn_rate`` times the distance that it drives between two
+            calls. None: about its pose of the last call that had one, or else of the sighting.
         :raises InvalidArgumentException: the stamp is older than the first published one, or
             than the newest by more than a minute.
         """

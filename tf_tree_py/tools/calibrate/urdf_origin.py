@@ -71,8 +71,18 @@ class _Joint:
 
     def __init__(self, kind: str, begin: int) -> None:
         self.kind, self.begin = kind, begin
-        self.origin: int | None = None
+        self.origins: list[int] = []
+        # The first element of xacro in it, and the first origin inside another element.
+        self.xacro: int | None = None
+        self.inner_origin: int | None = None
         self.links: dict[str, str] = {}
+
+    @property
+    def doubt(self) -> int | None:
+        """Return the place of an element that may provide the origin, or another one."""
+        if len(self.origins) > 1:
+            return self.origins[1]
+        return self.inner_origin if self.origins or self.inner_origin else self.xacro
 
 
 def _joint_of(path: Path, data: bytes, parent: str, child: str) -> _Joint:
@@ -109,9 +119,13 @@ def _joints(data: bytes) -> list[_Joint]:
             reading[:] = [_Joint(attributes.get('type', ''), parser.CurrentByteIndex)]
         elif reading and depth[-1] == 'joint':
             if tag == 'origin':
-                reading[0].origin = parser.CurrentByteIndex
+                reading[0].origins.append(parser.CurrentByteIndex)
             elif tag in ('parent', 'child'):
                 reading[0].links[tag] = attributes.get('link', '')
+            elif tag.startswith('xacro:') and reading[0].xacro is None:
+                reading[0].xacro = parser.CurrentByteIndex
+        elif reading and tag == 'origin':
+            reading[0].inner_origin = parser.CurrentByteIndex
         depth.append(tag)
 
     def end(_: str) -> None:
@@ -130,13 +144,16 @@ def _are_outside_elements(depth: list[str]) -> bool:
 
 def _place_of(path: Path, data: bytes, joint: _Joint, pose: Pose) -> tuple[int, int, bytes]:
     """Return where an origin begins and ends, and the space to write before a new one."""
-    begin = joint.begin if joint.origin is None else joint.origin
+    if joint.doubt is not None:
+        raise Cannot(f'{path}, line {_line(data, joint.doubt)}: this joint may have another '
+                     f'origin, or get it from xacro; edit it by hand: {origin_of(pose)}')
+    begin = joint.origins[0] if joint.origins else joint.begin
     match = re.compile(rb'<' + _TAG).match(data, begin)
     if match is None:
         raise Cannot(f'{path}, line {_line(data, begin)}: an entity contains this origin; edit it '
                      f'by hand: {origin_of(pose)}')
-    if joint.origin is not None:
-        return joint.origin, match.end(), b''
+    if joint.origins:
+        return begin, match.end(), b''
     space = re.match(rb'\s*', data[match.end():])
     return match.end(), match.end(), space.group() if space else b''
 
