@@ -115,6 +115,7 @@ _BY_NAME = {setting.name: setting for setting in SETTINGS}
 _LOOK_AT_FILE_S = 0.2
 # A description may have any number of faults.
 _MOST_WARNINGS = 20
+_ANYONE = 'set_parameters'
 _NO_STAMP = ('joint states arrive without a stamp, so their time of arrival is used: '
              'their publisher should set header.stamp')
 
@@ -158,6 +159,8 @@ class UrdfBroadcaster(ClosingNode):
         self._text = self.create_publisher(String, _DESCRIBED, static_broadcaster_qos())
         self._frames: RobotFrames | None = None
         self._warnings = LimitedLog(self.get_logger().warning)
+        # Whose parameters are being applied, for the log.
+        self._setter = _ANYONE
         self._news = LimitedLog(lambda line: self.get_logger().info(line))
         self._apply()
         self.add_on_set_parameters_callback(self._check)
@@ -243,10 +246,10 @@ class UrdfBroadcaster(ClosingNode):
         # Anyone may set parameters, at any rate.
         if robot.warnings:
             more = len(robot.warnings) - _MOST_WARNINGS
-            self._warnings.write('description', 'set_parameters', [
+            self._warnings.write('description', self._setter, [
                 *robot.warnings[:_MOST_WARNINGS], *([f'and {more} more'] if more > 0 else [])],
                 None)
-        self._news.write('new parameters', 'set_parameters', str(robot), None)
+        self._news.write('new parameters', self._setter, str(robot), None)
 
     def _look_at_file(self) -> None:
         assert self._file is not None
@@ -258,7 +261,11 @@ class UrdfBroadcaster(ClosingNode):
             self.get_logger().error(f'{error}. The robot is unchanged')
             return
         self._file.watch(self._read.files)
-        result, = self.set_parameters([Parameter(_DESCRIBED, value=self._read.text)])
+        self._setter = str(self._file.path)
+        try:
+            result, = self.set_parameters([Parameter(_DESCRIBED, value=self._read.text)])
+        finally:
+            self._setter = _ANYONE
         if not result.successful:
             self.get_logger().error(f'{result.reason}. The robot is unchanged')
 
