@@ -137,7 +137,7 @@ class LimitedLog:
             known = sender if sender in flows or room else None
             flow = flows.setdefault(known, _Flow(now - _APART_S))
             if known is None and about is not None:  # the subject has to say whose it is
-                about = f'{about} ({sender})' if about else sender
+                about = f'{about} ({sender!r})' if about else repr(sender)
             admitted = flow.admits(about, now)
             if admitted:
                 line = shorten(_escaped(text() if callable(text) else text), _LONGEST_LINE)

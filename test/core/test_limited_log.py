@@ -202,7 +202,7 @@ def test_senders_beyond_ten_are_counted_together(log, lines, clock):
     assert lines[:11] == [f'line {number}' for number in range(11)]
     assert len(lines) == 11 + 9
     assert lines[11] == ('line 1034 (1023 more of this kind from others than the 10 senders '
-                         'named in 1.0 s, such as /r11; /r12; /r13; /r14; /r15)')
+                         "named in 1.0 s, such as '/r11'; '/r12'; '/r13'; '/r14'; '/r15')")
     assert sum(map(len, log._flows.values())) == 11
     clock.now += 2.0
     log.write_counts()

@@ -282,8 +282,8 @@ class FleetListener:
         if not any(pattern.includes(robot) for pattern in self._wanted):
             return False
         admitted, report = self._roster.admit(robot)
-        if report:
-            self._logs.warnings.write('robot name', robot, report, None)
+        if report is not None:
+            self._logs.warnings.write(*report)
         return admitted
 
     def _place_of(self, robot: str) -> RobotPlace:

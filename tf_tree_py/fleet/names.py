@@ -11,6 +11,7 @@ alike are reported, because both may be honest. This file does not depend on Zen
 from collections import Counter
 from collections.abc import Sequence
 import re
+from typing import NamedTuple
 import unicodedata
 
 from tf_tree_py.core.text import shorten
@@ -57,8 +58,18 @@ def look_of(name: str) -> str:
 
 # A client that may write any key can invent robots. No more than these are kept.
 _MOST = 10_000
-# The most reports; beyond them, refusals are only counted.
-_MOST_REPORTS = 20
+
+
+class Report(NamedTuple):
+    """
+    What the log should say about a name.
+
+    :ivar sender: the name, or the beginning of too many names.
+    """
+
+    kind: str
+    sender: str
+    text: str
 
 
 class Names:
@@ -86,32 +97,31 @@ class Names:
         # How many names there are below each beginning, up to a slash; a name of each look.
         self._below: Counter[str] = Counter()
         self._of_look: dict[str, str] = {}
-        self._reports: set[str] = set()
 
-    def admit(self, name: str) -> tuple[bool, str]:
+    def admit(self, name: str) -> tuple[bool, Report | None]:
         """Record a new name, or refuse it; return whether it is admitted, and what to report."""
         above = _beginnings(name)
         refusal = self._refusal(name, above)
-        if refusal:
+        if refusal is not None:
             self.refused += 1
-            return False, self._unless_reported(refusal)
+            return False, refusal
         self._names.add(name)
         self._below.update(above)
         other = self._of_look.setdefault(look_of(name), name)
-        if other == name:
-            return True, ''
-        return True, self._unless_reported(
-            f'the names of the robots {ascii(other)} and {ascii(name)} look alike: make sure that '
-            'they are the robots that you expect, and give one of them another name')
+        return True, None if other == name else Report('names that look alike', name, (
+            f'the names of the robots {_shown(other)} and {_shown(name)} look alike: make sure '
+            'that they are the robots that you expect, and give one of them another name'))
 
-    def _refusal(self, name: str, above: Sequence[str]) -> str:
+    def _refusal(self, name: str, above: Sequence[str]) -> Report | None:
         full = next((one for one in above if self._below[one] >= self._most_of(one)), None)
         if full is not None:
-            return (f'robots below {_shown(full)} are ignored beyond the first '
-                    f'{self._most_of(full)}: one robot may have invented them. If they are all '
-                    'real, raise RobotQuota.names, or select them with key_prefix')
+            return Report('too many names', full, (
+                f'robots below {_shown(full)} are ignored beyond the first {self._most_of(full)}: '
+                'one robot may have invented them. If they are all real, raise RobotQuota.names, '
+                'or select them with key_prefix'))
         why = self._fault(name, above)
-        return f'the robot {_shown(name)} is ignored: {why}' if why else ''
+        return Report('ignored robots', name, (
+            f'the robot {_shown(name)} is ignored: {why}')) if why else None
 
     def _fault(self, name: str, above: Sequence[str]) -> str:
         if len(self._names) >= _MOST:
@@ -122,12 +132,6 @@ class Names:
 
     def _most_of(self, beginning: str) -> int:
         return max(1, self._most_below // 10) if '/' in beginning else self._most_below
-
-    def _unless_reported(self, report: str) -> str:
-        if report in self._reports or len(self._reports) >= _MOST_REPORTS:
-            return ''
-        self._reports.add(report)
-        return report
 
 
 def _beginnings(name: str) -> list[str]:

@@ -22,7 +22,7 @@ from typing import Any
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.stamp import from_seconds
 
-from .names import Names
+from .names import Names, Report
 from .trust import Allowance, FrameQuota, RobotQuota
 
 # A token that disappears may be the first sign of a lost connection.
@@ -247,11 +247,11 @@ class Roster:
         # The lost messages of publishers whose robot is not known yet.
         self._missed: Counter[Source] = Counter()
 
-    def admit(self, robot: str) -> tuple[bool, str]:
-        """Record a robot; return whether it is received, and what to report, or ''."""
+    def admit(self, robot: str) -> tuple[bool, Report | None]:
+        """Record a robot; return whether it is received, and what to report."""
         with self._lock:
             if robot in self._accounts:
-                return True, ''
+                return True, None
             admitted, report = self._names.admit(robot)
             if admitted:
                 self._accounts[robot] = RobotCounts(time.time_ns(), self._quota)
