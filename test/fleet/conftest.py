@@ -19,7 +19,7 @@ numbers = itertools.count()
 @pytest.fixture
 def impatient(monkeypatch):
     """Let an attempt to connect end soon, where the router is on this machine or nowhere."""
-    monkeypatch.setattr(connection, '_ATTEMPT_S', 0.2)
+    monkeypatch.setattr(connection, 'ATTEMPT_S', 0.2)
 
 
 @pytest.fixture(scope='module')

@@ -9,6 +9,7 @@ import json
 import os
 from pathlib import Path
 from queue import SimpleQueue
+import signal
 import socket
 import subprocess
 import sys
@@ -39,6 +40,10 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def port_of(endpoint):
+    return int(endpoint.rpartition(':')[2])
+
+
 # A router would search for half a second before it is open, although it may not search.
 AT_ONCE = {'delay': 1}
 
@@ -62,7 +67,13 @@ class Router:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         assert self._process.stdout.readline() == 'up\n'
 
+    def hang(self):
+        """Stop it, so that it answers nothing; its connections stay."""
+        os.kill(self._process.pid, signal.SIGSTOP)
+        os.waitid(os.P_PID, self._process.pid, os.WSTOPPED)  # each of its threads has stopped
+
     def kill(self):
+        """Kill it, also if it hangs."""
         self._process.kill()
         self._process.wait()
         self._process.stdin.close()
@@ -117,16 +128,26 @@ class Visits:
         return told
 
 
+def _sockets(kind, state):
+    """Yield the local and the remote addresses of this process's sockets, as the kernel does."""
+    own = {os.readlink(path) for path in glob('/proc/self/fd/*') if os.path.islink(path)}
+    for line in Path(f'/proc/self/net/{kind}').read_text().splitlines()[1:]:
+        fields = line.split()
+        if fields[3] == state and f'socket:[{fields[9]}]' in own:
+            yield fields[1], fields[2]
+
+
 def listening():
     """Return the addresses on which this process listens, in the kernel's format, with kinds."""
-    own = {os.readlink(path) for path in glob('/proc/self/fd/*') if os.path.islink(path)}
-    found = set()
-    for kind, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07')):
-        for line in Path(f'/proc/self/net/{kind}').read_text().splitlines()[1:]:
-            fields = line.split()
-            if fields[3] == state and f'socket:[{fields[9]}]' in own:
-                found.add((fields[1].partition(':')[0], kind))
-    return found
+    return {(local.partition(':')[0], kind)
+            for kind, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07'))
+            for local, _ in _sockets(kind, state)}
+
+
+def connections_to(endpoint):
+    """Return how many TCP connections this process has to a port."""
+    port = port_of(endpoint)
+    return sum(int(remote.partition(':')[2], 16) == port for _, remote in _sockets('tcp', '01'))
 
 
 def place(x):

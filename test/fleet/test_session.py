@@ -3,6 +3,7 @@
 
 """Sessions have safe defaults, and report errors in one sentence."""
 
+import json
 import subprocess
 import sys
 
@@ -20,6 +21,22 @@ def test_a_session_is_a_client_that_is_found_by_nobody():
     assert made.get_json('scouting/multicast/enabled') == 'false'
     assert made.get_json('transport/shared_memory/enabled') == 'false'
     assert '[::]' not in made.get_json('listen/endpoints')
+
+
+def test_a_lost_router_is_searched_for_once_a_second(tmp_path):
+    retry = json.loads(configuration('tcp/hall:7447').get_json('connect/retry'))
+    assert (retry['period_init_ms'], retry['period_max_ms']) == (500, 1000)
+    path = tmp_path / 'slow.json5'
+    path.write_text('{connect: {retry: {period_max_ms: 9000}}}')
+    made = configuration('tcp/hall:7447', path)
+    assert json.loads(made.get_json('connect/retry'))['period_max_ms'] == 9000
+
+
+def test_an_attempt_to_connect_takes_two_seconds_at_most(tmp_path):
+    key, path = 'transport/unicast/open_timeout', tmp_path / 'patient.json5'
+    path.write_text('{transport: {unicast: {open_timeout: 7000}}}')
+    assert configuration('tcp/hall:7447').get_json(key) == '2000'
+    assert configuration('tcp/hall:7447', path).get_json(key) == '7000'
 
 
 def test_a_file_may_say_more_and_is_otherwise_filled_carefully(tmp_path):

@@ -12,10 +12,11 @@ from .errors import FleetError
 from .listener import FleetListener
 from .robot_publisher import RobotPublisher
 from .roster import FleetRobot
-from .session import configuration, open_session
+from .session import close_session, configuration, open_session
 from .trust import RobotQuota
 
 __all__ = [
+    'close_session',
     'configuration',
     'FleetError',
     'FleetListener',

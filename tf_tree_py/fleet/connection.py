@@ -24,6 +24,8 @@ from .errors import FleetError
 from .keys import check_sender, key_of, Topic
 from .robot_publisher import DEFAULT_HISTORY, RobotPublisher
 from .session import (
+    ATTEMPT_S,
+    CLOSE_S,
     configuration,
     Connect,
     endpoints_of,
@@ -100,7 +102,7 @@ class WorkerThreads:
         self._threads = [one for one in self._threads if one.is_alive()] + [thread]
 
     def join(self) -> None:
-        """Wait for the threads to end; their declarations are undeclared."""
+        """Wait for the threads to end; the session is closed."""
         for thread in self._threads:
             thread.join()
 
@@ -126,9 +128,6 @@ def _in_turn(handler: Any) -> Iterator[Any]:
 
 # --- the connection
 
-# The limit of an attempt, because ``close`` waits for it; five round trips have to fit, over the
-# Internet, too.
-_ATTEMPT_S = 2.0
 _PAUSE_S = 0.5
 
 
@@ -160,18 +159,21 @@ class Connection:
         self._lost_at: float | None = None
 
     def await_session(self, closed: threading.Event) -> 'zenoh.Session | None':
-        """Return a session as soon as there is a router; None: it was closed before that."""
+        """Return a session as soon as there is a router; None: ``closed`` was set before that."""
         while not closed.is_set():
             try:
-                session = try_session(self._config, _ATTEMPT_S)
+                session = try_session(self._config, ATTEMPT_S)
             except FleetError as error:
-                if self._lost_at is None:
+                if self._lost_at is None and not closed.is_set():
                     self._lost_at = time.monotonic()
                     log.warning('no connection to %s yet, retrying: %s', self._name,
                                 self.why_not() or error)
                 closed.wait(_PAUSE_S)
                 continue
             self._session = session
+            if closed.is_set():
+                self.close()
+                return None
             self._listener = session.info.declare_transport_events_listener(
                 self._threads.channel(), history=True)
             # The listener itself cannot be undeclared while another thread receives from it.
@@ -184,10 +186,14 @@ class Connection:
         return why_no_session(self._config)
 
     def close(self) -> None:
-        """Close the session, if there is one."""
+        """
+        Close the session, if there is one, with all that is declared in it.
+
+        Its channels end at once, and their threads with them; the rest may take twenty seconds if
+        the router hangs.
+        """
         session, self._session = self._session, None
         if session is not None:
-            self._listener.undeclare()
             # If the link hangs, the peer cannot be notified of the end.
             with suppress(needs_zenoh().ZError):
                 session.close()
@@ -240,7 +246,7 @@ class Uplink:
         :param config: a configuration file of Zenoh: TLS, user and password, and all other
             settings.
         :param key_prefix: precedes the robot in keys.
-        :param history: the number of moving messages that are kept for late joiners.
+        :param history: the number of moving messages that are kept, see ``RobotPublisher``.
         :raises FleetError: Zenoh is not installed, or an argument is invalid.
         """
         self.robot, self._prefix = check_sender(robot, key_prefix)
@@ -255,7 +261,7 @@ class Uplink:
         self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel, logs.failures)
         self._link = Connection(
             made, self.name, self._threads, lambda connected: None, logs.warnings)
-        self._thread = threading.Thread(target=self._open, name='uplink', daemon=True)
+        self._thread = threading.Thread(target=self._run, name='uplink', daemon=True)
         # Zenoh aborts the process if the interpreter ends during one of its calls.
         atexit.register(self.close)
         self._thread.start()
@@ -277,17 +283,24 @@ class Uplink:
                 self._publisher.send_static(self._static)
 
     def close(self) -> None:
-        """Declare the robot gone, and disconnect; nothing may be sent any more."""
+        """
+        Declare the robot gone, and disconnect; nothing may be sent any more.
+
+        This takes two seconds at most: if the router hangs, the rest happens in the background.
+        """
         self._closed.set()
-        self._thread.join()
-        self._link.close()
-        self._threads.join()
+        self._thread.join(CLOSE_S)
+
+    def _run(self) -> None:
+        session = self._link.await_session(self._closed)
+        if session is not None:
+            self._begin(session)
+            self._closed.wait()
+            self._link.close()
+            self._threads.join()
         atexit.unregister(self.close)
 
-    def _open(self) -> None:
-        session = self._link.await_session(self._closed)
-        if session is None:
-            return
+    def _begin(self, session: 'zenoh.Session') -> None:
         publisher = RobotPublisher(
             session, self.robot, key_prefix=self._prefix, history=self._history)
         with self._lock:

@@ -30,6 +30,7 @@ from .keys import (
 from .reception import Reception
 from .roster import FleetRobot, Presence, Roster
 from .session import (
+    CLOSE_S,
     configuration,
     Connect,
     endpoints_of,
@@ -87,7 +88,7 @@ class FleetListener:
             settings.
         :param key_prefix: precedes the robots' names in keys.
         :param on_robot: called with a robot's name and whether it is present, when that changes;
-            in the listener's own thread, which ``close()`` waits for.
+            in the listener's own thread.
         :param observers: observe every buffer from the first message on.
         :param quota: the limits for each robot; see ``RobotQuota``.
         :raises FleetError: Zenoh is not installed, or an argument is invalid.
@@ -179,12 +180,14 @@ class FleetListener:
         """
         Stop listening; the contents of the buffers stay.
 
-        Without a router, this waits for the current attempt: a few seconds at most.
+        This takes two seconds at most: if the router or ``on_robot`` hangs, the connection is
+        closed later, in the background.
         """
         self._closed.set()
+        self._inbox.close()
         self._presence.wake()
         if threading.current_thread() is not self._thread:
-            self._thread.join()
+            self._thread.join(CLOSE_S)
 
     def __enter__(self) -> 'FleetListener':
         return self
@@ -208,10 +211,8 @@ class FleetListener:
                 for robot, here in self._presence.await_news(self._closed, _TICK_S):
                     self._notify(robot, here)
                 self._logs.write_counts()
-            hearing.close()
             caches.close()
             self._link.close()
-            self._inbox.close()
             self._threads.join()
         atexit.unregister(self.close)
 

@@ -3,11 +3,13 @@
 
 """Sessions of Zenoh that accept no connections from other machines unless configured to."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 import importlib
 import json
 import os
 from pathlib import Path
+import threading
 from typing import Any, cast, TYPE_CHECKING
 
 from .certificates import explain
@@ -19,6 +21,13 @@ if TYPE_CHECKING:
 Connect = str | Collection[str]
 PathLike = str | os.PathLike[str]
 
+# How long closing waits for Zenoh, which may need twenty seconds while a router hangs. Two seconds
+# are promised.
+CLOSE_S = 1.5
+# The limit of an attempt to connect, which cannot be interrupted; five round trips have to fit,
+# over the Internet, too.
+ATTEMPT_S = 2.0
+
 # The settings of a session where a configuration file has none. A client listens nowhere; a peer
 # or a router, which a file may select, listens on this machine only.
 _CAREFUL = {
@@ -27,13 +36,14 @@ _CAREFUL = {
     'scouting/gossip/enabled': False,
     # A cache needs the timestamps to find the messages that are too old for a request.
     'timestamping/enabled': True,
-    'connect/retry': {'period_init_ms': 500, 'period_max_ms': 4000, 'period_increase_factor': 2},
+    'connect/retry': {'period_init_ms': 500, 'period_max_ms': 1000, 'period_increase_factor': 2},
 }
 # A sender on this machine would have its memory mapped into this process, which keeps it after the
 # sender has gone; and the sender could change a message while it is read.
 _SHARED_MEMORY = 'transport/shared_memory/enabled'
 _LISTEN = 'listen/endpoints'
 _LARGEST = 'transport/link/rx/max_message_size'
+_OPEN = 'transport/unicast/open_timeout'
 _LISTEN_HERE = {'router': ['tcp/127.0.0.1:7447'], 'peer': ['tcp/127.0.0.1:0']}
 # Protocols whose addresses have to have a port.
 _WITH_PORT = ('tcp', 'tls', 'udp', 'quic', 'ws')
@@ -78,6 +88,7 @@ def configuration(connect: Connect | None = None, config: PathLike | None = None
             made.insert_json5(key, json.dumps(value))
     _set_unless_changed(made, _LISTEN, _LISTEN_HERE)
     _set_unless_changed(made, _SHARED_MEMORY, False)
+    _set_unless_changed(made, _OPEN, round(1000 * ATTEMPT_S))
     if connect is not None:
         _connect(made, one_or_several(connect))
     if made.get_json('connect/endpoints') == '[]' and made.get_json('mode') == '"client"':
@@ -101,7 +112,7 @@ def refuse_larger(config: 'zenoh.Config', size: int) -> None:
 
 def open_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zenoh.Session':
     """
-    Return a connected session; afterwards it reconnects by itself.
+    Return a connected session; afterwards it reconnects by itself. ``close_session`` closes it.
 
     :param config: see ``configuration``.
     :param timeout_s: how long to try; None: the value of the configuration.
@@ -133,6 +144,35 @@ def try_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zeno
 def why_no_session(config: 'zenoh.Config') -> str:
     """Return why there is no session, if it can be found, or ''; it takes a second."""
     return explain(config, endpoints_of(config))
+
+
+def close_session(session: 'zenoh.Session') -> None:
+    """
+    Close a session within two seconds; if the router hangs, the rest happens in the background.
+
+    Its own ``close()`` may need twenty seconds then, and raise an error.
+    """
+    end_soon(session.close)
+
+
+def end_soon(*works: Callable[[], object]) -> None:
+    """
+    Do work that may hang, for ``CLOSE_S`` at most; the rest of it happens in the background.
+
+    Errors of Zenoh are ignored: it cannot tell the router.
+    """
+    def do_all() -> None:
+        for work in works:
+            with suppress(needs_zenoh().ZError):
+                work()
+
+    thread = threading.Thread(target=do_all, name='fleet end', daemon=True)
+    try:
+        thread.start()
+    except RuntimeError:  # the program ends, and starts no thread any more
+        do_all()
+    else:
+        thread.join(CLOSE_S)
 
 
 def _set_unless_changed(config: 'zenoh.Config', key: str, value: Any) -> None:

@@ -104,7 +104,7 @@ _MOST_REQUESTS: Final = 10_000
 
 
 class Subscriptions:
-    """Declarations in a session, which live until ``close()``; each has its own thread."""
+    """Declarations in a session, which live as long as it; each has its own thread."""
 
     def __init__(self, session: 'zenoh.Session', threads: WorkerThreads, robots: Sequence[str],
                  key_prefix: str) -> None:
@@ -117,6 +117,7 @@ class Subscriptions:
         self._threads = threads
         self._robots = robots
         self._key_prefix = key_prefix
+        # A declaration without a reference ends.
         self._declared: list[Any] = []
 
     def subscribe_tokens(self, on_token: OnToken) -> None:
@@ -158,12 +159,6 @@ class Subscriptions:
             misses = subscriber.sample_miss_listener(direct(
                 lambda miss: on_miss(source_of(miss.source), miss.nb), indirect=False))
             self._declared += [misses, subscriber]
-
-    def close(self) -> None:
-        """Undeclare all."""
-        declared, self._declared = self._declared, []
-        for one in declared:
-            one.undeclare()
 
     def _keys(self, keys_of: Callable[[str], Any]) -> list[str]:
         return list(dict.fromkeys(key for robots in self._robots for key in keys_of(robots)))
