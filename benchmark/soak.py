@@ -36,7 +36,7 @@ from .worker import Worker
 _HONEST, _RATE_HZ = 5, 10.0
 _LOOK_S, _LINE_S = 0.1, 10.0
 # How long a router runs; how long there is none; how long robots and the listener may take to
-# find the next one, for which they search every four seconds.
+# find the next one, for which they search every second.
 _LIFE_S, _GAP_S, _RETURN_S = 60.0, 2.0, 10.0
 _ANSWER_S = 1.0
 _PAGES = 3

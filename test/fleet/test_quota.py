@@ -162,7 +162,7 @@ def test_layouts_of_a_robot_and_of_all_are_limited(monkeypatch):
 
 def test_keys_of_nobody_are_not_remembered():
     roster = Roster(True, RobotQuota())
-    reception = Reception(lambda key: None, roster, None, None)
+    reception = Reception(lambda key: None, roster, None, None, None)
 
     def sample(number):
         return SimpleNamespace(key_expr=f'{number:_>1000}', kind=zenoh.SampleKind.PUT)

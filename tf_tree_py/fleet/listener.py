@@ -28,6 +28,7 @@ from .keys import (
     topic_of_token,
 )
 from .reception import Reception
+from .requests import Requests
 from .roster import FleetRobot, Presence, Roster
 from .session import (
     CLOSE_S,
@@ -39,7 +40,7 @@ from .session import (
     PathLike,
     refuse_larger,
 )
-from .subscriptions import OldCaches, Subscriptions
+from .subscriptions import Subscriptions
 from .transform_decoder import FleetMessage, Inbox, RobotPlace, TransformDecoder
 from .trust import checked_shared, names_below, RobotQuota
 
@@ -112,8 +113,6 @@ class FleetListener:
         self._presence = Presence(time.monotonic)
         self._inbox: Inbox[FleetMessage] = Inbox(self._quota.waiting_bytes)
         self._logs = FleetLogs()
-        self._reception = Reception(
-            self._welcome, self._roster, self._inbox, self._logs.warnings)
         self._heard: set[str] = set()
         self._warned_of_bridge = False
         self._closed = threading.Event()
@@ -201,9 +200,9 @@ class FleetListener:
         session = self._link.await_session(self._closed)
         if session is not None:
             hearing = Subscriptions(session, self._threads, self._robots, self._key_prefix)
-            caches = OldCaches(session, self._reception.take_of)
+            requests = Requests(session)
             try:
-                self._declare(hearing, caches)
+                self._declare(hearing, requests)
             except RuntimeError as error:  # no thread can start: the program ends
                 log.warning('cannot receive from %s: %s', self.name, error)
                 self._closed.set()
@@ -211,27 +210,30 @@ class FleetListener:
                 for robot, here in self._presence.await_news(self._closed, _TICK_S):
                     self._notify(robot, here)
                 self._logs.write_counts()
-            caches.close()
+            requests.close()
             self._link.close()
             self._threads.join()
         atexit.unregister(self.close)
 
-    def _declare(self, hearing: Subscriptions, caches: OldCaches) -> None:
+    def _declare(self, hearing: Subscriptions, requests: Requests) -> None:
+        reception = Reception(
+            self._welcome, self._roster, self._inbox, requests.add, self._logs.warnings)
         max_age_s = (None if self._cache_time >= UNLIMITED
                      else self._cache_time / NANOSECONDS_PER_SECOND)
 
         def hear_token(key: str, here: bool) -> None:
             topic = self._note_token(key, here)
-            if topic is not None and topic.static and here:
-                caches.ask(topic.robot, key)
+            if topic is not None and here:
+                requests.repeat(topic.robot)
+                if topic.static:
+                    requests.ask_old_cache(topic.robot, key, reception.take_of)
 
         decoder = TransformDecoder(self._place_of, self._roster, self._logs)
         self._threads.start(lambda: decoder.decode_all(self._inbox), 'decoder')
-        self._threads.start(caches.work, 'answers')
-        take = self._reception.take
+        self._threads.start(requests.work, 'answers')
         hearing.subscribe_tokens(hear_token)
-        hearing.subscribe_transforms(True, None, take, self._roster.miss)
-        hearing.subscribe_transforms(False, max_age_s, take, self._roster.miss)
+        hearing.subscribe_transforms(True, None, reception.take, self._roster.miss)
+        hearing.subscribe_transforms(False, max_age_s, reception.take, self._roster.miss)
 
     def _notify(self, robot: str, here: bool) -> None:
         """Record that a robot has appeared or gone, and call ``on_robot``, which may raise."""

@@ -20,6 +20,7 @@ from tf_tree_py.core.text import shorten
 from tf_tree_py.limited_log import LimitedLog
 
 from .keys import Topic
+from .requests import Gap, Request
 from .roster import Roster, Source
 from .session import needs_zenoh
 from .transform_decoder import FleetMessage, Inbox
@@ -65,15 +66,18 @@ class Reception:
     """Receives samples of Zenoh, from any thread."""
 
     def __init__(self, welcome: Callable[[str], Topic | None], roster: Roster,
-                 inbox: Inbox[FleetMessage], log: LimitedLog) -> None:
+                 inbox: Inbox[FleetMessage], ask: Callable[[Request], object],
+                 log: LimitedLog) -> None:
         """
         Begin with nothing.
 
         :param welcome: returns the topic of a key; None: the listener does not accept it.
+        :param ask: sends a request for missing messages.
         :param log: of dropped messages.
         """
         self._log = log
         self._welcome = welcome
+        self._ask = ask
         self._roster = roster
         self._inbox = inbox
         self._put = needs_zenoh().SampleKind.PUT
@@ -84,11 +88,12 @@ class Reception:
         """Take a message; the deletion of a key is ignored."""
         self.take_of(None, sample)
 
-    def take_of(self, robot: str | None, sample: 'zenoh.Sample') -> None:
+    def take_of(self, robot: str | None, sample: 'zenoh.Sample', *, found: bool = False) -> None:
         """
         Take a message.
 
         :param robot: the expected sender, because a reply may have any key; None: any.
+        :param found: it was missing, and fills a gap.
         """
         key = str(sample.key_expr)
         topic = self._topics.get(key) or self._topic_of(key)
@@ -100,7 +105,11 @@ class Reception:
         if limit:
             self._drop(topic.robot, limit)
         elif sample.kind == self._put:
-            self._let_in(key, topic, sample, size)
+            self._let_in(key, topic, sample, size, found)
+
+    def find(self, robot: str, sample: 'zenoh.Sample') -> None:
+        """Take a message of a robot that was missing."""
+        self.take_of(robot, sample, found=True)
 
     def _topic_of(self, key: str) -> Topic | None:
         """Return the topic of a key, and remember it if it is accepted."""
@@ -110,15 +119,26 @@ class Reception:
             self._topics[key] = topic
         return topic
 
-    def _let_in(self, key: str, topic: Topic, sample: 'zenoh.Sample', size: int) -> None:
-        sent, source, number = _sending(sample)
-        if source is not None:
-            self._roster.number(topic.robot, source, number)
-        late = sent is not None and self._roster.is_late(topic.robot, sent)
+    def _let_in(self, key: str, topic: Topic, sample: 'zenoh.Sample', size: int, found: bool
+                ) -> None:
+        sending = _sending(sample)
+        if found:
+            self._roster.find(topic.robot)
+        elif sending.source is not None:
+            self._number(key, topic, sending.source, sending)
+        late = found or sending.sent is not None and self._roster.is_late(
+            topic.robot, sending.sent)
         message = FleetMessage(key, topic.static, sample.payload.to_bytes(),
                                0 if late else time.time_ns())
         for dropped in self._inbox.put(topic.robot, message, size):
             self._drop(dropped, _WAITS)
+
+    def _number(self, key: str, topic: Topic, source: Source, sending: 'Sending') -> None:
+        """Record the number of a message, and ask for those that are missing before it."""
+        missing = self._roster.number(topic.robot, source, sending.number, sending.by_zenoh)
+        # A static message replaces those before it.
+        if missing and sending.by_zenoh and not topic.static:
+            self._ask(Gap(topic.robot, key, source, missing, self.find))
 
     def _drop(self, robot: str, limit: str) -> None:
         """Count and log a message that is not decoded."""
@@ -128,20 +148,31 @@ class Reception:
             f'them): it sends {limit}'))
 
 
-def _sending(sample: 'zenoh.Sample') -> tuple[int | None, Source | None, int | None]:
+class Sending(NamedTuple):
     """
-    Return the time of sending, the source, and the sequence number of a sample; None: unknown.
+    How a sample was sent.
 
-    If Zenoh numbers the messages, the number is None, since Zenoh itself reports lost ones.
+    :ivar sent: nanoseconds since 1970 by the sender's clock; None: unknown.
+    :ivar source: the publisher; None: unknown.
+    :ivar number: one more than that of the publisher's previous message.
+    :ivar by_zenoh: whether it is Zenoh that numbers the messages, and keeps them.
     """
+
+    sent: int | None
+    source: Source | None = None
+    number: int = 0
+    by_zenoh: bool = False
+
+
+def _sending(sample: 'zenoh.Sample') -> Sending:
     stamp, info, attached = sample.timestamp, sample.source_info, sample.attachment
     sent = None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
     if info is not None:
-        return sent, source_of(info.source_id), None
+        return Sending(sent, source_of(info.source_id), info.source_sn, True)
     attachment = None if attached is None else read_attachment(attached.to_bytes())
     if attachment is None:
-        return sent, None, None
-    return sent or attachment.sent, (attachment.gid, 0), attachment.number
+        return Sending(sent)
+    return Sending(sent or attachment.sent, (attachment.gid, 0), attachment.number)
 
 
 def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:

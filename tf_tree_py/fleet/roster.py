@@ -146,7 +146,7 @@ class FleetRobot:
         includes the difference of the two clocks. None: nothing has arrived.
     :ivar silence: time since the last moving transform, nanoseconds; None: there was none.
     :ivar transforms: how many were accepted.
-    :ivar lost: messages that are known to be lost.
+    :ivar lost: messages that are known to be missing; it falls if they arrive later.
     :ivar recovered: messages that were sent without a connection and arrived later.
     :ivar refused: refused transforms, and undecodable messages.
     :ivar frames: how many frame names it has used, apart from shared ones.
@@ -180,7 +180,8 @@ class RobotCounts:
     :ivar back: when it last connected, nanoseconds: messages from before that arrive late.
     :ivar away: since when it has no liveliness token, nanoseconds; None: it has one, or never had.
     :ivar messages_before: the number of its messages until then.
-    :ivar sources: its publishers, and the numbers of their last messages.
+    :ivar sources: its publishers, and the numbers of their last messages; -1: unknown.
+    :ivar has_skipped: whether messages were dropped, so that these numbers are too old.
     """
 
     def __init__(self, now: int, quota: RobotQuota) -> None:
@@ -191,7 +192,8 @@ class RobotCounts:
         self.frames = FrameQuota(quota.frames)
         self.transforms = self.recovered = self.refused = self.lost = self.dropped = 0
         self.limit = ''
-        self.sources: dict[Source, int | None] = {}
+        self.sources: dict[Source, int] = {}
+        self.has_skipped = False
         self.messages = self.messages_before = 0
         self._arrivals: deque[float] = deque(maxlen=_LATELY)
         self._lags: deque[int] = deque(maxlen=_LATELY)
@@ -206,16 +208,20 @@ class RobotCounts:
         self._arrivals.append(time.monotonic())
         self._lags.append(time.time_ns() - newest)
 
-    def number(self, source: Source, number: int | None) -> bool:
-        """Record the source of a message and its number; return whether the source is kept."""
+    def number(self, source: Source, number: int) -> range | None:
+        """
+        Record the source of a message and its number.
+
+        :return: the missing numbers before it; None: the source is one too many, and not kept.
+        """
         if source not in self.sources and len(self.sources) >= _MAX_SOURCES:
-            return False
-        before = self.sources.get(source)
-        if number is not None and before is not None:
-            self.lost += max(0, number - before - 1)
-            number = max(number, before)
-        self.sources[source] = number
-        return True
+            return None
+        if self.has_skipped:
+            # The missing messages may be those that exceeded the quota.
+            self.sources, self.has_skipped = dict.fromkeys(self.sources, -1), False
+        before = self.sources.get(source, -1)
+        self.sources[source] = max(number, before)
+        return range(before + 1, number) if before >= 0 else range(0)
 
     def as_robot(self, name: str) -> FleetRobot:
         """Return the current state."""
@@ -305,24 +311,30 @@ class Roster:
     def refusal(self, robot: str, size: int) -> str:
         """Record a message of so many bytes; return which limit it exceeds, or ''."""
         with self._lock:
-            return self._accounts[robot].allowance.refusal(size, time.monotonic())
+            account = self._accounts[robot]
+            limit = account.allowance.refusal(size, time.monotonic())
+            account.has_skipped |= bool(limit)
+            return limit
 
     def spend(self, robot: str, seconds: float) -> None:
         """Record the processor time that a message of a robot has cost."""
         with self._lock:
             self._accounts[robot].allowance.spend(seconds)
 
-    def number(self, robot: str, source: Source, number: int | None) -> None:
+    def number(self, robot: str, source: Source, number: int, by_zenoh: bool) -> range:
         """
-        Record the source of a message.
+        Record the source of a message and its number; return the missing numbers before it.
 
-        :param number: its number at its sender, if Zenoh does not detect lost messages itself.
+        :param by_zenoh: Zenoh itself reports missing messages, see ``miss``.
         """
         with self._lock:
             account = self._accounts[robot]
-            if account.number(source, number):
-                self._robot_of.setdefault(source, robot)
-                account.lost += self._missed.pop(source, 0)
+            missing = account.number(source, number)
+            if missing is None:
+                return range(0)
+            self._robot_of.setdefault(source, robot)
+            account.lost += self._missed.pop(source, 0) + (0 if by_zenoh else len(missing))
+            return missing
 
     def drop(self, robot: str, limit: str) -> None:
         """Record a message that was dropped because of a limit."""
@@ -358,8 +370,14 @@ class Roster:
             if newest is not None and not late:
                 account.take_live(newest)
 
+    def find(self, robot: str) -> None:
+        """Record that a lost message has arrived after all."""
+        with self._lock:
+            account = self._accounts[robot]
+            account.lost = max(0, account.lost - 1)
+
     def miss(self, source: Source, count: int) -> None:
-        """Record lost messages."""
+        """Record lost messages, which may still be found."""
         with self._lock:
             robot = self._robot_of.get(source)
             if robot is not None:

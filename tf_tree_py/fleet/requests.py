@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Requests to publishers for messages that they keep and that Zenoh does not fetch.
+
+One thread sends all requests, by robot in turn, so that a robot with many delays only itself.
+
+Zenoh itself requests messages that are missing between two others. If its request ends early,
+because a router dies meanwhile, it gives these messages up, although the publisher still keeps
+them. A ``Gap`` requests them again, until the publisher has answered.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from contextlib import suppress
+import threading
+from typing import Any, Protocol, TYPE_CHECKING
+
+from .keys import old_cache_of
+from .roster import Source
+from .session import needs_zenoh
+
+if TYPE_CHECKING:
+    import zenoh
+
+# The time limit of a response.
+_ANSWER_S = 2.0
+# The maximum number of requests of one robot in the queue; and about that of all robots together:
+# among n robots, each may have an n-th of it, but at least one. The oldest ones are dropped.
+_MOST_OF_ONE, _MOST_OF_ALL = 100, 10_000
+# How often in a row a request is repeated that a robot does not answer in time.
+_MOST_TRIES = 5
+# The maximum number of responses to one request in the queue; one publisher has few.
+_ANSWERS = 16
+
+Take = Callable[[str, 'zenoh.Sample'], object]
+"""Receives the robot of a request, and a sample of the response."""
+
+
+class Request(Protocol):
+    """A request for messages of one robot."""
+
+    robot: str
+    tries: int
+
+    @property
+    def selector(self) -> str:
+        """Return what Zenoh is asked for."""
+
+    @property
+    def ended(self) -> bool:
+        """Return whether it need not be repeated."""
+
+    def take(self, sample: 'zenoh.Sample') -> object:
+        """Take a sample of the response."""
+
+
+class OldCache:
+    """A request for all that a publisher of an older release of rmw_zenoh keeps."""
+
+    ended = True
+
+    def __init__(self, robot: str, key: str, take: Take) -> None:
+        """``key`` is that of the cache."""
+        self.robot, self.selector, self.tries = robot, key, 0
+        self._take = take
+
+    def take(self, sample: 'zenoh.Sample') -> None:
+        """Take a stored sample, which has the key that it was published under."""
+        self._take(self.robot, sample)
+
+
+class Gap:
+    """
+    A request for messages that are missing, by their numbers.
+
+    A publisher answers with what it still keeps, the oldest first, up to its newest message. So
+    the answer is complete as soon as it has a message from behind the gap.
+    """
+
+    def __init__(self, robot: str, key: str, source: Source, numbers: range, take: Take) -> None:
+        """``key`` is that of the transforms; the numbers are those of the publisher."""
+        self.robot, self.tries = robot, 0
+        self._key = key
+        self._source = source
+        self._numbers = numbers
+        self._take = take
+
+    @property
+    def selector(self) -> str:
+        """Return the request for the rest."""
+        zid, publisher = self._source
+        return f'{self._key}/@adv/*/{zid}/{publisher}/**?_sn={self._numbers.start}..'
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the publisher has answered completely."""
+        return not self._numbers
+
+    def take(self, sample: 'zenoh.Sample') -> None:
+        """Take a message; what lies before it is no longer kept."""
+        info = sample.source_info
+        if info is not None and info.source_sn >= self._numbers.start:
+            fills = info.source_sn in self._numbers
+            self._numbers = range(info.source_sn + 1, self._numbers.stop)
+            if fills:
+                self._take(self.robot, sample)
+
+
+class Requests:
+    """A queue of requests, and the thread's work; the other methods are thread-safe."""
+
+    def __init__(self, session: 'zenoh.Session') -> None:
+        """Begin with an empty queue."""
+        self._session = session
+        self._changed = threading.Condition()
+        # The requests by robot and selector; the next robot is first.
+        self._waiting: OrderedDict[str, dict[str, Request]] = OrderedDict()
+        # Those that were not answered completely, until their robot returns.
+        self._unanswered: dict[str, dict[str, Request]] = {}
+        self._returns = 0
+        self._closed = False
+
+    def add(self, request: Request) -> None:
+        """Queue a request."""
+        with self._changed:
+            _put(self._waiting, request)
+            self._changed.notify()
+
+    def ask_old_cache(self, robot: str, token: str, take: Take) -> None:
+        """Queue a request to a publisher, by its token; tokens of other kinds are ignored."""
+        key = old_cache_of(token)
+        if key:
+            self.add(OldCache(robot, key, take))
+
+    def repeat(self, robot: str) -> None:
+        """Queue what a robot that has returned has not answered completely."""
+        with self._changed:
+            self._returns += 1
+            for request in self._unanswered.pop(robot, {}).values():
+                request.tries = 0
+                _put(self._waiting, request)
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End, once the current request is answered or has timed out."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+
+    def work(self) -> None:
+        """Send one request after the other, until it is closed."""
+        while (request := self._next()) is not None:
+            before, selector, is_slow = self._returns, request.selector, False
+            with suppress(needs_zenoh().ZError):  # the session was closed in the meantime
+                is_slow = self._send(request)
+            with self._changed:
+                if not request.ended:
+                    # An answer that was too long for its time limit is continued.
+                    has_begun = request.selector != selector
+                    request.tries = 0 if has_begun else request.tries + 1
+                    again = (has_begun or self._returns > before
+                             or is_slow and request.tries < _MOST_TRIES)
+                    _put(self._waiting if again else self._unanswered, request)
+
+    def _next(self) -> Request | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or self._waiting)
+            if self._closed:
+                return None
+            robot, requests = self._waiting.popitem(last=False)
+            request = requests.pop(next(iter(requests)))
+            if requests:
+                self._waiting[robot] = requests
+            return request
+
+    def _send(self, request: Request) -> bool:
+        """Send a request, and take the answer; return whether there is a robot that was slow."""
+        zenoh = needs_zenoh()
+        replies = self._session.get(
+            request.selector, zenoh.handlers.FifoChannel(_ANSWERS), timeout=_ANSWER_S,
+            accept_replies=zenoh.ReplyKeyExpr.ANY, consolidation=zenoh.ConsolidationMode.NONE)
+        is_slow = False
+        for reply in replies:
+            if reply.ok is None:
+                is_slow = True
+            elif not self._closed:
+                request.take(reply.ok)
+        return is_slow
+
+
+def _put(requests: dict[str, dict[str, Any]], request: Request) -> None:
+    of_robot = requests.setdefault(request.robot, {})
+    of_robot[request.selector] = request
+    if len(of_robot) > max(1, min(_MOST_OF_ONE, _MOST_OF_ALL // len(requests))):
+        del of_robot[next(iter(of_robot))]
