@@ -39,7 +39,7 @@ _LOOK = {ord(other): char for char, others in _ALIKE.items() for other in others
 
 
 def deception_in(name: str) -> str:
-    """Return why a name could not be told from another by reading it, or ''."""
+    """Return why a name can look the same as another one, and is refused; '': it cannot."""
     if any(part != part.strip() for part in name.split('/')):
         return 'there is white space at the beginning or the end of it, or of a part of it'
     # What Python does not print: controls, formats such as zero-width and bidirectional
