@@ -95,7 +95,8 @@ def tumbling_rates(stamps):
         so3.conjugate_many(before[:, 3:]), after[:, 3:])) / (2e-9 * STEP)
 
 
-@for_each(gaps=[(), [(310, 340)], [(290, 320)], [(310, 316), (330, 345)], [(280, 365)]])
+@for_each(gaps=[(), [(310, 340)], [(290, 320)], [(310, 316), (330, 345)], [(280, 365)],
+                [(290, 310), (320, 340), (345, 370)]])
 def test_rotation_about_changing_axes_is_bridged(gaps):
     """Also with two gaps between the same poses, and with a pose or two in the gap."""
     buffer = BufferCore(cache_time=UNLIMITED)
@@ -129,13 +130,76 @@ def test_bridge_agrees_with_the_poses_and_has_no_jump():
         assert se3.distance(before, at)[1] < 1e-7 and se3.distance(at, after)[1] < 1e-7
 
 
-@for_each(gaps=[[(212, 231)], [(285, 330)], [(205, 209), (220, 240)], [(100, 900)]])
+@for_each(gaps=[[(212, 231)], [(285, 330)], [(205, 209), (220, 240)], [(100, 900)],
+                [(185, 215), (230, 270), (285, 340)], [(205, 225), (235, 400)]])
 def test_many_stamps_are_one_by_one_in_gaps(gaps):
     buffer = swinging(gaps)
     poses = buffer.lookup_many('odom', 'base', EVERYWHERE)
     for number in range(0, len(EVERYWHERE), 7):
         assert_same_pose(poses[number], buffer.lookup_at('odom', 'base', int(EVERYWHERE[number])),
                          tolerance=1e-9)
+
+
+def slowly(stamps):
+    """Return the yaw of an edge whose poses arrive at 2 Hz."""
+    return 0.5 * np.sin(6e-9 * np.asarray(stamps))
+
+
+def with_rare_poses(gaps):
+    """Return such an edge, with gaps of the gyroscope: pairs of milliseconds, begin and end."""
+    buffer = BufferCore(cache_time=UNLIMITED)
+    for stamp in range(0, 3 * SECOND + 1, 500 * MS):
+        buffer.insert('odom', 'base', stamp, Pose.from_xyz_rpy(yaw=slowly(stamp)))
+    stamps = np.arange(0, 3 * SECOND + 1, 5 * MS)
+    for begin, end in gaps:
+        stamps = stamps[(stamps <= begin * MS) | (stamps >= end * MS)]
+    rates = np.zeros((len(stamps), 3))
+    rates[:, 2] = 3.0 * np.cos(6e-9 * stamps)
+    buffer.aid('base', stamps, rates, max_gap=12 * MS)
+    return buffer
+
+
+def slow_errors(buffer):
+    """Return the stamps at which errors of the yaw are measured, milliseconds, and these."""
+    asked = np.arange(0, 3 * SECOND - 1, 1_333_333)
+    poses = buffer.lookup_many('odom', 'base', asked)
+    return asked / MS, np.abs(2.0 * np.arctan2(poses[:, 5], poses[:, 6]) - slowly(asked))
+
+
+@for_each(gaps=[
+    [(1100, 1140), (1300, 1340)], [(1060, 1080), (1200, 1260), (1420, 1440)],
+    [(1480, 1520), (1300, 1340), (980, 1020)], [(1010, 1050), (1465, 1540)]])
+def test_each_gap_between_two_poses_is_bridged(gaps):
+    """What was measured between the gaps is used, however far they are apart."""
+    assert slow_errors(with_rare_poses(gaps))[1].max() < 2e-3
+    assert slow_errors(with_rare_poses([(-1, 5000)]))[1].max() > 0.4
+
+
+@for_each(gaps=[[(1250, 1290), (1060, 1180), (1400, 1440)], [(1060, 1180), (1300, 1440)]])
+def test_measurement_beside_a_long_gap_is_used(gaps):
+    """Two long gaps between the same poses are one, since only the sum of their turns is known."""
+    long = [gap for gap in gaps if gap[1] - gap[0] > 100]
+    begin, end = min(long)[0], max(long)[1]
+    stamps, off = slow_errors(with_rare_poses(gaps))
+    outside = (stamps < begin) | (stamps > end)
+    assert off[outside].max() < 1e-3 < 0.01 < off[~outside].max()
+    _, joined = slow_errors(with_rare_poses([(begin, end)]))
+    np.testing.assert_allclose(off[~outside], joined[~outside], atol=1e-3)
+
+
+def test_bias_is_spread_over_all_gaps_between_two_poses():
+    """In proportion to the cubes of their lengths: 8 to 1."""
+    buffer, bias = BufferCore(cache_time=UNLIMITED), 0.02
+    for stamp in (0, SECOND):
+        buffer.insert('odom', 'base', stamp, Pose())
+    stamps = np.arange(0, 1001, 5)
+    stamps = stamps[((stamps <= 200) | (stamps >= 280)) & ((stamps <= 600) | (stamps >= 640))]
+    buffer.aid('base', stamps * MS, np.tile((0.0, 0.0, bias), (len(stamps), 1)))
+    yaws = [buffer.lookup_at('odom', 'base', stamp * MS).as_rpy()[2]
+            for stamp in (100, 200, 280, 400, 600, 640, 800)]
+    left = 8.0 / 9.0 * bias
+    assert yaws == pytest.approx([0.1 * bias, 0.2 * bias, 0.28 * bias - left, 0.4 * bias - left,
+                                  0.6 * bias - left, -0.36 * bias, -0.2 * bias])
 
 
 # --- what is not bridged
@@ -200,7 +264,8 @@ def test_pose_with_two_samples_in_a_gap_counts_once():
 
 # --- in any order, and in every copy
 
-@for_each(gaps=[[(212, 231)], [(285, 330)], [(285, 365)], [(205, 209), (220, 240)]], seed=[1, 2])
+@for_each(gaps=[[(212, 231)], [(285, 330)], [(285, 365)], [(205, 209), (220, 240)],
+                [(185, 215), (230, 270), (285, 340)]], seed=[1, 2])
 def test_order_of_arrival_does_not_matter_for_a_gap(gaps, seed):
     """After each arrival there are lookups."""
     expected, buffer = swinging(gaps), BufferCore(cache_time=UNLIMITED)

@@ -27,7 +27,8 @@ from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.frozen import storable
 
-from .bridge import Bridge, BRIDGED, bridged
+from .bridge import Bridge, bridged
+from .gaps import BRIDGED
 from .gyro import Gyro, rotation_of
 
 # A rotation by fewer radians has no axis, only rounding errors.

@@ -111,37 +111,25 @@ class Gyro:
         """Return the beginnings and ends of all holes, (2, n), and of one beyond all stamps."""
         return np.array([*self._holes, (FOREVER - 1, FOREVER - 1)], dtype=np.int64).T
 
-    def gap(self, begin: int, end: int) -> tuple[int, int] | None:
-        """
-        Return the gap between two stamps, from the begin of the first to the end of the last.
-
-        It may begin before the interval, and end after it; the times before the first sample and
-        after the last are gaps, too.
-
-        :return: None if the whole interval was measured.
-        """
-        known = self.orientations
-        oldest, latest = known.oldest_stamp, known.latest_stamp
-        if oldest is None or latest is None or end <= oldest or latest <= begin:
-            return BEGINNING, FOREVER
-        first = bisect_right(self._holes, begin, key=lambda hole: hole[1])
-        last = bisect_left(self._holes, end, key=lambda hole: hole[0]) - 1
-        found = [*self._holes[first:first + 1], *self._holes[last:last + 1]] if (
-            first <= last) else []
-        if begin < oldest:
-            found.insert(0, (BEGINNING, oldest))
-        if latest < end:
-            found.append((latest, FOREVER))
-        return (found[0][0], found[-1][1]) if found else None
-
     def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
-        """Return the gaps that begin or end between two stamps."""
+        """
+        Return the gaps that are partly between two stamps, in order; those that touch are one.
+
+        The times before the first sample and after the last are gaps, too.
+        """
         known = self.orientations
         if known.oldest_stamp is None or known.latest_stamp is None:
-            return []
-        return [(begin, end) for begin, end in (
-            (BEGINNING, known.oldest_stamp), *self._holes, (known.latest_stamp, FOREVER))
-            if begin < last and first < end]
+            return [(BEGINNING, FOREVER)]
+        begin, end = BEGINNING, known.oldest_stamp
+        found = []
+        here = bisect_right(self._holes, first, key=lambda hole: hole[1])
+        for hole in (*self._holes[here:bisect_left(self._holes, last, here, key=_begin_of)],
+                     (known.latest_stamp, FOREVER)):
+            if hole[0] > end:
+                found.append((begin, end))
+                begin = hole[0]
+            end = max(end, hole[1])
+        return [gap for gap in (*found, (begin, end)) if gap[0] < last and first < gap[1]]
 
     def rate_before(self, stamp: int) -> Vector3 | None:
         """
@@ -221,6 +209,10 @@ class Gyro:
         if gyro._holes != sorted(gyro._holes):
             raise ValueError("'holes' are not in order")
         return gyro
+
+
+def _begin_of(gap: tuple[int, int]) -> int:
+    return gap[0]
 
 
 def _extrapolated(far: Vector3, far_span: int, near: Vector3, near_span: int) -> Vector3:

@@ -22,7 +22,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 
 from ..curves.aided import gyro_until, turn_of
-from ..curves.bridge import BRIDGED
+from ..curves.gaps import BRIDGED
 from ..uncertainty.covariances import pack, PACKED_FLOATS
 
 TWIST_OVER = from_seconds(0.1)
@@ -260,8 +260,10 @@ class Trials:
                 # The newest sample may be replaced by another one with its stamp.
                 after = history.next_stamp(start.stamp + ahead - 1)
                 if until is not None:
+                    # The pose after a gap that contains the next one. Until then there may be
+                    # another gap, which is bridged with the rates that are measured after it.
                     after = history.next_stamp(after + BRIDGED)
-                if after < latest and (until is None or after <= until):
+                if after < latest and (until is None or after + 2 * BRIDGED <= until):
                     break
                 changing.append(cell)
         return changing
