@@ -13,6 +13,7 @@ from tf_tree_py.beyond.curves.curve import ConstantTwist
 from tf_tree_py.beyond.prediction.accelerations import deviations
 from tf_tree_py.core import InvalidArgumentException, Pose, se3
 from tf_tree_py.core.geometry import so3
+from turning_robot import aided, turning
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -151,11 +152,6 @@ def test_errors_are_those_of_an_edge_that_accelerates(axis, ahead, measured):
         assert off[axis] == pytest.approx(bounds[axis], rel=0.1)
 
 
-def turning(seconds):
-    """Return the pose of a robot that goes on the spot from side to side."""
-    return Pose.from_xyz_rpy(yaw=0.5 * np.sin(2.0 * seconds))
-
-
 @for_each(ahead=[50, 200, 500])
 def test_point_far_away_is_covered_and_not_by_much_more_than_needed(ahead):
     buffer, ratios = BufferCore(), []
@@ -217,6 +213,16 @@ def test_jumps_are_not_taken_for_accelerations():
     assert excess(buffer, 9200 * MS) < 1e-9
 
 
+def test_last_of_several_samples_with_one_stamp_counts():
+    once, twice = BufferCore(), BufferCore()
+    for stamp in range(0, 9 * SECOND + 1, 50 * MS):
+        pose = turning(stamp / SECOND) @ Pose(x=stamp / SECOND)
+        once.insert('odom', 'base', stamp, pose)
+        for each in (Pose(x=0.01 * (stamp // SECOND)**2), pose):
+            twice.insert('odom', 'base', stamp, each)
+    assert excess(twice, 9200 * MS) == pytest.approx(excess(once, 9200 * MS), rel=1e-9)
+
+
 def test_gap_in_the_samples_is_not_taken_for_an_acceleration():
     """A gentle start, of which the samples of a whole second are missing: 0.6 m/s^2."""
     buffer, drive = BufferCore(), Drive((0.0, 0.0), (3.0, 0.6), (6.0, 0.0), acceleration=0.6)
@@ -255,51 +261,7 @@ def test_only_the_present_parent_teaches():
     assert not buffer.predict('odom', 'base', 9200 * MS, SECOND).covariance.any()
 
 
-# An earlier prediction, by exactly 65.536 ms, ends at the newest sample.
-@for_each(step=[16_384_000, 400 * MS], many=[False, True])
-def test_late_samples_change_what_was_learnt(step, many):
-    """Samples arrive late and twice; a snapshot has never predicted."""
-    rng, buffer, late = np.random.default_rng(1), BufferCore(cache_time=20 * SECOND), []
-
-    def insert(stamp, pose):
-        buffer.insert('odom', 'base', stamp, pose)
-        asked = ('odom', 'base', buffer.latest_common_time('odom', 'base') + 65_536_000, SECOND)
-        found = buffer.predict(*asked) if stamp > SECOND else None
-        if found is not None and rng.random() < 0.1:
-            np.testing.assert_allclose(found.covariance, buffer.snapshot().predict(
-                *asked).covariance, rtol=1e-9, atol=1e-18)
-
-    for stamp in range(0, 400 * step, step):
-        pose = Pose.from_xyz_rpy(x=np.sin(stamp / SECOND)**3, yaw=rng.normal(scale=0.01))
-        if stamp and rng.random() < 0.05:
-            late.append((stamp, pose))
-            continue
-        insert(stamp, pose)
-        if rng.random() < 0.3:
-            insert(stamp, Pose(x=pose.x + 1.0))
-        if late and rng.random() < 0.1:
-            if many:
-                stamps, poses = zip(*late, strict=True)
-                buffer.insert_track('odom', 'base', list(stamps), list(poses))
-            else:
-                for each in late:
-                    insert(*each)
-            late = []
-
-
 # --- gyroscopes
-
-def aided(gyro_until, poses_until=6 * SECOND):
-    """Return a robot that drives along x and turns at changing rates, at 20 Hz."""
-    buffer = BufferCore()
-    for stamp in range(0, poses_until + 1, 50 * MS):
-        buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
-    stamps = np.arange(0, gyro_until + 1, 5 * MS)
-    rates = np.zeros((len(stamps), 3))
-    rates[:, 2] = np.cos(2e-9 * stamps)
-    buffer.aid('base', stamps, rates)
-    return buffer
-
 
 def test_rotation_that_a_gyroscope_measured_is_not_uncertain():
     """The remaining part is less certain, and less than without a gyroscope."""
@@ -330,28 +292,6 @@ def test_bias_of_a_gyroscope_is_in_the_covariance(lead):
         off = found.pose.as_rpy()[2]
         assert off == pytest.approx(bias * min(lead, ahead) / SECOND)
         assert 0.999 * off < sqrt(found.covariance[5, 5]) < 4.0 * off
-
-
-@for_each(lead=[-100 * MS, 10 * MS], gaps=[
-    [], [(5955, 6055)], [(5955, 6055), (6075, 6160)], [(5955, 6055), (6080, 6155)]])
-def test_late_gyroscope_changes_what_was_learnt(lead, gaps):
-    """It arrives later than the poses, or has gaps, which are bridged after the next poses."""
-    buffer, newest = aided(4900 * MS, 5 * SECOND), 4900 * MS
-    for stamp in range(5050 * MS, 7 * SECOND, 50 * MS):
-        buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
-        aheads = 120 * MS, 330 * MS
-        for ahead in aheads:
-            buffer.predict('odom', 'base', stamp + ahead, SECOND)
-        stamps = np.arange(newest + 5 * MS, stamp + lead + 1, 5 * MS)
-        newest = stamps[-1]
-        for begin, end in gaps:
-            stamps = stamps[(stamps <= begin * MS) | (stamps >= end * MS)]
-        buffer.aid('base', stamps, [(0.0, 0.0, np.cos(2e-9 * one)) for one in stamps])
-        for ahead in aheads:
-            asked = 'odom', 'base', stamp + ahead, SECOND
-            np.testing.assert_allclose(
-                buffer.predict(*asked).covariance, buffer.snapshot().predict(*asked).covariance,
-                rtol=1e-9, atol=1e-18)
 
 
 # --- arguments

@@ -66,7 +66,7 @@ class CurveHistory:
     fixed_parent = True
     # The creator of the curve decides how much of it is kept.
     cache_time = UNLIMITED
-    late = 0
+    late = FOREVER
 
     def __init__(self, child: str, parent: str | None, curve: EdgeCurve | None,
                  authority: str = '') -> None:

@@ -9,18 +9,20 @@ any time. Without a given limit, the largest acceleration so far is assumed to b
 that the edge may stop within half a second.
 """
 
+from bisect import bisect_left
 from collections.abc import Sequence
 import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.core.edges.packed import POSE_FLOATS
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import Twist
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
 Limits = Sequence[float]
@@ -119,14 +121,17 @@ class LearntLimits:
     They depend only on the samples, not on the times of the calls.
     """
 
-    __slots__ = ('_blocks', '_next', '_span', '_largest')
+    __slots__ = ('_blocks', '_next', '_used', '_span', '_largest')
 
     def __init__(self) -> None:
         self._blocks: dict[int, Array] = {}
-        # The first block that is not known yet, and the last span of stamps.
+        # The first block that is not known yet, the end of the samples that those before it
+        # depend on, and the last span of stamps.
         self._next: int | None = None
+        self._used = BEGINNING
         self._span: tuple[int, int] | None = None
-        self._largest: Limits = [0.0] * 6
+        # None: unknown.
+        self._largest: Limits | None = None
 
     def largest(self, history: MovingHistory, oldest: int, latest: int) -> Limits:
         """
@@ -134,34 +139,42 @@ class LearntLimits:
 
         :param oldest: the oldest sample with the present parent; ``latest``: the newest.
         """
-        if (oldest, latest) == self._span:
-            return self._largest
-        self._span = oldest, latest
-        first = -(-oldest // _BLOCK)
-        changed = False
-        while self._blocks and (expired := next(iter(self._blocks))) < first:
-            del self._blocks[expired]
-            changed = True
-        begin = first if self._next is None else max(self._next, first)
-        if latest >= (begin + 1) * _BLOCK + _SAMPLES * _CELL:
-            changed |= self._learn(history, begin, latest)
-        if changed:
+        if (oldest, latest) != self._span:
+            self._span = oldest, latest
+            self._renew(history, oldest, latest)
+        if self._largest is None:
             self._largest = np.max([*self._blocks.values(), np.zeros(6)], axis=0).tolist()
         return self._largest
 
-    def _learn(self, history: MovingHistory, first: int, latest: int) -> bool:
-        """Add all blocks that no later sample changes; return whether there are any."""
-        begin = first * _BLOCK
-        track = history.track(begin, latest)
-        if history.takes_samples:
-            times = _first_in_each_cell(track.knots[(begin <= track.knots)
-                                                    & (track.knots < latest)])
-        else:
-            # Curves have no samples, but have a pose at every stamp.
-            times = np.arange(begin, latest, _CELL)
+    def _renew(self, history: MovingHistory, oldest: int, latest: int) -> None:
+        """Remove the blocks that have expired, and learn those that are new."""
+        first = -(-oldest // _BLOCK)
+        while self._blocks and (expired := next(iter(self._blocks))) < first:
+            del self._blocks[expired]
+            self._largest = None
+        begin = first if self._next is None else max(self._next, first)
+        if latest >= (begin + 1) * _BLOCK + _SAMPLES * _CELL:
+            self._learn(history, begin, latest)
+
+    def forget(self, late: int) -> None:
+        """Forget all blocks that depend on a sample, which was inserted before the newest one."""
+        self._span = None
+        if late >= self._used:
+            return
+        known = [*self._blocks]
+        # A block contains the first of four cells with samples.
+        first = max(bisect_left(known, late // _BLOCK) - (_SAMPLES - 1), 0)
+        for block in known[first:]:
+            del self._blocks[block]
+        self._next = None if first == 0 else known[first]
+        self._used, self._largest = late, None
+
+    def _learn(self, history: MovingHistory, first: int, latest: int) -> None:
+        """Add all blocks that no later sample changes."""
+        times, poses = _one_in_each_cell(history, first * _BLOCK, latest)
         if len(times) < _SAMPLES:
-            return False
-        rows = _lasting_limits(times, np.moveaxis(track.at(times), 0, -1))
+            return
+        rows = _lasting_limits(times, poses)
         blocks = times // _BLOCK
         end = int(min(blocks[len(rows)], (latest - _SAMPLES * _CELL) // _BLOCK))
         blocks = blocks[:len(rows)]
@@ -170,13 +183,26 @@ class LearntLimits:
             starts = _changes(blocks[:known])
             self._blocks.update(zip(blocks[starts].tolist(), np.maximum.reduceat(
                 rows[:known], starts), strict=True))
+            self._largest = None
+            self._used = int(times[known + _SAMPLES - 2]) + 1
         self._next = max(first, end)
-        return bool(known)
+        self._used = max(self._used, self._next * _BLOCK)
 
 
-def _first_in_each_cell(stamps: Stamps) -> Stamps:
-    """Return the first of sorted stamps in each cell."""
-    return stamps[_changes(stamps // _CELL)]
+def _one_in_each_cell(history: MovingHistory, begin: int, end: int) -> tuple[Stamps, Array]:
+    """Return the first stamp in each cell with samples, and the poses (n, 7)."""
+    if not history.takes_samples:
+        # Curves have no samples, but have a pose at every stamp.
+        times = np.arange(begin, end, _CELL)
+        return times, np.moveaxis(history.track(begin, end).at(times), 0, -1)
+    # Without a copy of all samples, which takes much longer than the rest if these are many.
+    columns = history.columns()
+    first, last = (bisect_left(columns.stamps, stamp) for stamp in (begin, end))
+    stamps = np.asarray(columns.stamps[first:last])
+    times = stamps[_changes(stamps // _CELL)]
+    # Of several samples with one stamp, the last counts.
+    newest = first + stamps.searchsorted(times, side='right') - 1
+    return times, np.asarray(columns.poses).reshape(-1, POSE_FLOATS)[newest]
 
 
 def _changes(values: Stamps) -> npt.NDArray[np.intp]:

@@ -8,11 +8,20 @@ It has two parts: the errors of earlier predictions, and the largest acceleratio
 """
 
 from tf_tree_py.core.edges.protocol import MovingHistory
-from tf_tree_py.core.stamp import BEGINNING, mean_interval, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import BEGINNING, FOREVER, mean_interval, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.tree.companions import Companion
 
 from .accelerations import deviations, LearntLimits, Limits
-from .trials import check_size, LATELY, Packed, Start, times, Trials, TWIST_OVER
+from .trials import (
+    check_size,
+    LATELY,
+    Packed,
+    Start,
+    times,
+    Trials,
+    TWIST_OVER,
+    unchanged_until,
+)
 from ..uncertainty.covariances import DIAGONAL
 
 _DIAGONAL: tuple[int, ...] = tuple(DIAGONAL.tolist())
@@ -29,7 +38,11 @@ class PastCache(Companion):
         self.by_child: dict[str, Past] = {}
 
     def structure_changed(self) -> None:
-        """Remove all: a prediction is made from samples with the newest parent."""
+        """
+        Remove all: a prediction is made from samples with the newest parent.
+
+        A late sample of an edge that has had other parents changes the structure, too.
+        """
         self.by_child.clear()
 
     def of(self, history: MovingHistory) -> 'Past':
@@ -37,8 +50,11 @@ class PastCache(Companion):
         if not history.takes_samples:
             return Past(history)
         known = self.by_child.get(history.child)
-        if known is None or known.late != history.late:
+        if known is None:
             known = self.by_child[history.child] = Past(history)
+        elif history.late != FOREVER:
+            known.forget(history, history.late)
+        history.late = FOREVER
         return known
 
 
@@ -47,17 +63,19 @@ class Past:
     The earlier predictions of one edge, and its accelerations.
 
     It depends only on the samples, not on the times of the calls.
-
-    :ivar late: that of the history for which it holds.
     """
 
-    __slots__ = ('late', '_since', '_trials', '_limits')
+    __slots__ = ('_since', '_trials', '_limits')
 
     def __init__(self, history: MovingHistory) -> None:
-        self.late = history.late
         self._since = _begin(history)
         self._trials = Trials()
         self._limits = LearntLimits()
+
+    def forget(self, history: MovingHistory, late: int) -> None:
+        """Forget all that a sample that was inserted before the newest one may have changed."""
+        self._limits.forget(late)
+        self._trials.forget(unchanged_until(history, late))
 
     def covariance(self, history: MovingHistory, start: Start, ahead: int, until: int,
                    given: Limits | None) -> Packed:

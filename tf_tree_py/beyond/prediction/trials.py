@@ -19,7 +19,7 @@ from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple, Twist
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.stamp import BEGINNING, from_seconds
 
 from ..curves.aided import gyro_until, turn_of
 from ..curves.gaps import BRIDGED
@@ -108,6 +108,37 @@ def times(twist: Twist, factor: float) -> Twist:
     return (factor * vx, factor * vy, factor * vz, factor * wx, factor * wy, factor * wz)
 
 
+def unchanged_until(history: MovingHistory, late: int) -> int:
+    """Return a stamp up to which a sample with a given stamp did not change the edge's poses."""
+    before = _sample_before(history, late)
+    if gyro_until(history) is None:
+        return before
+    # A gap that contains the pose after a stamp is bridged from the pose before to that after it.
+    return _sample_before(history, before - BRIDGED)
+
+
+def _unexpired_since(history: MovingHistory, newest: int, oldest: int) -> int:
+    """
+    Return a stamp from which on an edge's poses do not change when older samples expire.
+
+    :param newest: the stamp of the newest pose or sample of the gyroscope.
+    :param oldest: this is returned if nothing has expired.
+    """
+    # Two samples before a gap around the pose before another gap have an effect.
+    horizon = newest - history.cache_time + 2 * BRIDGED
+    if horizon < oldest:
+        return oldest
+    return history.next_stamp(history.next_stamp(horizon) + BRIDGED)
+
+
+def _sample_before(history: MovingHistory, stamp: int) -> int:
+    """Return the stamp of the last older sample; ``BEGINNING`` if there is none."""
+    oldest = history.oldest_stamp
+    if oldest is None or stamp <= oldest:
+        return BEGINNING
+    return int(history.track(stamp - 1, stamp - 1).knots[0])
+
+
 # --- earlier predictions
 
 _Error = tuple[float, float, float, float, float, float]
@@ -166,6 +197,15 @@ class Trials:
         self._starts: dict[int, Start | None] = {}
         self._rungs: dict[_Ahead, _Rung] = {}
 
+    def forget(self, since: int) -> None:
+        """Forget all errors and starts that poses after a stamp may have changed."""
+        self._starts = {cell: start for cell, start in self._starts.items()
+                        if (cell + 1) * self._cell <= since}
+        self._rungs = {ahead: _Rung(None, {
+            cell: error for cell, error in rung.errors.items()
+            if (cell + 1) * self._cell + ahead[0] <= since}, None)
+            for ahead, rung in self._rungs.items()}
+
     def moment(self, history: MovingHistory, start: Start, ahead: int, until: int,
                period: float) -> Packed:
         """
@@ -190,8 +230,10 @@ class Trials:
         # The errors at the newest sample may still change, or until a gap of the gyroscope is
         # bridged; see ``_changing``.
         latest = start.stamp - math.ceil(period)
-        if gyro_until(history) is not None:
+        measured = gyro_until(history)
+        if measured is not None:
             latest -= BRIDGED
+            oldest = _unexpired_since(history, max(measured, start.stamp), oldest)
         total = [0.0] * PACKED_FLOATS
         for rung, weight in _rungs_around(tried, (until - start.stamp) / ahead):
             moment = self._moment(history, oldest, latest, rung)

@@ -138,7 +138,7 @@ class PackedSamples:
     :ivar authority: the publisher of the last accepted sample.
     :ivar parent: the newest sample's parent; None without samples, and after an end.
     :ivar latest_stamp: the newest stamp, nanoseconds; None without samples.
-    :ivar late: how often samples were inserted before the newest one.
+    :ivar late: see ``MovingHistory``.
     """
 
     __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time', 'late',
@@ -149,7 +149,7 @@ class PackedSamples:
         self.child = child
         self.cache_time = cache_time
         self.authority = authority
-        self.late = 0
+        self.late = FOREVER
         self.clear()
 
     def __len__(self) -> int:
@@ -242,7 +242,7 @@ class PackedSamples:
         if (stamps[1:] < stamps[:-1]).any():
             stamps, poses = _in_order(stamps, poses)
         if stamps[0] < self.latest_stamp:
-            self.late += 1
+            self.late = min(self.late, int(stamps[0]))
             # Stored samples that are newer than the first new one are sorted with the new ones.
             index = bisect_right(self._stamps, int(stamps[0]), self._first())
             newer = np.array(self._poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
@@ -348,7 +348,7 @@ class PackedSamples:
         self.parent = parent
 
     def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
-        self.late += 1
+        self.late = min(self.late, stamp)
         index = bisect_right(self._stamps, stamp, self._first())
         self._stamps.insert(index, stamp)
         first = index * POSE_FLOATS

@@ -309,8 +309,8 @@ class MovingHistory(History, Protocol):
     The history of an edge whose samples have stamps.
 
     :ivar cache_time: how far the oldest sample may be behind the newest, nanoseconds.
-    :ivar late: how often samples were inserted before the newest one: what was computed from
-        older samples is then out of date.
+    :ivar late: the oldest stamp of the samples that were inserted before the newest one, since
+        predictions set it to ``FOREVER``: what they learnt from newer samples is out of date.
     """
 
     cache_time: int

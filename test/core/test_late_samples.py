@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""What predictions learnt depends on the samples, also if these arrive late."""
+
+from counting import calls
+from inputs import for_each
+import numpy as np
+import pytest
+from tf_tree_py import BufferCore
+from tf_tree_py.beyond.prediction.accelerations import _lasting_limits
+from tf_tree_py.beyond.prediction.past import PastCache
+from tf_tree_py.beyond.prediction.trials import Trials
+from tf_tree_py.core import Pose
+from turning_robot import aided, MS, SECOND, turning
+
+
+# An earlier prediction, by exactly 65.536 ms, ends at the newest sample.
+@for_each(step=[16_384_000, 400 * MS, 1100 * MS], many=[False, True])
+def test_late_samples_change_what_was_learnt(step, many):
+    """Samples arrive late and twice; a snapshot has never predicted."""
+    rng, buffer, late = np.random.default_rng(1), BufferCore(cache_time=20 * SECOND), []
+
+    def insert(stamp, pose):
+        buffer.insert('odom', 'base', stamp, pose)
+        asked = ('odom', 'base', buffer.latest_common_time('odom', 'base') + 65_536_000, SECOND)
+        found = buffer.predict(*asked) if stamp > SECOND else None
+        is_late = stamp < buffer.latest_common_time('odom', 'base')
+        if found is not None and (is_late or rng.random() < 0.1):
+            np.testing.assert_allclose(found.covariance, buffer.snapshot().predict(
+                *asked).covariance, rtol=1e-9, atol=1e-18)
+
+    for stamp in range(0, 400 * step, step):
+        pose = Pose.from_xyz_rpy(x=np.sin(stamp / SECOND)**3, yaw=rng.normal(scale=0.01))
+        if stamp and rng.random() < 0.05:
+            late.append((stamp, pose))
+            continue
+        insert(stamp, pose)
+        if rng.random() < 0.3:
+            insert(stamp, Pose(x=pose.x + 1.0))
+        if late and rng.random() < 0.1:
+            if many:
+                stamps, poses = zip(*late, strict=True)
+                buffer.insert_track('odom', 'base', list(stamps), list(poses))
+            else:
+                for each in late:
+                    insert(*each)
+            late = []
+
+
+@for_each(lateness=[50 * MS, 5 * SECOND])
+def test_late_sample_costs_no_more_than_it_changes(lateness):
+    """The predictions and blocks from before the sample are kept."""
+    buffer, newest = BufferCore(cache_time=100 * SECOND), 60 * SECOND
+    for stamp in range(0, newest + 1, 10 * MS):
+        buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
+    asked = 'odom', 'base', newest + 100 * MS, SECOND
+    with calls() as first:
+        buffer.predict(*asked)
+    past = buffer._tree.companion(PastCache).by_child['base']
+    blocks = dict(past._limits._blocks)
+    late = newest - lateness + 5 * MS
+    buffer.insert('odom', 'base', late, turning(late / SECOND))
+    with calls() as again:
+        buffer.predict(*asked)
+    made = first(Trials._error), again(Trials._error)
+    assert made[0] >= 32 and made[1] <= (12 if lateness < SECOND else 0.8 * made[0])
+    assert again(_lasting_limits) == (lateness > SECOND)
+    kept = buffer._tree.companion(PastCache).by_child['base']._limits._blocks
+    assert sum(kept.get(block) is one for block, one in blocks.items()) >= (
+        len(blocks) - (8 if lateness > SECOND else 0))
+
+
+def test_late_sample_with_another_parent_ends_what_counts():
+    """Below map it brakes hard until 4 s; a late sample says that it was below odom at 5 s."""
+    buffer = BufferCore(cache_time=100 * SECOND)
+    for stamp in range(0, 9 * SECOND + 1, 20 * MS):
+        parent = 'odom' if stamp < 2 * SECOND else 'map'
+        x = 4.0 * min(stamp / SECOND, 4.0) - 0.5 * min(stamp / SECOND, 4.0)**2
+        buffer.insert(parent, 'base', stamp, Pose(x=x), strict=False)
+    asked = 'map', 'base', 9200 * MS, SECOND
+    before = buffer.predict(*asked).covariance
+    buffer.insert('odom', 'base', 5 * SECOND + 1, Pose(), strict=False)
+    after = buffer.predict(*asked).covariance
+    np.testing.assert_allclose(after, buffer.snapshot().predict(*asked).covariance)
+    assert after[0, 0] < 0.5 * before[0, 0]
+
+
+# --- beside a gyroscope
+
+@for_each(lead=[-100 * MS, 10 * MS], gaps=[
+    [], [(5955, 6055)], [(5955, 6055), (6075, 6160)], [(5955, 6055), (6080, 6155)]])
+def test_late_gyroscope_changes_what_was_learnt(lead, gaps):
+    """It arrives later than the poses, or has gaps, which are bridged after the next poses."""
+    buffer, newest = aided(4900 * MS, 5 * SECOND), 4900 * MS
+    for stamp in range(5050 * MS, 7 * SECOND, 50 * MS):
+        buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
+        aheads = 120 * MS, 330 * MS
+        for ahead in aheads:
+            buffer.predict('odom', 'base', stamp + ahead, SECOND)
+        stamps = np.arange(newest + 5 * MS, stamp + lead + 1, 5 * MS)
+        newest = stamps[-1]
+        for begin, end in gaps:
+            stamps = stamps[(stamps <= begin * MS) | (stamps >= end * MS)]
+        buffer.aid('base', stamps, [(0.0, 0.0, np.cos(2e-9 * one)) for one in stamps])
+        for ahead in aheads:
+            asked = 'odom', 'base', stamp + ahead, SECOND
+            np.testing.assert_allclose(
+                buffer.predict(*asked).covariance, buffer.snapshot().predict(*asked).covariance,
+                rtol=1e-9, atol=1e-18)
+
+
+@for_each(seed=range(4), cache_time=[4 * SECOND, 100 * SECOND])
+def test_late_poses_beside_a_gyroscope_change_what_was_learnt(seed, cache_time):
+    """They change the rotation in gaps before them; and what has expired has no effect."""
+    rng, buffer, late = np.random.default_rng(seed), BufferCore(cache_time=cache_time), []
+    measured, period = 0, (50 * MS, 333 * MS)[seed % 2]
+    for stamp in range(0, 100 * period, period):
+        pose = Pose.from_xyz_rpy(yaw=0.4 * np.sin(4e-9 * stamp) + rng.normal(scale=0.001))
+        if stamp and rng.random() < 0.15:
+            late.append((stamp, pose))
+            continue
+        buffer.insert('odom', 'base', stamp, pose)
+        stamps = np.arange(measured + 5 * MS, stamp + int(rng.choice([-80, 10, 40])) * MS, 5 * MS)
+        measured = max([measured, *stamps.tolist()])
+        if len(stamps) > 20:
+            begin = rng.integers(1, len(stamps) - 19)
+            stamps = np.delete(stamps, slice(begin, begin + rng.integers(2, 19)))
+        buffer.aid('base', stamps, [(0.0, 0.0, 1.6 * np.cos(4e-9 * one)) for one in stamps],
+                   max_gap=7 * MS)
+        if rng.random() < 0.2:
+            for each in late:
+                buffer.insert('odom', 'base', *each)
+            late = []
+        if stamp > SECOND:
+            asked = 'odom', 'base', stamp + 65_536_000, SECOND
+            np.testing.assert_allclose(
+                buffer.predict(*asked).covariance, buffer.snapshot().predict(*asked).covariance,
+                rtol=1e-8, atol=1e-16)
+
+
+def test_late_pose_in_a_gap_changes_an_error_before_the_pose_before_it():
+    """The error of 1.85 s + 93 ms, in a gap from 1.935 s to 2.02 s; the pose of 2 s is late."""
+    buffer, ahead = BufferCore(), 92_681_900
+    # The error is that of the cell until 1.875 s, which has one sample.
+    for stamp in sorted({1970 * MS, *range(0, 3 * SECOND + 1, 50 * MS)} - {
+            1750 * MS, 1800 * MS, 2000 * MS}):
+        buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
+    stamps = np.arange(0, 3 * SECOND + 1, 5 * MS)
+    stamps = stamps[(stamps <= 1935 * MS) | (stamps >= 2020 * MS)]
+    buffer.aid('base', stamps, [(0.0, 0.0, np.cos(2e-9 * one)) for one in stamps], max_gap=7 * MS)
+    asked = 'odom', 'base', 3 * SECOND + ahead, SECOND
+    before = buffer.predict(*asked).covariance[5, 5]
+    buffer.insert('odom', 'base', 2000 * MS, Pose.from_xyz_rpy(yaw=-0.2))
+    expected = buffer.snapshot().predict(*asked).covariance[5, 5]
+    assert buffer.predict(*asked).covariance[5, 5] == pytest.approx(expected, rel=1e-9)
+    assert before != pytest.approx(expected, rel=1e-6)
