@@ -233,6 +233,25 @@ def test_gap_in_the_samples_is_not_taken_for_an_acceleration():
     assert excess(buffer, 9200 * MS) == pytest.approx(1.2 * (0.04 + 0.02) / 2 / sqrt(3), rel=0.01)
 
 
+@for_each(period=[10 * MS, 40 * MS, 100 * MS, 200 * MS],
+          begin=range(3000 * MS, 3200 * MS, 20 * MS))
+def test_short_acceleration_is_learnt_in_part(period, begin):
+    """It turns around at 4 m/s^2, at speeds from which it may stop more gently."""
+    def place(stamp, lasting):
+        since = max(stamp - begin, 0) / SECOND
+        first = min(since, lasting)
+        return -2.0 * lasting * stamp / SECOND + 2.0 * first**2 + 4.0 * lasting * (since - first)
+
+    shares = []
+    for lasting in (0.2, 0.4) if period < 200 * MS else (0.4, 0.8):
+        buffer = BufferCore()
+        for stamp in range(0, 6 * SECOND + 1, period):
+            buffer.insert('odom', 'base', stamp, Pose(x=place(stamp, lasting)))
+        shares.append(excess(buffer, 6200 * MS) / (
+            4.0 * (0.04 + 0.2 * max(0.1, period / SECOND)) / 2 / sqrt(3)))
+    assert 0.49 < shares[0] < 0.95 and shares[1] == pytest.approx(1.0)
+
+
 def test_mean_twist_of_slow_samples_is_older():
     """It is the mean of the last second, so the error is a (h^2 + 1 s h) / 2."""
     buffer = BufferCore()

@@ -161,12 +161,12 @@ def _brake_table(brakes: list[Braking]) -> Table:
 
 def _robot_table(rows: list[Row]) -> Table:
     return Table(
-        'Errors in the regions of 68 and 95 %, and in that of 95 % when it happens: samples at '
-        '10, 25 and 100 Hz, 50 to 500 ms ahead',
+        'Errors in the regions of 68 and 95 %, also in the second after it begins to brake, start '
+        'or turn: samples at 10, 25 and 100 Hz, 50 to 500 ms ahead',
         (Column('name', 'the robot'), Column('noise', 'noise [mm]', '.0f', 1e3),
          Column('in_68', 'in 68 % [%]', '.0f', 100.0),
          Column('in_95', 'in 95 % [%]', '.0f', 100.0),
-         Column('in_event', 'then [%]', '.0f', 100.0),
+         Column('in_event', 'in 95 % in that second [%]', '.0f', 100.0),
          Column('wider', 'sigma/error', '.1f')), rows)
 
 

@@ -56,8 +56,8 @@ class CurveBuffer(PlainBuffer):
         """
         Insert angular velocities of a gyroscope, for lookups between an edge's poses.
 
-        Between two poses lookups return the rotation that the gyroscope measured; at both poses
-        this agrees exactly with them. A gap of up to 0.1 s is bridged from what was measured
+        Between two poses, lookups follow the rotation that the gyroscope measured, corrected so
+        that it agrees with both poses. A gap of up to 0.1 s is bridged from what was measured
         before and after it. In a longer one the rotation is interpolated as before. Translations
         and the poses themselves do not change.
 
@@ -69,7 +69,8 @@ class CurveBuffer(PlainBuffer):
         :param max_gap: the longest time between two samples, nanoseconds; a longer one is a gap.
             None: five of its usual periods.
         :param saturation: the largest rate about one axis that it can measure, radians per
-            second; from the sample before one that reaches it to the sample after it is a gap.
+            second; if a sample reaches it, the time from the sample before to the sample after
+            counts as a gap.
         :return: how many were inserted: those that are newer than all previous ones.
         :raises InvalidArgumentException: mismatched shapes, rates that are not finite,
             invalid stamps or limits, or an edge that is static or a curve.

@@ -172,8 +172,9 @@ class PredictionQueries(UncertainQueries):
         :param horizon: nanoseconds; no edge is predicted further beyond its newest sample.
         :param acceleration: the largest accelerations of edges, by child frame: six numbers
             along x, y, z (m/s^2) and about x, y, z (rad/s^2), in the child's axes. For other
-            edges they are the largest that lasted for 0.2 s in all samples that are kept, or
-            those with which the edge would stop within 0.5 s, whichever are larger.
+            edges they are the largest that lasted for 0.4 s in all samples that are kept (a
+            shorter one counts in part), or those with which the edge would stop within 0.5 s
+            from the largest speed that it had in these samples, whichever are larger.
         :return: the pose, the covariance (6, 6), and how far ``beyond`` the data the pose is.
         :raises FutureExtrapolationException: an edge ends further away than the horizon.
         :raises InvalidArgumentException: a horizon or an acceleration that is not as above.

@@ -286,6 +286,8 @@ class Buffer(CoreApi, BufferInterface):
 
         :param time: an rclpy ``Time``, or a message's.
         :param horizon: an rclpy ``Duration``; no edge is predicted further than that.
+        :param acceleration: the largest accelerations by child frame: six numbers along x, y, z
+            (m/s^2) and about x, y, z (rad/s^2), in the child's axes. None: learnt.
         """
         return predicted_pose(target_frame, CoreApi.predict(
             self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),
