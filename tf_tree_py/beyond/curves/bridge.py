@@ -59,7 +59,7 @@ class Crossing(NamedTuple):
         return so3.multiply(self.start, so3.exp((x, y, z)))
 
     def rotations(self, s: Array) -> Array:
-        """Return the rotations (N, 4) at parts (N, 1) of the gap."""
+        """Return the quaternions (N, 4) at parts (N, 1) of the gap."""
         return so3.multiply_many(np.array(self.start), so3.exp_many(_turned(self.terms, s)))
 
     def effects(self, s: Array, first: Array, last: Array) -> Array:
