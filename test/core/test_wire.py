@@ -16,6 +16,8 @@ from serialized import serialize
 from tf_tree_py import BufferCore
 from tf_tree_py.core import TransformException
 from tf_tree_py.core.buffer import intake
+from tf_tree_py.core.messages.incidents import Kind
+from tf_tree_py.core.messages.message_layout import STEP
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import read, WireError, WireReader, WireWriter, write
 
@@ -245,3 +247,60 @@ def test_messages_with_leading_slashes_take_the_short_way(monkeypatch):
     assert len(looked_at) == 2
     assert buffer.frames() == ['odom', 'map', 'base']
     assert [edge.samples for edge in buffer.edges()] == [5, 5]
+
+
+# --- in steps
+
+def steps_of(reader, data):
+    """Read a message in steps; return how many there were, and the result."""
+    steps, count = reader.read_in_steps(data, 'me'), 0
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return count, end.value
+        count += 1
+
+
+@given(messages)
+def test_message_is_read_in_steps_as_in_one(message):
+    data = serialize(message)
+    assert steps_of(WireReader(), data) == (0, read(data))
+
+
+def test_large_message_is_read_in_steps_and_then_known():
+    message = [('map', f'frame{number}', 1, 2, MOVED) for number in range(4 * STEP)]
+    reader, data = WireReader(), serialize(message)
+    assert reader.read_known(data) is None
+    count, batch = steps_of(reader, data)
+    assert count == 4
+    assert as_transforms(batch) == message
+    assert reader.read_known(data) == batch
+    assert steps_of(reader, data) == (0, batch)
+
+
+def test_reader_reads_other_messages_between_two_steps():
+    large, small = (serialize([('map', f'frame{number}', 1, 2, MOVED) for number in range(count)])
+                    for count in (2 * STEP, 3))
+    reader = WireReader()
+    steps = reader.read_in_steps(large, 'me')
+    for _ in steps:
+        assert reader.read(small) == read(small)
+        assert reader.read_known(large) is None
+    assert reader.read_known(large) == read(large)
+
+
+def test_what_is_no_message_is_refused_in_steps_as_at_once():
+    whole = serialize([('map', f'frame{number}', 1, 2, MOVED) for number in range(2 * STEP)])
+    for data in (b'', whole[:-9], whole + bytes(8), whole[:-80] + b'\xff' * 80):
+        incident = WireReader().read_or_refuse(data, 'me')
+        assert incident.kind is Kind.MALFORMED
+        assert steps_of(WireReader(), data)[1] == incident
+
+
+def test_parts_of_a_batch_are_the_batch():
+    batch = read(serialize([('map', f'frame{number}', number, 2, MOVED) for number in range(10)]))
+    for most, sizes in ((3, [3, 3, 3, 1]), (5, [5, 5]), (10, [10]), (11, [10])):
+        parts = list(batch.parts(most))
+        assert [len(part.edges) for part in parts] == sizes
+        assert sum((part.samples() for part in parts), []) == batch.samples()

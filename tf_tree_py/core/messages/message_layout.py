@@ -11,7 +11,7 @@ and strings of both. Many messages with the same names are read together, as one
 of their bytes.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 import struct
 import sys
 from typing import Any, NamedTuple
@@ -114,6 +114,8 @@ _MAX_PADDING = 7
 # and as a str, in which a single wide character makes all characters four bytes wide.
 _TRANSFORM_BYTES = 500
 _NAME_BYTES = 5
+STEP = 500
+"""The transforms of a large message that are processed at a time, some milliseconds."""
 NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
 """The byte order of this machine, as struct's letter."""
 
@@ -228,7 +230,7 @@ def find_layout(data: bytes, rename: Rename) -> MessageLayout:
 
     :raises WireError: the bytes are not a TFMessage.
     """
-    return _layout(cdr_cursor(data), rename)
+    return _last(find_layout_in_steps(data, rename))
 
 
 def find_ros1_layout(data: bytes, rename: Rename) -> MessageLayout:
@@ -237,16 +239,36 @@ def find_ros1_layout(data: bytes, rename: Rename) -> MessageLayout:
 
     :raises WireError: the bytes are not a TFMessage.
     """
-    return _layout(ros1_cursor(data), rename)
+    return _last(_steps(ros1_cursor(data), rename))
 
 
-def _layout(cursor: ByteCursor, rename: Rename) -> MessageLayout:
+def find_layout_in_steps(data: bytes, rename: Rename) -> Generator[None, None, MessageLayout]:
+    """
+    Do the same as ``find_layout``, in steps between which the caller can do other work.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    return _steps(cdr_cursor(data), rename)
+
+
+def _last(steps: Generator[None, None, MessageLayout]) -> MessageLayout:
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            found: MessageLayout = end.value
+            return found
+
+
+def _steps(cursor: ByteCursor, rename: Rename) -> Generator[None, None, MessageLayout]:
     size = len(cursor.data)
     count = cursor.take_uint32()
     if count * _MIN_TRANSFORM_BYTES > size:
         raise WireError(f'{size} bytes cannot hold {count} transforms')
     places, edges, slashed = [], [], dict[str, None]()
-    for _ in range(count):
+    for number in range(count):
+        if number % STEP == STEP - 1:
+            yield
         stamp = cursor.skip_stamp()
         parent, parent_bytes = cursor.take_string()
         child, child_bytes = cursor.take_string()

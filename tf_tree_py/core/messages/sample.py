@@ -12,7 +12,7 @@ samples are refused, for the same reasons. Samples that cannot be checked togeth
 one by one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import math
 from typing import Any, NamedTuple
 
@@ -76,6 +76,12 @@ class Batch(NamedTuple):
         """Return the transforms one by one."""
         return [Sample(parent, child, stamp, unpack_pose(pose)) for (parent, child), stamp, pose
                 in zip(self.edges, self.stamps, self.poses, strict=True)]
+
+    def parts(self, most: int) -> Iterator['Batch']:
+        """Return the transforms in batches of at most this many; names with slashes are lost."""
+        for begin in range(0, len(self.edges), most):
+            some = slice(begin, begin + most)
+            yield Batch(self.edges[some], self.stamps[some], self.poses[some])
 
 
 def admitted(sample: Sample) -> Sample:

@@ -14,7 +14,7 @@ and one unpacking of the numbers. A publisher of the same edges writes in the sa
 stamp and the poses of a ``MessageTemplate`` change.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Generator, Iterable
 from itertools import accumulate
 import struct
 import sys
@@ -24,7 +24,14 @@ import numpy as np
 from .byte_cursor import ENCAPSULATION_BYTES, WireError
 from .frame_names import as_published, Rename
 from .incidents import Incident, Kind
-from .message_layout import find_layout, FindLayout, Key, key_of, MessageLayout
+from .message_layout import (
+    find_layout,
+    find_layout_in_steps,
+    FindLayout,
+    Key,
+    key_of,
+    MessageLayout,
+)
 from .sample import as_sec_nanosec, Batch, Sample
 from ..edges.packed import POSE_BYTES
 from ..geometry import se3
@@ -72,11 +79,29 @@ class WireReader:
 
         :raises WireError: the bytes are not a TFMessage.
         """
+        return self.read_known(data) or self._read_new(self._find(data, self._rename), data)
+
+    def read_known(self, data: bytes) -> Batch | None:
+        """Return the transforms of a message if its layout is known, otherwise None."""
         for layout in self._layouts.get(key_of(data), ()):
             batch = layout.read(data)
             if batch is not None:
                 return batch
-        batch = self._found(data).read(data)
+        return None
+
+    def read_in_steps(self, data: bytes, authority: str
+                      ) -> Generator[None, None, Batch | Incident]:
+        """Do the same as ``read_or_refuse``, in steps between which others may be read."""
+        try:
+            # Another message may have brought the layout since this one arrived.
+            return self.read_known(data) or self._read_new(
+                (yield from find_layout_in_steps(data, self._rename)), data)
+        except WireError as error:
+            return _malformed(error, authority)
+
+    def _read_new(self, layout: MessageLayout, data: bytes) -> Batch:
+        self._remember(layout)
+        batch = layout.read(data)
         assert batch is not None
         return batch
 
@@ -89,9 +114,6 @@ class WireReader:
         for layout in self._layouts.get(key_of(data), ()):
             if layout.fits(data):
                 return layout
-        return self._found(data)
-
-    def _found(self, data: bytes) -> MessageLayout:
         layout = self._find(data, self._rename)
         self._remember(layout)
         return layout
@@ -101,9 +123,9 @@ class WireReader:
         try:
             return self.read(data)
         except WireError as error:
-            return Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
+            return _malformed(error, authority)
 
-    def _remember(self, layout: 'MessageLayout') -> None:
+    def _remember(self, layout: MessageLayout) -> None:
         if layout.size > self._most:
             return
         if self.remembered + layout.size > self._most:
@@ -116,6 +138,10 @@ class WireReader:
             alike.clear()
         alike.append(layout)
         self.remembered += layout.size
+
+
+def _malformed(error: WireError, authority: str) -> Incident:
+    return Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
 
 
 def write(samples: Collection[Sample]) -> bytes:

@@ -81,6 +81,7 @@ class Receiver:
 
     def __init__(self, node: Node, on_end: Callable[[], object], *,
                  rest: Callable[[float], object] = time.sleep,
+                 work: Callable[[], bool] = lambda: False,
                  write_counts: Callable[[], object] = lambda: None,
                  use_wait_set: bool = HAS_WAIT_SET) -> None:
         """
@@ -91,10 +92,13 @@ class Receiver:
         :param write_counts: of a ``LimitedLog``; the thread calls it about once a second.
         :param rest: sleeps for so many seconds, or less if a lookup waits in the buffer; called
             between messages in quick succession.
+        :param work: does a few milliseconds of longer work, and returns whether more is left;
+            called between messages.
         """
         self._node = node
         self._on_end = on_end
         self._rest = rest
+        self._work = work
         self._write_counts = write_counts
         self._counted_at = time.monotonic()
         self._closing = False
@@ -198,7 +202,7 @@ class Receiver:
         executor.add_node(self._node)
         while self._goes_on():
             try:
-                executor.spin_once(timeout_sec=CHECK_CONTEXT_NS / 1e9)
+                executor.spin_once(timeout_sec=self._work_on() / 1e9)
             except ExternalShutdownException:
                 break
             except BaseException:  # noqa: B902 - no error may prevent the next callback
@@ -226,14 +230,15 @@ class Receiver:
         woken = False
         last = time.monotonic()
         while not woken and self._goes_on():
-            self._wait(wait_set, handles, events)
+            timeout = self._work_on()
+            self._wait(wait_set, handles, events, timeout)
             self._tick()
             woken = wait_set.is_ready('guard_condition', 0)
             for event in [event for event in events if event.is_ready(wait_set)]:
                 self._tell(event)
             last, before = time.monotonic(), last
             taken = self._drain_all(sources)
-            busy = last - before < _BUSY_S and not woken
+            busy = last - before < _BUSY_S and not woken and timeout
             for _ in range(_RESTS if busy else 0):
                 if not taken or self._closing:
                     break
@@ -241,16 +246,24 @@ class Receiver:
                 self._rest(_REST_S)
                 taken = self._drain_all(sources)
 
-    def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler]
-              ) -> None:
-        """Sleep until a message, an event, ``wake``, or the next check of the context."""
+    def _work_on(self) -> int:
+        """Do some of the longer work; return how long to wait then, nanoseconds."""
+        try:
+            return 0 if self._work() else CHECK_CONTEXT_NS
+        except BaseException:  # noqa: B902 - no error may prevent the next callback
+            self._log_failure('a callback')
+            return 0
+
+    def _wait(self, wait_set: Any, handles: Sequence[Any], events: Sequence[EventHandler],
+              timeout: int) -> None:
+        """Sleep until a message, an event, ``wake``, or the timeout, nanoseconds."""
         wait_set.clear_entities()
         for handle in handles:
             wait_set.add_subscription(handle)
         for event in events:
             event.add_to_wait_set(wait_set)
         wait_set.add_guard_condition(self._wake.handle)
-        wait_set.wait(CHECK_CONTEXT_NS)
+        wait_set.wait(timeout)
 
     def _drain_all(self, sources: Iterable[tuple[Subscription, bool]]) -> int:
         return sum(self._drain(*source) for source in sources)

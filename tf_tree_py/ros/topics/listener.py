@@ -3,7 +3,7 @@
 
 """Fills a buffer from /tf and /tf_static."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator
 import functools
 import threading
 from typing import Any, cast
@@ -17,7 +17,9 @@ from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.message_layout import STEP
 from tf_tree_py.core.messages.observers import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader
 
 from .endpoints import DuplicatePublishers, PublisherNames
@@ -31,15 +33,15 @@ from .qos import (
 )
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places
+from ..threads.backlog import Backlog
 from ..threads.internal_node import internal_node, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
 
 NAME = 'transform_listener_impl'
 """The name of the small nodes of listeners, without its hidden prefix and random digits."""
-# More layouts of messages than this come only from a publisher that invents names.
-_MAX_LAYOUTS = 1_000
-
-Edge = tuple[str, str]
+# Reading a layout for the first time, and adding its frames, takes some 20 us a transform. Larger
+# messages than the first number of bytes are read in steps; up to the second number may wait.
+_LARGE_BYTES, _MOST_WAITING_BYTES = 100_000, 16_000_000
 
 
 class TransformListener:
@@ -102,7 +104,11 @@ class TransformListener:
         resolved = [(node.resolve_topic_name(topic), static, profile)
                     for topic, static, profile in topics if static or not static_only]
         buffer.feeds.log_to(node.get_logger())
-        self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner)
+        # Static transforms have no stamps, so they must stay in order; an executor of the user
+        # has no time between messages.
+        backlog = Backlog(_MOST_WAITING_BYTES)
+        self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner,
+                             backlog if spin_thread and not static else None)
                        for topic, static, profile in resolved]
         feed_of = self._home.get_clock(), node.context
         buffer.feeds.begin(*feed_of)
@@ -110,6 +116,7 @@ class TransformListener:
         if spin_thread:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
+                work=backlog.step,
                 write_counts=buffer.feeds.log.write_counts)
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
@@ -192,17 +199,22 @@ class _Feed:
     """Stores the messages of one topic in the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
-                 qos: QoSProfile | int, names: Rename, spinner: _Spinner) -> None:
+                 qos: QoSProfile | int, names: Rename, spinner: _Spinner,
+                 backlog: Backlog | None = None) -> None:
+        """
+        Begin to receive.
+
+        :param backlog: gets large messages of new layouts; None: they are read at once.
+        """
         self._buffer = buffer
         self._node = node
         self._static = static
         self._spinner = spinner
+        self._backlog = backlog
         self._reader = WireReader(names)
         self._topic = topic
         self._authority = PublisherNames(node, topic)
         self._duplicates = DuplicatePublishers(self._authority, static)
-        # The edges of earlier messages; all messages of one layout share the object.
-        self._known: dict[int, Sequence[Edge]] = {}
         buffer.feeds.name_later(self._authority)
         # In a separate callback group: another callback of the node may block on a lookup.
         self._subscription = node.create_subscription(
@@ -216,32 +228,56 @@ class _Feed:
         self._node.destroy_subscription(self._subscription)
 
     def _receive(self, data: bytes, info: Any) -> None:
-        authority = self._authority.name()
         self._spinner.note()
-        batch = self._reader.read_or_refuse(data, authority)
+        batch: Batch | Incident | None = None
+        backlog = self._backlog if len(data) > _LARGE_BYTES else None
+        if not backlog:  # large messages keep their order
+            batch = self._reader.read_known(data)
+        is_new = batch is None
+        if batch is None:
+            if backlog is not None:
+                backlog.add(self._receive_in_steps(data), len(data))
+                return
+            batch = self._reader.read_or_refuse(data, self._authority.name())
         if isinstance(batch, Incident):
-            self._buffer.feeds.refuse(*self._authority.correct([batch]))
+            self._refuse(batch)
         elif batch.edges:
-            if id(batch.edges) not in self._known:
-                authority = self._authority_of_new(batch.edges)
-            if self._buffer.observers.of_messages:
-                self._buffer.observers.notify_received(ReceivedMessage(
-                    batch, self._buffer.now(), self._topic, self._static,
-                    '' if authority == self._authority.placeholder else authority))
-            incidents = self._buffer.insert_batch(
-                batch, authority, self._static, announced=True)
-            self._buffer.feeds.note(self._authority.correct(incidents))
+            self._insert(batch, self._announce(batch, is_new))
             for rivalry in self._duplicates.judge(batch, info):
                 self._buffer.feeds.refuse(rivalry)
 
-    def _authority_of_new(self, edges: Sequence[Edge]) -> str:
+    def _receive_in_steps(self, data: bytes) -> Iterator[None]:
         """
-        Return the publisher of edges that arrive for the first time.
+        Store a large message of a new layout, or one that waits behind such a message.
 
-        Their publisher may have started after the last query of the graph. Without a new query its
-        edges would be attributed to the publisher that was the only one before.
+        Its number is not compared with others: small messages may have overtaken it.
         """
-        if len(self._known) >= _MAX_LAYOUTS:
-            self._known.clear()
-        self._known[id(edges)] = edges
-        return self._authority.present_name()
+        batch = yield from self._reader.read_in_steps(data, self._authority.name())
+        if isinstance(batch, Incident):
+            self._refuse(batch)
+        elif batch.edges:
+            authority = self._announce(batch, True)
+            for part in batch.parts(STEP):
+                yield
+                self._insert(part, authority)
+
+    def _refuse(self, incident: Incident) -> None:
+        self._buffer.feeds.refuse(*self._authority.correct([incident]))
+
+    def _announce(self, batch: Batch, is_new: bool) -> str:
+        """
+        Notify the observers of a message; return its publisher.
+
+        :param is_new: whether its layout is new. Its publisher may then have started after the
+            last query of the graph, and would be taken for the only one before.
+        """
+        authority = self._authority.present_name() if is_new else self._authority.name()
+        if self._buffer.observers.of_messages:
+            self._buffer.observers.notify_received(ReceivedMessage(
+                batch, self._buffer.now(), self._topic, self._static,
+                '' if authority == self._authority.placeholder else authority))
+        return authority
+
+    def _insert(self, batch: Batch, authority: str) -> None:
+        incidents = self._buffer.insert_batch(batch, authority, self._static, announced=True)
+        self._buffer.feeds.note(self._authority.correct(incidents))
