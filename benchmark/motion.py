@@ -14,6 +14,8 @@ Pose = tuple[float, float, float, float, float, float, float]
 
 START = 10_000_000_000
 PERIOD = 10_000_000  # 100 Hz
+# A time of these years, nanoseconds, so that positions stay precise.
+_NEAR = 1_800_000_000 * 10**9
 
 _AXES = [(0.6, 0.0, 0.8), (0.8, 0.6, 0.0), (0.0, -0.8, 0.6), (0.48, -0.6, 0.64)]
 
@@ -69,6 +71,11 @@ def pose_at(edge: Edge, stamp: int) -> Pose:
     sine = math.sin(angle / 2.0)
     return (0.3 * math.sin(t + phase), 0.2 * math.cos(1.3 * t + phase), 0.1 + 0.05 * t,
             ax * sine, ay * sine, az * sine, math.cos(angle / 2.0))
+
+
+def steady_pose(stamp: int) -> Pose:
+    """Return a pose that moves at 0.1 m/s: interpolation is exact over any gap."""
+    return 1e-10 * (stamp - _NEAR), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
 
 
 def chain(depth: int, staggered: bool = False) -> Robot:

@@ -4,10 +4,10 @@
 """
 Keep many pages open: ``python -m benchmark.page_soak [--pages 50] [--minutes 15] [--rate 30]``.
 
-Needs the extra view, playwright, and Chromium on Linux. A server shows 200 moving frames and a
-scan of 1,000 points on every page. All pages receive everything, but only the last one draws every
-picture, because one machine cannot draw for fifty. Two cores suffice for fifty pages with two
-updates a second.
+Needs the extra view, playwright, and Chromium on Linux. A server shows moving frames, 200 unless
+``--frames`` is given, and a scan of 1,000 points on every page. All pages receive everything, but
+only the last one draws every picture, because one machine cannot draw for fifty. Two cores suffice
+for fifty pages with two updates a second. ``--unread`` adds pages that never read.
 
 Each line has the server's CPU time, in percent of a core, above that of inserting without pages,
 its memory, threads and descriptors, and the memory of the browser. At the end, the memory of the
@@ -29,13 +29,11 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from tf_tree_py.view.serving import Serving
 
 from .pages import busy, OPTIONS, RATE_HZ, Robot, show_scan, subject_of
-from .soak import Use, use_of
+from .resources import MB, MORE_MEMORY, MORE_THREADS, Use, use_of
+from .unread import unread_pages
 
-_FRAMES = 200
 _LINE_S, _IDLE_S = 10.0, 10.0
-# The limits of the last third of the run: a multiple of the second third, and an increase.
-_MORE_MEMORY, _MORE_THREADS = 1.15, 3
-_MB = 2**20
+_PORT = 18500
 # Lets a page draw once in two minutes from the time when it sets a variable.
 _DRAWING = """
 const draw = window.requestAnimationFrame.bind(window)
@@ -106,8 +104,8 @@ def watch(pages: Sequence[Page], seconds: float, idle: float) -> list[Look]:
         looks.append(Look(use_of(os.getpid()), browser_memory()))
         server, memory = looks[-1]
         print(f'{time.monotonic() - begin:6.0f} s: server {100.0 * (share - idle):5.1f} % of a '
-              f'core, {server.memory / _MB:.0f} MB, {server.threads} threads, '
-              f'{server.descriptors} descriptors; browser {memory / _MB:.0f} MB; '
+              f'core, {server.memory / MB:.0f} MB, {server.threads} threads, '
+              f'{server.descriptors} descriptors; browser {memory / MB:.0f} MB; '
               f'{status(pages[0])}', flush=True)
     return looks
 
@@ -125,31 +123,34 @@ def judge(looks: Sequence[Look]) -> bool:
     for name, memory in (('server', lambda look: look.server.memory),
                          ('browser', lambda look: look.browser)):
         first, last = max(map(memory, before)), max(map(memory, after))
-        level = last <= _MORE_MEMORY * first
-        print(f'{name}: {first / _MB:.0f} MB, then {last / _MB:.0f} MB: '
+        level = last <= MORE_MEMORY * first
+        print(f'{name}: {first / MB:.0f} MB, then {last / MB:.0f} MB: '
               f'{"level" if level else "it grows"}')
         well = well and level
     threads = [max(look.server.threads for look in part) for part in (before, after)]
-    return well and threads[1] <= threads[0] + _MORE_THREADS
+    return well and threads[1] <= threads[0] + MORE_THREADS
 
 
-def soak(count: int, minutes: float, rate_hz: float) -> bool:
+def soak(count: int, minutes: float, rate_hz: float, frames: int, unread: int) -> bool:
     """Open pages for some minutes; return whether memory and threads level off."""
     program = shutil.which('chromium') or shutil.which('google-chrome')
-    with sync_playwright() as driver, Robot(_FRAMES, rate_hz=rate_hz) as robot:
+    with sync_playwright() as driver, Robot(frames, rate_hz=rate_hz) as robot:
         browser = driver.chromium.launch(executable_path=program, args=OPTIONS)
         idle, _ = busy(lambda: time.sleep(_IDLE_S))
-        with Serving(subject_of(robot), '127.0.0.1', 18500, 'benchmark') as serving:
+        with Serving(subject_of(robot), '127.0.0.1', _PORT, 'benchmark') as serving:
             begin = time.monotonic()
+            silent = unread_pages(_PORT, unread)
             with opened(browser, serving.url, count) as pages:
-                print(f'{count} pages with {_FRAMES} frames and a scan opened in '
+                print(f'{count} pages with {frames} frames and a scan opened in '
                       f'{time.monotonic() - begin:.0f} s; inserting alone: {100 * idle:.1f} % '
                       'of a core', flush=True)
                 looks = watch(pages, 60.0 * minutes, idle)
+            for one in silent:
+                one.close()
             serving.wait_until_closed()
             share, _ = busy(lambda: time.sleep(_IDLE_S))
             print(f'all pages closed: server {100.0 * (share - idle):.1f} % of a core, '
-                  f'{use_of(os.getpid()).memory / _MB:.0f} MB')
+                  f'{use_of(os.getpid()).memory / MB:.0f} MB')
         browser.close()
     return judge(looks)
 
@@ -161,8 +162,11 @@ def main() -> int:
     parser.add_argument('--minutes', type=float, default=15.0, help='default: 15')
     parser.add_argument('--rate', type=float, default=RATE_HZ,
                         help='updates a second; default: 30')
+    parser.add_argument('--frames', type=int, default=200, help='default: 200')
+    parser.add_argument('--unread', type=int, default=0, help='pages that never read; default: 0')
     arguments = parser.parse_args()
-    return 0 if soak(arguments.pages, arguments.minutes, arguments.rate) else 1
+    return 0 if soak(arguments.pages, arguments.minutes, arguments.rate, arguments.frames,
+                     arguments.unread) else 1
 
 
 if __name__ == '__main__':

@@ -17,7 +17,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, ExitStack
 import logging
 import os
-from pathlib import Path
 import subprocess
 import sys
 import tempfile
@@ -31,6 +30,8 @@ from tf_tree_py.health.flight_recorder import FlightRecorder
 from .counting_link import free_port
 from .processes.fleet_hostile import ATTACKS
 from .processes.fleet_robots import MOVING
+from .resources import levels_off, Use, use_of
+from .unread import unread_pages
 from .worker import Worker
 
 _HONEST, _RATE_HZ = 5, 10.0
@@ -40,34 +41,11 @@ _LOOK_S, _LINE_S = 0.1, 10.0
 _LIFE_S, _GAP_S, _RETURN_S = 60.0, 2.0, 10.0
 _ANSWER_S = 1.0
 _PAGES = 3
-# The limits of the last third of the run: a multiple of the second third, and an increase.
-_MORE_MEMORY, _MORE_THREADS = 1.15, 3
-_MB = 2**20
 
 
 def start(process: str, *arguments: str) -> Worker:
     """Start one of ``processes`` in this Python, which needs no ROS."""
     return Worker([sys.executable, '-m', f'benchmark.processes.{process}', *arguments])
-
-
-class Use(NamedTuple):
-    """
-    The resources that a process uses.
-
-    :ivar memory: resident, bytes.
-    """
-
-    memory: int
-    threads: int
-    descriptors: int
-
-
-def use_of(pid: int) -> Use:
-    """Return the current resource usage of a process, as counted by Linux."""
-    status = dict(line.split(':', 1) for line in
-                  Path(f'/proc/{pid}/status').read_text().splitlines() if ':' in line)
-    return Use(1024 * int(status['VmRSS'].split()[0]), int(status['Threads']),
-               len(os.listdir(f'/proc/{pid}/fd')))
 
 
 class Look(NamedTuple):
@@ -156,25 +134,12 @@ class Router:
 @contextmanager
 def page(address: str) -> Iterator[tuple[int, list[Any]]]:
     """Run a ``tf_view`` with pages that never read; yield the id of its process."""
-    import viser
-    from websockets.sync.client import connect
-    from websockets.typing import Origin, Subprotocol
     port = free_port()
     view = subprocess.Popen([sys.executable, '-m', 'tf_tree_py.view.tf_view', '--fleet', address,
                              '--port', str(port)], stdout=subprocess.DEVNULL,
                             stderr=subprocess.DEVNULL)
-    pages: list[Any] = []
     try:
-        end = time.monotonic() + 60.0
-        while len(pages) < _PAGES and time.monotonic() < end:
-            try:
-                pages.append(connect(
-                    f'ws://127.0.0.1:{port}', max_queue=1,
-                    origin=Origin(f'http://127.0.0.1:{port}'),
-                    subprotocols=[Subprotocol(f'viser-v{viser.__version__}')]))
-            except OSError:
-                time.sleep(0.5)
-        yield view.pid, pages
+        yield view.pid, unread_pages(port, _PAGES)
     finally:
         view.terminate()
         view.wait()
@@ -224,8 +189,7 @@ def _watch(listener: FleetListener, reference: Worker, router: Router, view: int
             uses[name].append(use_of(pid))
         if time.monotonic() > line:
             line += _LINE_S
-            now = ', '.join(f'{name} {use[-1].memory / _MB:.0f} MB {use[-1].threads} threads '
-                            f'{use[-1].descriptors} descriptors' for name, use in uses.items())
+            now = ', '.join(f'{name} {use[-1]}' for name, use in uses.items())
             plain += map(tuple, reference.call('looks'))
             lately = [look for look in ages.beside(plain) if look.at > line - 2 * _LINE_S]
             print(f'{time.monotonic() - begin:5.0f} s: {now}; newest pose at most '
@@ -246,19 +210,7 @@ def _judge(looks: Sequence[Look], uses: dict[str, list[Use]], deaths: int) -> bo
           f'{ages[len(ages) // 2]:.2f} s old (median), {ages[-1]:.2f} s at most, and more than '
           f'{_ANSWER_S:g} s in {len(old)} of {len(looks)} measurements; in a plain '
           f'subscription in {also}. In {own} measurements, only the listener was late')
-    well = not old
-    for name, use in uses.items():
-        third = len(use) // 3
-        before, after = (Use(*map(max, zip(*part, strict=True)))
-                         for part in (use[third:2 * third], use[2 * third:]))
-        level = (after.memory <= _MORE_MEMORY * before.memory
-                 and after.threads <= before.threads + _MORE_THREADS
-                 and after.descriptors <= before.descriptors + _MORE_THREADS)
-        print(f'{name}: {before.memory / _MB:.0f} then {after.memory / _MB:.0f} MB, '
-              f'{before.threads} then {after.threads} threads, {before.descriptors} then '
-              f'{after.descriptors} descriptors: {"level" if level else "it grows"}')
-        well = well and level
-    return well
+    return all([not old, *(levels_off(name, use) for name, use in uses.items())])
 
 
 def main() -> int:

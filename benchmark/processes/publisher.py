@@ -7,7 +7,8 @@ A publisher on /tf: ``python -m benchmark.processes.publisher``.
 It sends bytes that were serialized beforehand, so that it keeps its rate.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
+from itertools import cycle, islice
 import random
 import time
 from typing import TypeVar
@@ -15,21 +16,32 @@ from typing import TypeVar
 import rclpy
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.core import Sample
 from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.geometry.se3 import IDENTITY
 from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.core.messages.wire import WireWriter
-from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
+from tf_tree_py.core.messages.wire import WireWriter, write
+from tf_tree_py.ros.topics.qos import (
+    dynamic_qos,
+    static_broadcaster_qos,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+)
 
 from .. import motion, wire
 from ..worker import serve
 
 _Message = TypeVar('_Message')
 
+# Messages that are prepared, and transforms in one of a crowd.
+_PREPARED, _CROWD = 5000, 500
+
 
 class Publisher:
     """Streams of transforms."""
 
     def __init__(self, node: Node) -> None:
+        self._node = node
         self._publisher = node.create_publisher(TFMessage, TF_TOPIC, dynamic_qos())
 
     def send(self, first: int, count: int, transforms: int, rate_hz: float) -> int:
@@ -52,15 +64,48 @@ class Publisher:
         """
         edges = motion.chain(transforms).edges
         names = [(edge.parent, edge.child) for edge in edges]
+        count = round(seconds * rate_hz)
+        # Poses are prepared, so that the rate is kept; after a while they repeat.
         rows = [[pack_pose(*motion.pose_at(edge, edge.stamp_of(number))) for edge in edges]
-                for number in range(round(seconds * rate_hz))]
+                for number in range(min(count, _PREPARED))]
         writer = WireWriter()
 
         def publish(poses: list[bytes]) -> None:
             stamps = [time.time_ns()] * len(poses)
             self._publisher.publish(writer.write(Batch(names, stamps, poses)))
 
-        return keep_pace(publish, rows, rate_hz)
+        return keep_pace(publish, islice(cycle(rows), count), rate_hz)
+
+    def send_true(self, seconds: float, transforms: int, rate_hz: float) -> int:
+        """
+        Send messages at a rate, in which each edge of a chain has ``motion.steady_pose``.
+
+        :return: the number that were late by more than a period.
+        """
+        edges = motion.chain(transforms).edges
+
+        def publish(_: int) -> None:
+            stamp = time.time_ns()
+            self._publisher.publish(wire.message(
+                edges, [stamp] * len(edges), [motion.steady_pose(stamp)] * len(edges)))
+
+        return keep_pace(publish, range(round(seconds * rate_hz)), rate_hz)
+
+    def send_crowd(self, seconds: float, frames: int, rate_hz: float) -> None:
+        """Send many frames at a rate, half of them static, in messages of 500."""
+        half, writer = frames // 2, WireWriter()
+        static = self._node.create_publisher(TFMessage, TF_STATIC_TOPIC, static_broadcaster_qos())
+        static.publish(write([Sample('map', f'static_{number}', 0, IDENTITY)
+                              for number in range(half)]))
+        names = [('map', f'moving_{number}') for number in range(half)]
+        parts = [names[first:first + _CROWD] for first in range(0, half, _CROWD)]
+
+        def publish(part: list[tuple[str, str]]) -> None:
+            self._publisher.publish(writer.write(Batch(
+                part, [time.time_ns()] * len(part), [pack_pose(*IDENTITY)] * len(part))))
+
+        keep_pace(publish, islice(cycle(parts), round(seconds * rate_hz * len(parts))),
+                  rate_hz * len(parts))
 
     def send_timed(self, count: int) -> None:
         """Send single transforms at intervals; their x is the time of sending."""
@@ -72,7 +117,7 @@ class Publisher:
             self._publisher.publish(wire.message([edge], [edge.stamp_of(sample)], [pose]))
 
 
-def keep_pace(publish: Callable[[_Message], None], messages: Sequence[_Message],
+def keep_pace(publish: Callable[[_Message], None], messages: Iterable[_Message],
               rate_hz: float) -> int:
     """Publish at a rate; return how many were late by more than a period."""
     begin, late = time.monotonic(), 0
@@ -88,6 +133,6 @@ def keep_pace(publish: Callable[[_Message], None], messages: Sequence[_Message],
 if __name__ == '__main__':
     rclpy.init()
     publisher = Publisher(Node('benchmark_publisher'))
-    serve({'send': publisher.send, 'send_now': publisher.send_now,
-           'send_timed': publisher.send_timed})
+    serve({verb: getattr(publisher, verb) for verb in (
+        'send', 'send_crowd', 'send_now', 'send_true', 'send_timed')})
     rclpy.try_shutdown()
