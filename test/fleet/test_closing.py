@@ -164,6 +164,7 @@ def test_closing_while_a_gap_is_being_filled(router, filling):
 
 @pytest.mark.parametrize('what', ['publisher', 'session'])
 def test_closing_while_another_thread_waits_for_a_router_that_hangs(router, what):
+    """It raises no error, neither here nor there; for how long it waits is tested below."""
     sent, ended = [], threading.Event()
 
     def send_much(robot):
@@ -181,7 +182,6 @@ def test_closing_while_another_thread_waits_for_a_router_that_hangs(router, what
         sending.start()
         until(lambda: sent)
         robot.close() if what == 'publisher' else close_session(session)
-        assert still_open('fleet end') or what == 'publisher'
         ended.set()
         router.kill()
         sending.join()
