@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 import re
 
-from benchmark.oracle import __main__ as command, judge, localiser, robot
+from benchmark.oracle import __main__ as command, judge, localiser, robot, tables
 from benchmark.oracle.drive import AGREEING, DRIVE, drive, Judged, JUMPING, off, Setting
 from inputs import for_each
 import numpy as np
@@ -117,7 +117,7 @@ def test_judge_finds_what_is_wrong():
 
 def test_page_has_the_rows_of_the_command_and_all_are_good():
     setting, records = drives(True)
-    text = command.table([setting], [judge.rows_of(records)], SEEDS)
+    text = tables.table([setting], [judge.rows_of(records)], SEEDS)
     page = PAGE.read_text()
     for where in ('### In the plane\n', '### In space\n'):
         part = page.partition(where)[2].partition('\n#')[0]

@@ -14,7 +14,9 @@ them. A ``Gap`` requests them again, until the publisher has answered.
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
+import math
 import threading
+import time
 from typing import Any, Protocol, TYPE_CHECKING
 
 from .keys import old_cache_of
@@ -29,8 +31,10 @@ _ANSWER_S = 2.0
 # The maximum number of requests of one robot in the queue; and about that of all robots together:
 # among n robots, each may have an n-th of it, but at least one. The oldest ones are dropped.
 _MOST_OF_ONE, _MOST_OF_ALL = 100, 10_000
-# How often in a row a request is repeated that a robot does not answer in time.
-_MOST_TRIES = 5
+# How often in a row a request is sent that is not answered; and the pause before it is sent again
+# if nobody has received it. The token of a robot that returns may arrive before what it needs to
+# receive requests.
+_MOST_TRIES, _PAUSE_S = 5, 1.0
 # The maximum number of responses to one request in the queue; one publisher has few.
 _ANSWERS = 16
 
@@ -117,8 +121,9 @@ class Requests:
         self._changed = threading.Condition()
         # The requests by robot and selector; the next robot is first.
         self._waiting: OrderedDict[str, dict[str, Request]] = OrderedDict()
-        # Those that were not answered completely, until their robot returns.
+        # Those that were not answered completely, until the pause ends or their robot returns.
         self._unanswered: dict[str, dict[str, Request]] = {}
+        self._pause_ends = math.inf
         self._returns = 0
         self._closed = False
 
@@ -143,6 +148,16 @@ class Requests:
                 _put(self._waiting, request)
             self._changed.notify()
 
+    def _try_again(self) -> None:
+        """Queue what was sent to nobody, some times."""
+        self._pause_ends = math.inf
+        for robot, requests in list(self._unanswered.items()):
+            for selector, request in list(requests.items()):
+                if request.tries < _MOST_TRIES:
+                    _put(self._waiting, requests.pop(selector))
+            if not requests:
+                del self._unanswered[robot]
+
     def close(self) -> None:
         """End, once the current request is answered or has timed out."""
         with self._changed:
@@ -163,10 +178,19 @@ class Requests:
                     again = (has_begun or self._returns > before
                              or is_slow and request.tries < _MOST_TRIES)
                     _put(self._waiting if again else self._unanswered, request)
+                    if not again and request.tries < _MOST_TRIES:
+                        self._pause_ends = min(self._pause_ends, time.monotonic() + _PAUSE_S)
 
     def _next(self) -> Request | None:
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._waiting)
+            while not self._closed:
+                rest = self._pause_ends - time.monotonic()
+                if rest <= 0.0:
+                    self._try_again()
+                elif self._waiting:
+                    break
+                else:
+                    self._changed.wait(rest if rest < math.inf else None)
             if self._closed:
                 return None
             robot, requests = self._waiting.popitem(last=False)
