@@ -90,6 +90,8 @@ def _settle(listener: FleetListener, count: int) -> None:
 
 
 class _Busy:
+    """A program that takes a core."""
+
     def __init__(self) -> None:
         self._process = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
 
