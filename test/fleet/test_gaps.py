@@ -181,6 +181,10 @@ def test_a_message_that_is_found_is_no_longer_lost():
     for lost in (1, 0, 0):
         roster.find('robot7')
         assert robot_of(roster, 'robot7').lost == lost
+    roster.miss(source, 1)
+    assert robot_of(roster, 'robot7').lost == 0, 'it was found before it was reported'
+    roster.miss(source, 1)
+    assert robot_of(roster, 'robot7').lost == 1
 
 
 def test_numbers_start_anywhere_and_only_grow():

@@ -231,8 +231,8 @@ class RobotCounts:
             name, self.since, self.here, (len(arrivals) - 1) / span_s if span_s else 0.0,
             int(statistics.median(self._lags)) if self._lags else None,
             round(1e9 * (now - arrivals[-1])) if arrivals else None,
-            self.transforms, self.lost, self.recovered, self.refused, len(self.frames),
-            self.dropped, self.limit)
+            self.transforms, max(0, self.lost), self.recovered, self.refused,
+            len(self.frames), self.dropped, self.limit)
 
 
 class Roster:
@@ -373,8 +373,8 @@ class Roster:
     def find(self, robot: str) -> None:
         """Record that a lost message has arrived after all."""
         with self._lock:
-            account = self._accounts[robot]
-            account.lost = max(0, account.lost - 1)
+            # Below zero, if it is reported as missing only after this, in another thread.
+            self._accounts[robot].lost -= 1
 
     def miss(self, source: Source, count: int) -> None:
         """Record lost messages, which may still be found."""
