@@ -93,7 +93,7 @@ def look(lookers: Sequence[Looker], target: str, source: str, seconds: float
         first += count + round(0.1 * _HZ)
 
 
-def told(lookers: Sequence[Looker], reference: Set[int] | None = None) -> bool:
+def report(lookers: Sequence[Looker], reference: Set[int] | None = None) -> bool:
     """
     Print how nodes did; return whether their resources level off.
 
@@ -129,9 +129,9 @@ def long(minutes: float) -> bool:
                 for one, before in zip(lookers, spent, strict=True)), flush=True)
         ours = [one for one in lookers if not one.name.startswith(TF2_ROS)]
         for one in lookers[len(ours):]:
-            told([one])
+            report([one])
         reference = set(lookers[-1].missed) if len(lookers) > len(ours) else None
-        well = told(ours, reference)
+        well = report(ours, reference)
         publisher.kill()
     return well
 
@@ -169,7 +169,7 @@ def attacked(way: str, minutes: float) -> bool:
             print(f'{time.monotonic() - begin:6.0f} s: {node.uses[-1]}, {len(node.missed)} '
                   f'of {looked} missed, {wrong} wrong, {lines} lines in the log; '
                   f'{node.worker.call("counts")}', flush=True)
-        well = told([node])
+        well = report([node])
         for one in (honest, *evil):
             one.kill()
     return well and not wrong

@@ -51,7 +51,7 @@ _FINE = 1_000_000_000 // FINE_HZ
 # A reader's second question is between two samples.
 _BETWEEN = 7_300_000
 # For how many samples before a judged stamp map -> odom has a covariance.
-_TOLD = 10
+_WITH_COVARIANCE = 10
 _CERTAIN = np.zeros((6, 6))
 
 # The camera on the robot: where it should be, and the standard deviations of where it is.
@@ -85,7 +85,7 @@ _TOGETHER_S = (2.0, 5.0)
 
 class Setting(NamedTuple):
     """
-    Where a robot drives, and what is told to the anchor.
+    Where a robot drives, and the drift that the anchor assumes.
 
     :ivar drift: of the odometry, metres and radians per square root of a metre.
     """
@@ -152,7 +152,8 @@ def drive(setting: Setting, story: Story, seed: int) -> Record:
     coming = sightings(rng, robot.fine, rate_hz, planar, story.outage, bursts)
     tree, verdicts, judged = _Tree(setting, story), [], []
     instants = {from_seconds(when) for when in story.judged}
-    told = {instant - back * PERIOD for instant in instants for back in range(_TOLD)}
+    uncertain = {instant - back * PERIOD for instant in instants
+                 for back in range(_WITH_COVARIANCE)}
     published, read, estimated = np.full((3, len(robot.truth.positions), 7), np.nan)
     due = deque(coming)
     for number, row in enumerate(robot.odometry.rows().tolist()):
@@ -163,7 +164,7 @@ def drive(setting: Setting, story: Story, seed: int) -> Record:
             verdicts.append((seen, tree.hear(seen)))
         if tree.anchor.held is None:
             continue
-        published[number], estimated[number] = tree.publish(now, now in told)
+        published[number], estimated[number] = tree.publish(now, now in uncertain)
         read[number] = tree.read(now)
         if now in instants:
             held_at = robot.fine[tree.anchor.held.stamp // _FINE]
@@ -200,12 +201,12 @@ class _Tree:
         return self.anchor.take(Sighting(
             seen.stamp, Pose._make(seen.pose), seen.covariance, odom_T_base, _CERTAIN))
 
-    def publish(self, now: int, told: bool) -> tuple[Pose, Pose]:
+    def publish(self, now: int, uncertain: bool) -> tuple[Pose, Pose]:
         """Publish map -> odom; return it, and the robot's pose by the anchor's estimate."""
         map_T_odom, held = self.anchor.publish(now + AHEAD, self._odometry[-1]), self.anchor.held
         assert map_T_odom is not None and held is not None
         self._buffer.insert('map', 'odom', now + AHEAD, map_T_odom,
-                            covariance=self._covariance(map_T_odom) if told else None)
+                            covariance=self._covariance(map_T_odom) if uncertain else None)
         return map_T_odom, Pose._make(held.map_T_odom) @ self._odometry[-1]
 
     def _covariance(self, map_T_odom: Pose) -> Array:

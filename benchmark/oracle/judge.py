@@ -170,9 +170,9 @@ def _recoveries(drives: Drives) -> Iterator[Row]:
     yield _times('kidnapping, `jump_above`: published pose right', 'published', after,
                  lambda one: one.believed + _AHEAD_S)
     counts = [_jumps(one) for one in drives.jumping]
-    fast, told = (sum(parts) for parts in zip(*counts, strict=True))
+    jumps, reports = (sum(parts) for parts in zip(*counts, strict=True))
     yield Row('jumps of the published edge, and jumps that the anchor reported',
-              f'{fast}, {told}', 'equal', all(steps == verdicts for steps, verdicts in counts))
+              f'{jumps}, {reports}', 'equal', all(steps == verdicts for steps, verdicts in counts))
 
 
 def _jumps(record: Record) -> tuple[int, int]:
