@@ -16,3 +16,10 @@ class HandClock:
         return self.now
 
     monotonic = __call__
+
+
+def clock_of_logs(monkeypatch):
+    """Return the clock of limited logs, which stands still until the test sets it."""
+    clock = HandClock(1000.0)
+    monkeypatch.setattr('tf_tree_py.limited_log.time', clock)
+    return clock

@@ -10,9 +10,9 @@ import random
 import re
 from types import SimpleNamespace
 
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 import pytest
-from tf_tree_py import Incident, limited_log
+from tf_tree_py import Incident
 from tf_tree_py.core import Kind
 from tf_tree_py.limited_log import FailureLog, IncidentLog, LimitedLog
 
@@ -24,9 +24,7 @@ COUNT = re.compile(r'(\d+) more (?:of this kind|like this)')
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    return clock
+    return clock_of_logs(monkeypatch)
 
 
 @pytest.fixture

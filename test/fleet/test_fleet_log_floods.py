@@ -10,9 +10,8 @@ import time
 from conditions import until
 from fleet_helpers import message, robot_of, send_first
 from garbage import flows_of, garbage, omitted, told
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 import pytest
-from tf_tree_py import limited_log
 from tf_tree_py.core import Kind
 from tf_tree_py.fleet import RobotQuota
 
@@ -24,9 +23,7 @@ OTHERS = 'others than the 10 senders named'
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    return clock
+    return clock_of_logs(monkeypatch)
 
 
 def lines(caplog, name):

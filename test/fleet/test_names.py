@@ -8,9 +8,8 @@ import unicodedata
 
 from conditions import until
 from fleet_helpers import message, robot_of, x_of
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 import pytest
-from tf_tree_py import limited_log
 from tf_tree_py.fleet import FleetError, FleetListener, names, RobotPublisher, RobotQuota
 from tf_tree_py.fleet.keys import check_prefix, check_robot, check_robots, key_of, token_of, Topic
 from tf_tree_py.fleet.names import deception_in, look_of, Names
@@ -32,9 +31,7 @@ HIDDEN = {
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    return clock
+    return clock_of_logs(monkeypatch)
 
 
 # --- what cannot be seen

@@ -7,14 +7,13 @@ import math
 
 from garbage import told
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from tf_tree_py import limited_log
 from tf_tree_py.core import Pose
 from tf_tree_py.nodes.edge_switch import EdgeSwitch
 from tf_tree_py.nodes.relocalisation_anchor import RelocalisationAnchor
@@ -28,9 +27,7 @@ COVARIANCE = (1e-4 * np.eye(6)).ravel()
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    return clock
+    return clock_of_logs(monkeypatch)
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ import socket
 
 from conditions import until
 from garbage import omitted, told
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py import BufferCore, limited_log, Pose, UNLIMITED
+from tf_tree_py import BufferCore, Pose, UNLIMITED
 from tf_tree_py.limited_log import LimitedLog
 
 msgspec = pytest.importorskip('msgspec', reason='pages need viser')
@@ -34,9 +34,7 @@ CAMERA = {'type': 'ViewerCameraMessage', 'wxyz': [1.0, 0.0, 0.0, 0.0], 'position
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    return clock
+    return clock_of_logs(monkeypatch)
 
 
 @pytest.fixture
