@@ -17,8 +17,8 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, BufferCore, UNLIMITED
-from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.core.messages.wire import WireReader
+from tf_tree_py.frame_names import rename
 from tf_tree_py.ros.messages.convert import as_sample
 
 from .. import motion, wire

@@ -37,19 +37,20 @@ LAYERS = {
     'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources',
                     needs='numpy scipy'),
     'buffer_core': Layer('core beyond', needs=''),
+    'frame_names': Layer('core', needs=''),
     'limited_log': Layer('core', needs=''),
     'thinning': Layer('core', needs='numpy'),
     'reports': Layer('core beyond', needs='numpy'),
     'health': Layer('core', 'measures checks', needs='numpy'),
     'urdf': Layer('core buffer_core', needs='numpy xacro'),
-    'bag': Layer('core beyond buffer_core urdf', 'files assembly',
+    'bag': Layer('core frame_names beyond buffer_core urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
     'calibration': Layer('core beyond buffer_core bag', needs='numpy rosbags scipy'),
     'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),
-    'ros': Layer('core limited_log beyond buffer_core reports health thinning',
+    'ros': Layer('core frame_names limited_log beyond buffer_core reports health thinning',
                  'messages threads waiting buffer topics remote filtering'),
-    'nodes': Layer('command core limited_log beyond buffer_core reports health thinning bag urdf '
-                   'fleet ros'),
+    'nodes': Layer('command core frame_names limited_log beyond buffer_core reports health '
+                   'thinning bag urdf fleet ros'),
     'tools': Layer('command core limited_log beyond buffer_core reports health thinning '
                    'calibration bag urdf fleet ros', 'export archive calibrate'),
     'view': Layer('command core limited_log beyond buffer_core reports health bag urdf fleet ros '

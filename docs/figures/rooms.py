@@ -27,11 +27,12 @@ PICTURE = DESIGN.parent / 'images' / 'rooms.svg'
 BEGIN, END = '<!-- rooms: written by docs/figures/rooms.py -->\n', '<!-- end of rooms -->\n'
 
 # From the top. A layer imports layers in rows below its own, and to its left; so do rooms.
-ROWS = ('view', 'tools nodes labs dropin', 'ros', 'urdf bag calibration fleet interfaces',
+ROWS = ('view', 'tools nodes labs dropin', 'ros',
+        'frame_names urdf bag calibration fleet interfaces',
         'limited_log buffer_core thinning reports health', 'beyond', 'core command deprecation')
 
 # Inches; the whole picture is at most 1000 pixels wide, at 96 pixels an inch.
-WIDTH, GAP, TITLE, LINE, MARGIN = 1.36, 0.06, 0.21, 0.14, 0.05
+WIDTH, GAP, TITLE, LINE, MARGIN = 1.345, 0.05, 0.21, 0.14, 0.05
 LETTERS = 20  # of a caption in a line; bold ones are wider
 
 

@@ -23,9 +23,9 @@ from tf_tree_py.bag.assembly import assembler as assembling
 from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.buffer.intake import Intake
-from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.tree.frozen import freeze
+from tf_tree_py.frame_names import rename
 
 TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
 OTHER = TF._replace(topic='/other/tf')

@@ -5,7 +5,7 @@
 
 from hypothesis import given, strategies as st
 import pytest
-from tf_tree_py.core.messages.frame_names import rename
+from tf_tree_py.frame_names import rename
 
 names = st.text(min_size=1, max_size=8).filter(lambda name: not name.startswith('/'))
 

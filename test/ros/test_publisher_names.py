@@ -16,7 +16,7 @@ from ros_helpers import transform, until
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, Incident
 from tf_tree_py.core import Kind
-from tf_tree_py.core.messages.frame_names import as_published
+from tf_tree_py.core.messages.message_layout import as_published
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.ros.topics import endpoints, listener
 from tf_tree_py.ros.topics.endpoints import PublisherNames

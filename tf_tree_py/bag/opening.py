@@ -14,8 +14,8 @@ from tf_tree_py.beyond.uncertainty.insertion import Covariances
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.messages.byte_cursor import ByteCursor, cursor_of, WireError
-from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.messages.incidents import Statistics
+from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import (
     BEGINNING,
@@ -27,6 +27,7 @@ from tf_tree_py.core.stamp import (
 from tf_tree_py.core.text import listed
 from tf_tree_py.core.times import checked_cache_time, checked_stamp, Stamps
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.frame_names import FrameFilter, rename
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.joints import FIXED
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
-from tf_tree_py.core.messages.frame_names import as_published
+from tf_tree_py.core.messages.message_layout import as_published
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time

@@ -19,8 +19,8 @@ import time
 from typing import Generic, NamedTuple, TypeVar
 
 from tf_tree_py.buffer_core import BufferCore
-from tf_tree_py.core.messages.frame_names import Rename
 from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader

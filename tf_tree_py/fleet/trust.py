@@ -13,8 +13,8 @@ use up the resources of others.
 from collections.abc import Collection
 from dataclasses import dataclass, fields
 
-from tf_tree_py.core.messages.frame_names import Rename
 from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import Batch
 
 from .errors import FleetError

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_NAME_BYTES
-from tf_tree_py.core.messages.frame_names import Rename
 from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import bad_name, Batch, checked, Sample
 from tf_tree_py.core.messages.wire import WireReader, write
 from tf_tree_py.limited_log import IncidentLog, LimitedLog

@@ -19,12 +19,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.messages.frame_names import rename
 from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.fleet import FleetError, FleetListener
 from tf_tree_py.fleet.connection import log, Uplink
 from tf_tree_py.fleet.trust import without_others
+from tf_tree_py.frame_names import rename
 from tf_tree_py.ros.topics.qos import (
     dynamic_qos,
     static_broadcaster_qos,

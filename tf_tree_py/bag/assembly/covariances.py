@@ -16,8 +16,8 @@ from tf_tree_py.beyond.uncertainty.insertion import (
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.byte_cursor import WireError
-from tf_tree_py.core.messages.frame_names import as_published, Rename
 from tf_tree_py.core.messages.incidents import Incident, Kind
+from tf_tree_py.core.messages.message_layout import as_published, Rename
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.queries import Queries
 

@@ -16,12 +16,19 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.byte_cursor import WireError
-from tf_tree_py.core.messages.frame_names import as_published, Rename, rename
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.message_layout import find_layout, find_ros1_layout, Key, key_of
+from tf_tree_py.core.messages.message_layout import (
+    as_published,
+    find_layout,
+    find_ros1_layout,
+    Key,
+    key_of,
+    Rename,
+)
 from tf_tree_py.core.messages.sample import Batch, SampleTrack
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.frame_names import rename
 
 from ..files.message_source import MessageSource, RecordedMessage
 

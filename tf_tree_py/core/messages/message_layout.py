@@ -20,7 +20,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
-from .frame_names import Rename
 from .sample import Batch
 from ..edges.packed import pack_pose, POSE_BYTES, POSE_FLOATS
 from ..geometry.so3 import Array
@@ -221,7 +220,15 @@ def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack
 
 # --- reading field by field
 
+Rename = Callable[[str, str], tuple[str, str] | None]
+"""Takes (parent, child), and returns their new names, or None to drop the edge."""
+
 FindLayout = Callable[[bytes, Rename], MessageLayout]
+
+
+def as_published(parent: str, child: str) -> tuple[str, str] | None:
+    """Return the names of an edge unchanged, except for leading slashes."""
+    return parent.removeprefix('/'), child.removeprefix('/')
 
 
 def find_layout(data: bytes, rename: Rename) -> MessageLayout:

@@ -22,15 +22,16 @@ import sys
 import numpy as np
 
 from .byte_cursor import ENCAPSULATION_BYTES, WireError
-from .frame_names import as_published, Rename
 from .incidents import Incident, Kind
 from .message_layout import (
+    as_published,
     find_layout,
     find_layout_in_steps,
     FindLayout,
     Key,
     key_of,
     MessageLayout,
+    Rename,
 )
 from .sample import as_sec_nanosec, Batch, Sample
 from ..edges.packed import POSE_BYTES

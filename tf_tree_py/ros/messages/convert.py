@@ -21,7 +21,7 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import has_tf2_sign
-from tf_tree_py.core.messages.frame_names import Rename
+from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import as_sec_nanosec, Sample
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 

@@ -12,7 +12,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core import fork_locks
-from tf_tree_py.core.messages.frame_names import Rename, rename
+from tf_tree_py.core.messages.message_layout import Rename
+from tf_tree_py.frame_names import rename
 
 from .qos import (
     dynamic_qos,

@@ -15,12 +15,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
-from tf_tree_py.core.messages.frame_names import FrameFilter, Rename, rename
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.message_layout import STEP
+from tf_tree_py.core.messages.message_layout import Rename, STEP
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader
+from tf_tree_py.frame_names import FrameFilter, rename
 
 from .endpoints import DuplicatePublishers, PublisherNames
 from .qos import (

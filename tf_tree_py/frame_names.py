@@ -12,14 +12,9 @@ that old software writes.
 from collections.abc import Callable, Collection
 from typing import NamedTuple
 
-# Takes (parent, child) and returns their new names, or None to drop the edge.
-Rename = Callable[[str, str], tuple[str, str] | None]
+from tf_tree_py.core.messages.message_layout import as_published, Rename
+
 FrameFilter = Callable[[str, str], bool] | Collection[str]
-
-
-def as_published(parent: str, child: str) -> tuple[str, str] | None:
-    """Return the names of an edge unchanged, except for leading slashes."""
-    return _without_slash(parent), _without_slash(child)
 
 
 class FrameNames(NamedTuple):
