@@ -27,7 +27,7 @@ from strategies import (
     twists,
     vectors,
 )
-from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry import chain, se3, so3
 
 
 def reach(*given_poses):
@@ -133,7 +133,7 @@ def test_ten_thousand_random_poses_compose_to_a_rigid_transform():
     pose = se3.IDENTITY
     for step in map(tuple, chain.tolist()):
         pose = se3.compose(pose, step)
-    for result in (pose, se3.compose_chain(map(tuple, chain.tolist()))):
+    for result in (pose, se3.compose_chain([*map(tuple, chain.tolist())])):
         rotation = se3.as_matrix(result)[:3, :3]
         assert np.linalg.det(rotation) == pytest.approx(1.0, abs=1e-6)
         assert np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-6
@@ -255,7 +255,24 @@ def test_interpolation_is_a_line_and_a_slerp(a, b, ratio):
     line = [(1.0 - ratio) * start + ratio * end for start, end in zip(a[:3], b[:3], strict=True)]
     assert pose[:3] == tuple(line)
     assert pose[3:] == so3.slerp(a[3:], b[3:], ratio)
-    assert se3.interpolate_pair((*a, *b), ratio) == pose
+
+
+@given(poses, poses, st.integers(0, 1000))
+def test_between_two_samples_a_pose_is_interpolated_unless_tf2_rounds(a, b, passed):
+    expected = se3.interpolate(a, b, passed / 1000)
+    between = chain.between_samples((*a, *b), 7 + passed, 7, 1007)
+    # tf2 rounds rotations that are closer than 3e-8 rad, and turns half turns in its own way.
+    assert between[:3] == expected[:3]
+    if se3.distance(a, b)[1] < 3.1:
+        assert se3.distance(between, expected)[1] <= 3e-8
+
+
+def test_samples_years_apart_are_interpolated_like_floats():
+    """The quotient of two large integers has another last bit than that of their floats."""
+    first, last = 0, 3 * 2 ** 60 + 1
+    pair = (*se3.IDENTITY, 1.0, *se3.IDENTITY[1:])
+    for stamp in range(2 ** 59 + 1, 2 ** 59 + 4_000, 31):
+        assert chain.between_samples(pair, stamp, first, last)[0] == float(stamp) / float(last)
 
 
 @given(poses, ratios)
@@ -271,7 +288,7 @@ def test_interpolation_keeps_tf2s_rotation_below_its_resolution(
     (ax, ay, az, aw), (bx, by, bz, bw) = a[3:], b[3:]
     # Rounded like the code: sum() of Python 3.12 would be more exact.
     assume(abs(ax * bx + ay * by + az * bz + aw * bw) >= 1.0)
-    assert se3.interpolate_pair((*a, *b), 0.5, as_tf2=True) == (1.0, 0.0, 0.0, *rotation)
+    assert chain.between_samples((*a, *b), 1, 0, 2) == (1.0, 0.0, 0.0, *rotation)
 
 
 # --- both forms

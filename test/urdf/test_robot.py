@@ -155,5 +155,5 @@ def test_edges_compose_to_the_tip():
     edges = parsed(joint('j', 'revolute', 'a', 'b', axis='0 0 1'),
                    joint('k', 'revolute', 'b', 'c', xyz='1 0 0', axis='0 0 1'),
                    joint('tip', 'fixed', 'c', 'd', xyz='1 0 0')).edges([pi / 2, pi / 2])
-    a_T_d = se3.compose_chain(map(tuple, edges.values()))
+    a_T_d = se3.compose_chain([*map(tuple, edges.values())])
     assert a_T_d == pytest.approx(Pose(x=-1.0, y=1.0, qz=1.0, qw=0.0), abs=1e-15)

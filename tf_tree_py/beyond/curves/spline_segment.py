@@ -239,5 +239,5 @@ def _in_childs_axes(pose: Any, rate: Any, bend: Any) -> tuple[Numbers, Numbers]:
 
 SPLIT = Group('R3 x SO(3)', _split_compose, _split_inverse, _split_exp, _split_exp_many,
               _split_log, _split_log_many, _split_adjoint, _split_bracket, _split_in_childs_axes)
-SE3 = Group('SE(3)', _compose, se3.inverse, se3.exp, _exp_many, se3.log, _log_many, _adjoint,
-            _bracket, _in_childs_axes)
+SE3 = Group('SE(3)', _compose, se3.inverse_columns, se3.exp, _exp_many, se3.log, _log_many,
+            _adjoint, _bracket, _in_childs_axes)

@@ -22,7 +22,7 @@ from ..errors import (
     NoDataException,
     PastExtrapolationException,
 )
-from ..geometry.se3 import interpolate_pair, PoseTuple
+from ..geometry.chain import between_samples, PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import (
     BEGINNING,
@@ -197,9 +197,9 @@ class DynamicHistory(PackedSamples):
         """
         if stamp == self.latest_stamp:
             return self._latest_pose or self._unpack_latest()
-        stamps = self._stamps
-        after = bisect_right(stamps, stamp, self._start)
-        if (not self._start < after < len(stamps)
+        stamps, start = self._stamps, self._start
+        after = bisect_right(stamps, stamp, start)
+        if (not start < after < len(stamps)
                 or (older_stamp := stamps[after - 1]) < self._horizon):
             raise self.extrapolation(stamp)
         pair = unpack_pair(self._poses, (after - 1) * POSE_BYTES)
@@ -211,8 +211,7 @@ class DynamicHistory(PackedSamples):
                 raise self.extrapolation(stamp)
             if parents[after - 1] != parents[after]:
                 return pair[:POSE_FLOATS]
-        ratio = (stamp - older_stamp) / (stamps[after] - older_stamp)
-        return interpolate_pair(pair, ratio, True)
+        return between_samples(pair, stamp, older_stamp, stamps[after])
 
     def neighbours(self, first: int, last: int) -> tuple[float, ...] | None:
         """Return the poses at two stamps; None without data, or with a sample between."""

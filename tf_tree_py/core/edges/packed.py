@@ -110,9 +110,9 @@ def _check_structure(stamps: 'memoryview[int]', codes: 'memoryview[int]', names:
 # --- the window of samples
 
 POSE_BYTES = 56
-pack_pose = struct.Struct('=7d').pack
-unpack_pose = struct.Struct('=7d').unpack_from
-unpack_pair = struct.Struct('=14d').unpack_from
+pack_pose = struct.Struct('7d').pack
+unpack_pose = struct.Struct('7d').unpack_from
+unpack_pair = struct.Struct('14d').unpack_from
 
 _Kind = TypeVar('_Kind', bound='PackedSamples')
 _Twin = TypeVar('_Twin', bound='PackedSamples')

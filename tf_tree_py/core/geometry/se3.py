@@ -6,7 +6,8 @@ Rigid transforms as seven floats: x, y, z, qx, qy, qz, qw; metres, unit quaterni
 
 The scalar form works on tuples of plain floats, the form whose name ends in ``_many`` on arrays
 (..., 7). Each formula is written once per form, next to each other, and a test checks that they
-are equal. ``pose`` wraps the scalar form in a class with ``@``; rotations are in ``so3``.
+are equal. ``pose`` wraps the scalar form in a class with ``@``; rotations are in ``so3``. The
+formulas of a lookup are in ``chain``, because they can be compiled.
 
 A pose named ``a_T_b`` transforms coordinates in b to coordinates in a, so inner names cancel:
 ``a_T_c = compose(a_T_b, b_T_c)`` and ``a_p = apply(a_T_b, b_p)``.
@@ -16,55 +17,20 @@ that do not. For a twist these are the linear velocity of the body's point at th
 the angular velocity; for a wrench the torque about the origin, and the force.
 """
 
-from collections.abc import Iterable
 import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import so3
+from . import chain, so3
 from .so3 import Array, Vector3
 
-PoseTuple = tuple[float, float, float, float, float, float, float]
+PoseTuple = chain.PoseTuple
 Twist = tuple[float, float, float, float, float, float]
 
-IDENTITY: PoseTuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-
-def compose_chain(poses: Iterable[PoseTuple]) -> PoseTuple:
-    """
-    Return the product of poses, the leftmost first: a_T_b, b_T_c, ... -> a_T_z.
-
-    The product (t1 + q1 t2 q1*, q1 q2) is written out, with ``so3.rotate`` and
-    ``so3.multiply`` inlined, because this is the inner loop of every lookup.
-
-    :param poses: any number of poses; without any, the result is the identity.
-    """
-    rest = iter(poses)
-    x, y, z, qx, qy, qz, qw = next(rest, IDENTITY)
-    for tx, ty, tz, rx, ry, rz, rw in rest:
-        cx = qy * tz - qz * ty
-        cy = qz * tx - qx * tz
-        cz = qx * ty - qy * tx
-        cx += cx
-        cy += cy
-        cz += cz
-        x += tx + qw * cx + qy * cz - qz * cy
-        y += ty + qw * cy + qz * cx - qx * cz
-        z += tz + qw * cz + qx * cy - qy * cx
-        qx, qy, qz, qw = (
-            qw * rx + qx * rw + qy * rz - qz * ry,
-            qw * ry - qx * rz + qy * rw + qz * rx,
-            qw * rz + qx * ry - qy * rx + qz * rw,
-            qw * rw - qx * rx - qy * ry - qz * rz,
-        )
-    return (x, y, z, qx, qy, qz, qw)
-
-
-def compose(a_T_b: PoseTuple, b_T_c: PoseTuple) -> PoseTuple:
-    """Return a_T_c."""
-    return compose_chain((a_T_b, b_T_c))
+IDENTITY = chain.IDENTITY
+compose, compose_chain, inverse = chain.compose, chain.compose_chain, chain.inverse
 
 
 def compose_many(a_T_b: Array, b_T_c: Array) -> Array:
@@ -74,17 +40,17 @@ def compose_many(a_T_b: Array, b_T_c: Array) -> Array:
         [translation, so3.multiply_many(a_T_b[..., 3:], b_T_c[..., 3:])], axis=-1)
 
 
-def inverse(a_T_b: PoseTuple) -> PoseTuple:
-    """Return b_T_a: (-q* t q, q*)."""
-    x, y, z, qx, qy, qz, qw = a_T_b
-    q = (-qx, -qy, -qz, qw)
-    return (*so3.rotate(q, (-x, -y, -z)), *q)
-
-
 def inverse_many(a_T_b: Array) -> Array:
     """Return b_T_a, elementwise, of (..., 7)."""
     q = so3.conjugate_many(a_T_b[..., 3:])
     return np.concatenate([so3.rotate_many(q, -a_T_b[..., :3]), q], axis=-1)
+
+
+def inverse_columns(a_T_b: Any) -> tuple[Any, ...]:
+    """Return b_T_a of seven numbers, or of an array (...) for each coordinate."""
+    x, y, z, *q = a_T_b
+    b_q_a: Any = so3.conjugate((q[0], q[1], q[2], q[3]))
+    return (*so3.rotate(b_q_a, (-x, -y, -z)), *b_q_a)
 
 
 def apply(a_T_b: PoseTuple, point: Vector3) -> Vector3:
@@ -143,32 +109,10 @@ def interpolate(a: PoseTuple, b: PoseTuple, ratio: float) -> PoseTuple:
 
     :param ratio: 0 for a, 1 for b.
     """
-    return interpolate_pair((*a, *b), ratio)
-
-
-def interpolate_pair(pair: tuple[float, ...], ratio: float, as_tf2: bool = False) -> PoseTuple:
-    """
-    Interpolate between two successive poses in one tuple.
-
-    :param pair: 14 floats, as two successive samples in a history's memory.
-    :param as_tf2: see ``so3.slerp_weights``.
-    """
-    ax, ay, az, aqx, aqy, aqz, aqw, bx, by, bz, bqx, bqy, bqz, bqw = pair
-    cosine = aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw
-    if as_tf2 and so3.is_half_turn(cosine):
-        return interpolate_pair((ax, ay, az, *so3.through_tf2_matrix((aqx, aqy, aqz, aqw)), bx,
-                                 by, bz, *so3.through_tf2_matrix((bqx, bqy, bqz, bqw))), ratio)
-    first, second = so3.slerp_weights(cosine, ratio, as_tf2)
+    (ax, ay, az, *_), (bx, by, bz, *_) = a, b
     left = 1.0 - ratio
-    return (
-        left * ax + ratio * bx,
-        left * ay + ratio * by,
-        left * az + ratio * bz,
-        first * aqx + second * bqx,
-        first * aqy + second * bqy,
-        first * aqz + second * bqz,
-        first * aqw + second * bqw,
-    )
+    return (left * ax + ratio * bx, left * ay + ratio * by, left * az + ratio * bz,
+            *so3.slerp(a[3:], b[3:], ratio))
 
 
 def interpolate_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:

@@ -13,13 +13,18 @@ rotation. A function here may return either, unless its docstring specifies the 
 
 from collections.abc import Sequence
 import math
-from math import acos, cos, sin
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-Quaternion = tuple[float, float, float, float]
+from .chain import (
+    HALF_TURN,
+    Quaternion as Quaternion,
+    slerp_weights as slerp_weights,
+    through_tf2_matrix as through_tf2_matrix,
+)
+
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 Array = npt.NDArray[np.float64]
@@ -28,10 +33,6 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 # A matrix whose R^T R differs from I by more than this is not a rotation.
 ORTHONORMAL_TOLERANCE = 1e-6
-
-# Rotations whose quaternions have a smaller dot product are half a turn apart, except for
-# rounding.
-_HALF_TURN = 1e-15
 
 # Closer to gimbal lock than this many radians, roll is set to zero.
 _GIMBAL_LOCK = 1e-12
@@ -131,65 +132,9 @@ def with_tf2_sign_many(q: Array) -> Array:
     return np.asarray(np.where(decisive[..., None] >= 0.0, q, -q))
 
 
-def through_tf2_matrix(q: Quaternion) -> Quaternion:
-    """
-    Return a unit quaternion converted to tf2's matrix and back.
-
-    tf2 stores every rotation this way (``Matrix3x3::setRotation``, then ``getRotation``, with
-    the same order of operations). If two rotations are half a turn apart, the rounding of these
-    conversions determines the direction of the interpolation.
-    """
-    x, y, z, w = q
-    s = 2.0 / (x * x + y * y + z * z + w * w)
-    xs, ys, zs = x * s, y * s, z * s
-    wx, wy, wz, xx, xy, xz = w * xs, w * ys, w * zs, x * xs, x * ys, x * zs
-    yy, yz, zz = y * ys, y * zs, z * zs
-    m = ((1.0 - (yy + zz), xy - wz, xz + wy), (xy + wz, 1.0 - (xx + zz), yz - wx),
-         (xz - wy, yz + wx, 1.0 - (xx + yy)))
-    trace = m[0][0] + m[1][1] + m[2][2]
-    if trace > 0.0:
-        root = math.sqrt(trace + 1.0)
-        s = 0.5 / root
-        return ((m[2][1] - m[1][2]) * s, (m[0][2] - m[2][0]) * s, (m[1][0] - m[0][1]) * s,
-                root * 0.5)
-    i = (2 if m[1][1] < m[2][2] else 1) if m[0][0] < m[1][1] else (
-        2 if m[0][0] < m[2][2] else 0)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    root = math.sqrt(m[i][i] - m[j][j] - m[k][k] + 1.0)
-    s = 0.5 / root
-    vector = {i: root * 0.5, j: (m[j][i] + m[i][j]) * s, k: (m[k][i] + m[i][k]) * s}
-    return vector[0], vector[1], vector[2], (m[k][j] - m[j][k]) * s
-
-
 def is_half_turn(cosine: Any) -> Any:
     """Return whether two unit quaternions with this dot product are half a turn apart."""
-    return (cosine < _HALF_TURN) & (cosine > -_HALF_TURN)
-
-
-def slerp_weights(cosine: float, ratio: float, as_tf2: bool = False) -> tuple[float, float]:
-    """
-    Return the weights of two unit quaternions in their spherical interpolation.
-
-    They are sin((1 - u) t) / sin t and sin(u t) / sin t (Shoemake, "Animating Rotation with
-    Quaternion Curves", 1985), with t the angle between the first and the nearer one of
-    +-second. The weights are also accurate for very small angles: acos(cosine) may be wrong in
-    half of its digits there, but the weights depend on it only in second order.
-
-    :param cosine: the dot product of the two, -1 to 1.
-    :param ratio: u, 0 for the first, 1 for the second.
-    :param as_tf2: return 1 and 0 if the two are closer than 3e-8 rad, where the cosine rounds
-        to one, as tf2's slerp does. Otherwise the weights are exact.
-    """
-    near = abs(cosine)
-    if near < 1.0:
-        angle = acos(near)
-        second = sin(ratio * angle) / sin(angle)
-        first = cos(ratio * angle) - near * second
-    elif as_tf2:
-        return 1.0, 0.0
-    else:
-        first, second = 1.0 - ratio, ratio
-    return (first, second) if cosine >= 0.0 else (first, -second)
+    return (cosine < HALF_TURN) & (cosine > -HALF_TURN)
 
 
 def slerp_weights_many(cosine: Array, ratio: Array,

@@ -28,7 +28,7 @@ from ..edges.histories import StaticHistory
 from ..edges.protocol import EdgeTrack, History, moves, MovingHistory
 from ..errors import ExtrapolationException
 from ..geometry import se3, so3
-from ..geometry.se3 import PoseTuple
+from ..geometry.chain import join_branches, PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER, LATEST
 from ..times import Stamps
@@ -176,10 +176,8 @@ def _compose(a_T_b: Array, b_T_c: Array) -> Array:
 
 
 def _inverse(a_T_b: Array) -> Array:
-    """Return b_T_a of poses (7, ...); see ``se3.inverse``."""
-    rows: Any = a_T_b
-    inverse: Any = se3.inverse(rows)
-    return np.array(inverse)
+    """Return b_T_a of poses (7, ...)."""
+    return np.array(se3.inverse_columns(a_T_b))
 
 
 # --- the path
@@ -240,12 +238,12 @@ class Path:
 
         :return: nanoseconds; ``LATEST`` if all edges are static.
         """
-        common: int | None = None
+        common = FOREVER
         for edge in self._dynamic:
             stamp = edge.latest_stamp
-            if stamp is not None and (common is None or stamp < common):
+            if stamp is not None and stamp < common:
                 common = stamp
-        return LATEST if common is None else common
+        return LATEST if common == FOREVER else common
 
     def slowest_edges(self) -> list[MovingHistory]:
         """Return the edges whose newest sample limits the latest common time."""
@@ -290,8 +288,8 @@ class Path:
 
         :raises ExtrapolationException: an edge has no data for the stamp.
         """
-        return _joined([part.sample(stamp) for part in self._source_parts],
-                       [part.sample(stamp) for part in self._target_parts])
+        return join_branches([part.sample(stamp) for part in self._source_parts],
+                             [part.sample(stamp) for part in self._target_parts])
 
     def poses_at(self, stamp: int) -> tuple[PoseTuple, list[PoseTuple]]:
         """
@@ -304,19 +302,9 @@ class Path:
         parts = zip((*reversed(self._target_parts), *self._source_parts),
                     (*reversed(up), *down), strict=True)
         moving = iter([pose for part, pose in parts if not part.is_static])
-        return _joined(down, up), [
+        return join_branches(down, up), [
             step.history.sample(stamp) if step.history.is_static else next(moving)
             for step in self.steps()]
-
-
-def _joined(top_T_source: Sequence[PoseTuple], top_T_target: Sequence[PoseTuple]) -> PoseTuple:
-    """Return ``target_T_source`` from the poses on both branches, from the top down."""
-    down = _chained(top_T_source)
-    return se3.compose(se3.inverse(_chained(top_T_target)), down) if top_T_target else down
-
-
-def _chained(poses: Sequence[PoseTuple]) -> PoseTuple:
-    return poses[0] if len(poses) == 1 else se3.compose_chain(poses)
 
 
 def edge_to_blame(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:

@@ -119,11 +119,12 @@ class PathFinder:
     def fixed_path(self, target: str, source: str) -> Path | None:
         """Return the present path if it does not depend on the stamp, else None; cache it."""
         try:
-            path = self._paths.get((target, source))
-            known = path is not None or (target, source) in self._paths
+            return self._paths[target, source]
+        except KeyError:
+            pass
         except TypeError:  # not hashable, such as a list: check_frame raises an error for it
             return None
-        return path if known else self._find_fixed_path(target, source)
+        return self._find_fixed_path(target, source)
 
     def _find_fixed_path(self, target: str, source: str) -> Path | None:
         self._check_frames(target, source)
@@ -273,8 +274,7 @@ class Spanning:
                 pose = history.sample(stamp)
             except ExtrapolationException:
                 continue
-            poses[frame] = se3.compose_chain(
-                (poses[known], se3.inverse(pose) if upwards else pose))
+            poses[frame] = se3.compose(poses[known], se3.inverse(pose) if upwards else pose)
         return poses
 
     def newest_of_all(self, target: str) -> int:
