@@ -1,11 +1,15 @@
 from glob import glob
+import os
 from pathlib import Path
 import re
 import shutil
+import sysconfig
 from xml.etree import ElementTree
 
-from setuptools import find_packages, setup
+from setuptools import Extension, find_packages, setup
+from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
+from setuptools.errors import SetupError
 
 # colcon runs a link to this file.
 repository = Path(__file__).resolve().parent
@@ -92,6 +96,44 @@ class BuildAfresh(build_py):
         super().run()
 
 
+# What mypyc compiles if TF_TREE_PY_COMPILE is set: a file that imports only the standard library.
+formulas = f'{package_name}/core/geometry/chain.py'
+compiling = os.environ.get('TF_TREE_PY_COMPILE', '0') not in ('', '0')
+
+
+def translated_formulas() -> 'list[Extension]':
+    """Return the formulas as C, or, while pip asks what is required for that, as Python."""
+    try:
+        from mypyc.build import mypycify
+    except ImportError:
+        return [Extension(formulas.removesuffix('.py').replace('/', '.'), [formulas])]
+    # The settings in pyproject.toml, and the packages around the file, need other packages.
+    extensions = mypycify(['--config-file=', '--follow-imports=skip', '--strict', formulas],
+                          debug_level='0', target_dir='build/formulas')
+    for extension in extensions:
+        # Otherwise compilers for ARM round a product and a sum once, where Python rounds twice.
+        extension.extra_compile_args.append('-ffp-contract=off')
+    return extensions
+
+
+class CompileFormulas(build_ext):
+    """Compile the formulas, or say in one sentence what is missing for that."""
+
+    def run(self) -> None:
+        """Check what the compilation needs, and compile."""
+        compiler = (os.environ.get('CC') or sysconfig.get_config_var('CC') or 'cc').split()[0]
+        headers = Path(sysconfig.get_path('include'), 'Python.h')
+        if shutil.which(compiler) is None:
+            raise SetupError(f'TF_TREE_PY_COMPILE needs a C compiler, and there is no {compiler}: '
+                             'sudo apt install build-essential')
+        if not headers.exists():
+            raise SetupError('TF_TREE_PY_COMPILE needs the headers of Python, and there is no '
+                             f'{headers}: sudo apt install python3-dev')
+        if self.extensions[0].sources == [formulas]:
+            raise SetupError('TF_TREE_PY_COMPILE needs mypyc: pip install mypy')
+        super().run()
+
+
 def as_read_elsewhere(readme: str) -> str:
     """
     Return the README with the full address of what it links to and shows.
@@ -112,7 +154,10 @@ def as_read_elsewhere(readme: str) -> str:
 
 setup(
     name=package_name,
-    cmdclass={'build_py': BuildAfresh},
+    cmdclass={'build_py': BuildAfresh, 'build_ext': CompileFormulas if compiling else build_ext},
+    ext_modules=translated_formulas() if compiling else [],
+    # pip installs it for this build only.
+    setup_requires=['mypy>=1.15'] if compiling else [],
     version='0.1.0',
     description=manifest.findtext('description'),
     long_description=as_read_elsewhere((repository / 'README.md').read_text(encoding='utf-8')),

@@ -106,4 +106,13 @@ print(sys.executable)" 2>/dev/null && return
   return 1
 }
 
+# copy_sources FOLDER: make FOLDER a copy without git-ignored files, for builds that write into it.
+copy_sources() {
+  rm -rf "$1"
+  mkdir -p "$1"
+  git -C "$repository" ls-files -z --cached --others --exclude-standard --deduplicate |
+    tar --create --directory "$repository" --ignore-failed-read --null --files-from - 2>/dev/null |
+    tar --extract --directory "$1"
+}
+
 pyenv_versions=${PYENV_ROOT:-${HOME-}/.pyenv}/versions

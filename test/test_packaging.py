@@ -5,6 +5,7 @@
 
 import ast
 from importlib.metadata import distribution, metadata
+import os
 from pathlib import Path
 import re
 import shutil
@@ -16,12 +17,16 @@ import zipfile
 from programs import PATIENCE_S
 import pytest
 import tf_tree_py
+from tf_tree_py.command.arguments import Parser
+from tf_tree_py.core import COMPILED
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 REQUIREMENTS = REPOSITORY / 'scripts' / 'requirements'
 PACKAGE = distribution('tf_tree_py')
 MANIFEST = ElementTree.parse(REPOSITORY / 'package.xml')
 ADDRESS = 'https://example.org/somebody/tf_tree_py'
+
+NOT_SOURCES = shutil.ignore_patterns('__pycache__', '*.so')
 
 LINK = re.compile(r'(!?)\[[^]]+\]\(([^)#]*)[^)]*\)')
 
@@ -35,6 +40,26 @@ def requirements(extra=''):
 
 def test_manifest_and_setup_name_one_version():
     assert tf_tree_py.__version__ == PACKAGE.version == MANIFEST.findtext('version')
+
+
+def test_every_program_says_its_version_and_whether_its_formulas_are_compiled(capsys):
+    with pytest.raises(SystemExit) as ended:
+        Parser('program', 'It does nothing.').parse(['--version'])
+    how = 'compiled formulas' if COMPILED else 'pure Python'
+    assert (ended.value.code, *capsys.readouterr()) == (
+        0, f'tf_tree_py {PACKAGE.version} ({how})\n', '')
+
+
+def test_compilation_without_a_compiler_says_so_in_one_sentence(tmp_path):
+    pytest.importorskip('mypyc', reason='needs mypy')
+    done = subprocess.run(
+        [sys.executable, 'setup.py', 'build_ext'], cwd=copied_sources(tmp_path),
+        env={**os.environ, 'TF_TREE_PY_COMPILE': '1', 'CC': 'no-such-compiler -O2'},
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == (
+        'error: TF_TREE_PY_COMPILE needs a C compiler, and there is no no-such-compiler: '
+        'sudo apt install build-essential')
 
 
 def test_package_that_is_not_installed_has_no_version(tmp_path):
@@ -54,6 +79,18 @@ def test_executable_has_a_main(executable):
     assert callable(executable.load())
 
 
+def copied_sources(folder):
+    """Return a copy of what the package is built from."""
+    source = folder / 'source'
+    source.mkdir()
+    for name in ('LICENSE', 'README.md', 'package.xml', 'setup.py', 'setup.cfg',
+                 'pyproject.toml'):
+        shutil.copy(REPOSITORY / name, source)
+    for name in ('tf_tree_py', 'resource', 'config', 'launch', 'rviz'):
+        shutil.copytree(REPOSITORY / name, source / name, ignore=NOT_SOURCES)
+    return source
+
+
 @pytest.fixture(scope='module')
 def wheel(tmp_path_factory):
     """
@@ -62,13 +99,7 @@ def wheel(tmp_path_factory):
     The copy declares the address of the repository.
     """
     pytest.importorskip('pip')
-    source = tmp_path_factory.mktemp('wheel') / 'source'
-    source.mkdir()
-    for name in ('LICENSE', 'README.md', 'setup.py', 'setup.cfg', 'pyproject.toml'):
-        shutil.copy(REPOSITORY / name, source)
-    for name in ('tf_tree_py', 'resource', 'config', 'launch', 'rviz'):
-        shutil.copytree(REPOSITORY / name, source / name,
-                        ignore=shutil.ignore_patterns('__pycache__'))
+    source = copied_sources(tmp_path_factory.mktemp('wheel'))
     manifest = (REPOSITORY / 'package.xml').read_text()
     (source / 'package.xml').write_text(manifest.replace(
         '  <author>', f'  <url type="repository">{ADDRESS}</url>\n  <author>', 1))
@@ -87,7 +118,7 @@ def wheel(tmp_path_factory):
 def test_wheel_has_what_is_in_the_package_and_nothing_else(wheel):
     there = {path.relative_to(REPOSITORY).as_posix()
              for path in REPOSITORY.glob('tf_tree_py/**/*')
-             if path.is_file() and '__pycache__' not in path.parts}
+             if path.is_file() and not NOT_SOURCES(path.parent, path.parts)}
     names = {name for name in wheel.namelist() if '.dist-info/' not in name}
     assert {name for name in names if name.startswith('tf_tree_py/')} == there
     share = f'tf_tree_py-{PACKAGE.version}.data/data/share/'

@@ -31,7 +31,7 @@ class Layer(NamedTuple):
 
 LAYERS = {
     'interfaces': Layer('', needs='numpy'),
-    'command': Layer('', needs=''),
+    'command': Layer('core', needs=''),
     'deprecation': Layer('', needs=''),
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
     'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources',

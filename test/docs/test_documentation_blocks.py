@@ -137,7 +137,7 @@ def test_commands_of_a_shell_block_are_there(block):
         # The rest is for ROS, or another program's command line.
         own = re.split('--ros-args| -- ', line)[0]
         words = shlex.split(own, comments=True)
-        while words and words[0] in ('.', 'export'):
+        while words and (words[0] in ('.', 'export') or re.fullmatch(r'[A-Z_]+=\w+', words[0])):
             words = words[1:]
         if not words:
             continue

@@ -10,6 +10,7 @@ tables and coloured text with rich, or JSON.
 
 import argparse
 from collections.abc import Mapping, Sequence
+from importlib import metadata
 import json
 import math
 import os
@@ -64,6 +65,8 @@ class Parser(argparse.ArgumentParser):
             prog=name, description=description, allow_abbrev=False,
             epilog='\n\n'.join(filter(None, (_listed(examples), epilog))),
             formatter_class=argparse.RawDescriptionHelpFormatter, **options)
+        self.add_argument('--version', action=_ShowVersion, nargs=0, default=argparse.SUPPRESS,
+                          help='show the version, and whether it is compiled, and exit')
 
     def error(self, message: str) -> NoReturn:
         """Print the error, and exit with the status for wrong arguments."""
@@ -92,6 +95,20 @@ class Parser(argparse.ArgumentParser):
         """Add the option ``--json``."""
         self.add_argument('--json', action='store_true',
                           help='print JSON, whose shape is documented and stable')
+
+
+class _ShowVersion(argparse.Action):
+    """Prints the version only when it is asked for, because that imports the core."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from tf_tree_py import core
+        try:
+            version = metadata.version('tf_tree_py')
+        except metadata.PackageNotFoundError:
+            version = 'not installed'
+        how = 'compiled formulas' if core.COMPILED else 'pure Python'
+        print(f'tf_tree_py {version} ({how})')
+        parser.exit()
 
 
 def _listed(examples: Sequence[tuple[str, str]]) -> str:

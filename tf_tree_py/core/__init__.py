@@ -25,7 +25,7 @@ from .errors import (
     TransformException,
     TreeFileError,
 )
-from .geometry import se3
+from .geometry import chain, se3
 from .geometry.pose import Pose, Poses
 from .messages import wire
 from .messages.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
@@ -37,6 +37,7 @@ from .tree.queries import PlainSnapshot
 __all__ = [
     'as_seconds',
     'ClockJumpException',
+    'COMPILED',
     'ConnectivityException',
     'EdgeInfo',
     'ExtrapolationException',
@@ -64,6 +65,9 @@ __all__ = [
     'UNLIMITED',
     'wire',
 ]
+
+COMPILED = not chain.__file__.endswith(('.py', '.pyc'))
+"""Whether the formulas of lookups are compiled; see ``TF_TREE_PY_COMPILE`` in ``setup.py``."""
 
 
 def __getattr__(name: str) -> Any:
