@@ -27,7 +27,7 @@ def test_all_is_tested_before_a_release():
             for file in FILES if file.parent.name == 'workflows'}
     for job in jobs['test'].values():
         assert any('.ci/run' in step.get('run', '') for step in job['steps'])
-    assert jobs['release']['publish']['needs'] == 'build'
-    assert jobs['release']['build']['needs'] == 'test'
+    assert jobs['release']['publish']['needs'] == ['build', 'compiled']
+    assert {jobs['release'][name]['needs'] for name in ('build', 'compiled')} == {'test'}
     assert [name for name, job in jobs['release'].items()
             if 'id-token' in job.get('permissions', ())] == ['publish']

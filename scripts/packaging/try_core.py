@@ -1,16 +1,26 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The first steps of a new user, in a venv with this package and its dependencies."""
+"""
+The first steps of a new user, in a venv with this package and its dependencies.
 
+python try_core.py [--compiled]: the formulas must be compiled, or not.
+"""
+
+from pathlib import Path
 import sys
+from xml.etree import ElementTree
 
 import tf_tree_py
 from tf_tree_py import BufferCore, Pose
+from tf_tree_py.core import COMPILED
+
+MANIFEST = ElementTree.parse(Path(__file__).parents[2] / 'package.xml')
 
 
 def main() -> None:
-    assert tf_tree_py.__version__ == sys.argv[1], tf_tree_py.__version__
+    assert tf_tree_py.__version__ == MANIFEST.findtext('version'), tf_tree_py.__version__
+    assert (sys.argv[1:] == ['--compiled']) == COMPILED, COMPILED
     buffer = BufferCore()
     buffer.insert('map', 'base', 1, Pose(x=1.0))
     buffer.insert('base', 'camera', 0, Pose(z=0.8), static=True)
