@@ -221,8 +221,8 @@ def test_program_ends_normally_while_the_rest_is_still_being_closed():
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True) as program:
         assert select.select([hangs], [], [], PATIENCE_S)[0], 'it connects'
-        told, errors = program.communicate('close\n', timeout=PATIENCE_S)
-    assert (program.returncode, told, errors) == (0, 'still open: True\n', '')
+        output, errors = program.communicate('close\n', timeout=PATIENCE_S)
+    assert (program.returncode, output, errors) == (0, 'still open: True\n', '')
 
 
 def test_a_listener_that_its_own_callback_holds_up_is_closed_meanwhile(router):

@@ -25,8 +25,8 @@ WIDE = RobotQuota(messages_per_s=1e6, bytes_per_s=1e9, waiting_bytes=10**9, deco
 # More messages of 40 kB than a held link and the sender's queue take.
 MANY = 400
 LONG = [('map', f'{edge:_>900}', 0) for edge in range(40)]
-# However long a busy machine holds the link, nobody gives it up. But an answer to a router that is
-# gone holds up all others, for as long as Zenoh waits by default.
+# With so long a lease, no side closes the held link, however long a busy machine holds it. An
+# answer to a router that is gone still delays all others, for the time that is Zenoh's default.
 PATIENT = {'link': {'tx': {'lease': 600_000}}}
 
 
@@ -87,7 +87,7 @@ def test_gap_whose_request_dies_with_the_router_is_filled_when_it_is_back(
             FarRobot(link.endpoint, patient, 100 * MANY) as robot, \
             RobotPublisher(near, 'robot8') as other, \
             FleetListener(router.endpoint, cache_time=UNLIMITED, quota=WIDE) as listener:
-        told = near.declare_subscriber('robot7/tf', handlers.RingChannel(100))
+        heard = near.declare_subscriber('robot7/tf', handlers.RingChannel(100))
         send_first(listener, robot, large(0))
         send_first(listener, other, message(('map', 'base', 8), stamp=NOW))
         # The robot hears no request, and what it sends is too much for the link.
@@ -97,7 +97,7 @@ def test_gap_whose_request_dies_with_the_router_is_filled_when_it_is_back(
             link.up.set()
             # The end of the gap. What another robot sends after that arrives after it.
             last = message(('map', 'base', MANY), stamp=NOW + MANY)
-            until(lambda: robot.send(last) or last in _payloads(told))
+            until(lambda: robot.send(last) or last in _payloads(heard))
             other.send(message(('map', 'after', 8), stamp=NOW))
             assert x_of(listener.buffer, 'map', 'robot8/after') == 8.0
             router.kill()
@@ -267,7 +267,7 @@ def test_request_that_is_never_answered_is_given_up_until_its_robot_returns(
 
 
 def test_request_that_nobody_has_received_yet_is_repeated(requests, session, hall, monkeypatch):
-    """The token of a robot that returns may arrive before what it needs to receive requests."""
+    """A robot's token may arrive before its declarations, without which it gets no request."""
     monkeypatch.setattr(requesting, '_MOST_TRIES', 10**9)
     early = Wanted('robot7', f'{hall}/early')
     requests.add(early)

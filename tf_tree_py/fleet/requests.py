@@ -32,8 +32,8 @@ _ANSWER_S = 2.0
 # among n robots, each may have an n-th of it, but at least one. The oldest ones are dropped.
 _MOST_OF_ONE, _MOST_OF_ALL = 100, 10_000
 # How often in a row a request is sent that is not answered; and the pause before it is sent again
-# if nobody has received it. The token of a robot that returns may arrive before what it needs to
-# receive requests.
+# if no robot has received it. The token of a robot that returns may arrive before its
+# declarations, without which it receives no request.
 _MOST_TRIES, _PAUSE_S = 5, 1.0
 # The maximum number of responses to one request in the queue; one publisher has few.
 _ANSWERS = 16
@@ -121,7 +121,8 @@ class Requests:
         self._changed = threading.Condition()
         # The requests by robot and selector; the next robot is first.
         self._waiting: OrderedDict[str, dict[str, Request]] = OrderedDict()
-        # Those that were not answered completely, until the pause ends or their robot returns.
+        # The requests without a complete answer; they are sent again when the pause ends, or when
+        # their robot returns.
         self._unanswered: dict[str, dict[str, Request]] = {}
         self._pause_ends = math.inf
         self._returns = 0
@@ -149,7 +150,7 @@ class Requests:
             self._changed.notify()
 
     def _try_again(self) -> None:
-        """Queue what was sent to nobody, some times."""
+        """Queue the requests that no robot has received, unless they were sent too often."""
         self._pause_ends = math.inf
         for robot, requests in list(self._unanswered.items()):
             for selector, request in list(requests.items()):

@@ -159,7 +159,7 @@ def end_soon(*works: Callable[[], object]) -> None:
     """
     Do work that may hang, for ``CLOSE_S`` at most; the rest of it happens in the background.
 
-    Errors of Zenoh are ignored: it cannot tell the router.
+    Errors of Zenoh are ignored: they mean that it could not inform the router.
     """
     def do_all() -> None:
         for work in works:
