@@ -102,7 +102,7 @@ compiling = os.environ.get('TF_TREE_PY_COMPILE', '0') not in ('', '0')
 
 
 def translated_formulas() -> 'list[Extension]':
-    """Return the formulas as C, or, while pip asks what is required for that, as Python."""
+    """Return the formulas as C; as Python without mypyc, which pip installs after a first run."""
     try:
         from mypyc.build import mypycify
     except ImportError:

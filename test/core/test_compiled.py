@@ -3,6 +3,7 @@
 
 """Compiled formulas return what their source does, to the last bit: scripts/test --compiled."""
 
+from fractions import Fraction
 from importlib.util import module_from_spec, spec_from_file_location
 import math
 from pathlib import Path
@@ -10,7 +11,7 @@ import struct
 
 from hypothesis import given, strategies as st
 import pytest
-from tf_tree_py.core import COMPILED
+from tf_tree_py.core import COMPILED, Pose
 from tf_tree_py.core.geometry import chain
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason='the formulas are not compiled')
@@ -51,42 +52,42 @@ def outcome(function, *arguments):
         math.nan if math.isnan(number) else number for number in numbers])
 
 
-def same(source, name, *arguments):
+def assert_same(source, name, *arguments):
     assert outcome(getattr(chain, name), *arguments) == outcome(getattr(source, name), *arguments)
 
 
 @given(st.lists(st.one_of(poses, sound), max_size=4), st.lists(sound, max_size=4))
 def test_products(source, down, up):
-    same(source, 'join_branches', down, up)
-    same(source, 'compose_chain', down)
+    assert_same(source, 'join_branches', down, up)
+    assert_same(source, 'compose_chain', down)
 
 
 @given(st.one_of(poses, sound), st.one_of(poses, sound))
 def test_products_of_two_and_inverses(source, a, b):
-    same(source, 'compose', a, b)
-    same(source, 'inverse', a)
+    assert_same(source, 'compose', a, b)
+    assert_same(source, 'inverse', a)
 
 
 @given(st.one_of(poses, sound), st.one_of(poses, sound), st.tuples(stamps, stamps, stamps))
 def test_poses_between_samples(source, a, b, three):
     first, stamp, last = sorted(three)
-    same(source, 'between_samples', (*a, *b), stamp, first, last)
+    assert_same(source, 'between_samples', (*a, *b), stamp, first, last)
 
 
 @given(sound, sound, stamps, st.integers(1, 2 ** 34), st.integers(0, 1000))
 def test_poses_between_samples_of_a_robot(source, a, b, first, interval, part):
-    same(source, 'between_samples', (*a, *b), first + interval * part // 1000, first,
-         first + interval)
+    stamp = first + interval * part // 1000
+    assert_same(source, 'between_samples', (*a, *b), stamp, first, first + interval)
 
 
 @given(floats, floats, st.booleans())
 def test_weights(source, cosine, ratio, as_tf2):
-    same(source, 'slerp_weights', cosine, ratio, as_tf2)
+    assert_same(source, 'slerp_weights', cosine, ratio, as_tf2)
 
 
 @given(st.one_of(quaternions, rotations))
 def test_matrices_of_tf2(source, q):
-    same(source, 'through_tf2_matrix', q)
+    assert_same(source, 'through_tf2_matrix', q)
 
 
 @pytest.mark.parametrize(('name', 'arguments'), [
@@ -102,4 +103,18 @@ def test_errors_are_of_the_same_class(source, name, arguments):
 
 
 def test_integers_are_numbers(source):
-    same(source, 'compose', (1, 2, 3, 0, 0, 0, 1), (4, 5, 6, 0, 0, 0, 1))
+    assert_same(source, 'compose', (1, 2, 3, 0, 0, 0, 1), (4, 5, 6, 0, 0, 0, 1))
+
+
+@pytest.mark.parametrize('pose', [list(chain.IDENTITY), chain.IDENTITY[:6]])
+def test_compiled_formulas_refuse_what_is_not_a_tuple_of_seven(pose):
+    assert outcome(chain.compose, chain.IDENTITY, pose) is TypeError
+    assert outcome(chain.compose_chain, [pose]) is TypeError
+    assert outcome(chain.inverse, pose) is TypeError
+
+
+def test_compiled_formulas_refuse_other_numbers_than_floats_and_integers():
+    pose = Pose(*map(Fraction, chain.IDENTITY))
+    assert outcome(pose.inverse) is TypeError
+    assert outcome(pose.__matmul__, Pose()) is TypeError
+    assert outcome(Pose(*map(float, pose)).inverse) == outcome(Pose().inverse)

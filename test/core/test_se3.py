@@ -27,7 +27,8 @@ from strategies import (
     twists,
     vectors,
 )
-from tf_tree_py.core.geometry import chain, se3, so3
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.chain import between_samples
 
 
 def reach(*given_poses):
@@ -260,7 +261,7 @@ def test_interpolation_is_a_line_and_a_slerp(a, b, ratio):
 @given(poses, poses, st.integers(0, 1000))
 def test_between_two_samples_a_pose_is_interpolated_unless_tf2_rounds(a, b, passed):
     expected = se3.interpolate(a, b, passed / 1000)
-    between = chain.between_samples((*a, *b), 7 + passed, 7, 1007)
+    between = between_samples((*a, *b), 7 + passed, 7, 1007)
     # tf2 rounds rotations that are closer than 3e-8 rad, and turns half turns in its own way.
     assert between[:3] == expected[:3]
     if se3.distance(a, b)[1] < 3.1:
@@ -272,7 +273,7 @@ def test_samples_years_apart_are_interpolated_like_floats():
     first, last = 0, 3 * 2 ** 60 + 1
     pair = (*se3.IDENTITY, 1.0, *se3.IDENTITY[1:])
     for stamp in range(2 ** 59 + 1, 2 ** 59 + 4_000, 31):
-        assert chain.between_samples(pair, stamp, first, last)[0] == float(stamp) / float(last)
+        assert between_samples(pair, stamp, first, last)[0] == float(stamp) / float(last)
 
 
 @given(poses, ratios)
@@ -288,7 +289,7 @@ def test_interpolation_keeps_tf2s_rotation_below_its_resolution(
     (ax, ay, az, aw), (bx, by, bz, bw) = a[3:], b[3:]
     # Rounded like the code: sum() of Python 3.12 would be more exact.
     assume(abs(ax * bx + ay * by + az * bz + aw * bw) >= 1.0)
-    assert chain.between_samples((*a, *b), 1, 0, 2) == (1.0, 0.0, 0.0, *rotation)
+    assert between_samples((*a, *b), 1, 0, 2) == (1.0, 0.0, 0.0, *rotation)
 
 
 # --- both forms

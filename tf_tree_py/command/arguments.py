@@ -66,7 +66,7 @@ class Parser(argparse.ArgumentParser):
             epilog='\n\n'.join(filter(None, (_listed(examples), epilog))),
             formatter_class=argparse.RawDescriptionHelpFormatter, **options)
         self.add_argument('--version', action=_ShowVersion, nargs=0, default=argparse.SUPPRESS,
-                          help='show the version, and whether it is compiled, and exit')
+                          help='show the version, and whether formulas are compiled, and exit')
 
     def error(self, message: str) -> NoReturn:
         """Print the error, and exit with the status for wrong arguments."""

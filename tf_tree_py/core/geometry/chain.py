@@ -18,6 +18,7 @@ PoseTuple = tuple[float, float, float, float, float, float, float]
 PosePair = tuple[float, float, float, float, float, float, float,
                  float, float, float, float, float, float, float]
 
+# Not Final, because mypyc loses a Final that is a tuple.
 IDENTITY: PoseTuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 # Rotations whose quaternions have a smaller dot product are half a turn apart, except for
@@ -93,7 +94,9 @@ def inverse(a_T_b: PoseTuple) -> PoseTuple:
 
 def between_samples(pair: PosePair, stamp: int, first: int, last: int) -> PoseTuple:
     """
-    Return the pose between two successive samples: see ``se3.interpolate``, and ``as_tf2``.
+    Return the pose between two successive samples.
+
+    It is that of ``se3.interpolate`` with tf2's rounding: ``as_tf2`` of ``slerp_weights``.
 
     :param pair: the poses of both, as they lie in a history's memory.
     :param stamp: nanoseconds, from ``first`` to ``last``, the stamps of the two.
@@ -105,7 +108,7 @@ def between_samples(pair: PosePair, stamp: int, first: int, last: int) -> PoseTu
         bqx, bqy, bqz, bqw = through_tf2_matrix((bqx, bqy, bqz, bqw))
         cosine = aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw
     passed, interval = stamp - first, last - first
-    # Of larger integers, Python rounds the quotient, and C rounds both before it divides.
+    # Python rounds the quotient of two large integers; C rounds the integers before it divides.
     ratio = passed / interval if interval < _EXACT else float(passed) / float(interval)
     left = 1.0 - ratio
     one, other = slerp_weights(cosine, ratio, True)

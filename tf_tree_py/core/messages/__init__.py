@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Incoming transforms: bytes, samples, names, and incidents.
+Incoming transforms: bytes, samples, and incidents.
 
 What is refused, and why; the observers that are notified of it. This room stores no transforms.
 """
