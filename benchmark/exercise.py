@@ -71,6 +71,8 @@ class Task(NamedTuple):
     :ivar latest: look up the latest; otherwise stamps near the middle of the history.
     :ivar count: lookups per round.
     :ivar whole_tree: look up all frames relative to the target each time.
+    :ivar age_s: look up stamps that are this much older than the newest samples, within half a
+        period, instead of those near the middle; None for those.
     """
 
     robot: str
@@ -78,6 +80,7 @@ class Task(NamedTuple):
     latest: bool
     count: int
     whole_tree: bool = False
+    age_s: float | None = None
 
 
 class Exercise:
@@ -167,17 +170,20 @@ class Exercise:
         moving = self.robot.moving
         if self.task.whole_tree:
             moving = [edge for edge in self.robot.edges if not edge.static]
-        half = self.task.history_s * 1e9 / 2.0
         for step in itertools.count():
             number, turn = divmod(step, len(moving))
             message = self._message(moving[turn], self._samples + number)
-            if self.task.latest:
-                stamp = 0
-            else:
-                newest = START + (self._samples + number - 1) * PERIOD
-                # Near the middle of the span in which all edges have data.
-                stamp = int(newest - half * (0.9 + 0.2 * (step * _GOLDEN % 1.0)))
-            yield message, self.peer.time(stamp)
+            # All edges have data until this stamp.
+            newest = START + (self._samples + number - 1) * PERIOD
+            yield message, self.peer.time(self._stamp(newest, step * _GOLDEN % 1.0))
+
+    def _stamp(self, newest: int, part: float) -> int:
+        """Return the stamp to look up; the part, from 0 to 1, varies stamps of one kind."""
+        if self.task.latest:
+            return 0
+        if self.task.age_s is not None:
+            return int(newest - self.task.age_s * 1e9 + PERIOD * (part - 0.5))
+        return int(newest - self.task.history_s * 1e9 / 2.0 * (0.9 + 0.2 * part))
 
     def _message(self, edge: motion.Edge, sample: int) -> Any:
         stamp = edge.stamp_of(sample)

@@ -12,8 +12,11 @@ from ..rows import CORE, DEBIAN, JAZZY, OURS, Row, scaled, TF2_ROS
 from ..timing import interleave
 
 # Lookup time as a multiple of C++ tf2's, by depth; None is measured for the plot only.
-_MIDDLE = {1: 1.0, 2: 1.4, 3: None, 5: 2.5, 10: 4.0, 38: 10.0}
-_LATEST = {1: 0.8, 2: 1.0, 3: None, 5: 1.5, 10: 2.2, 38: None}
+_MIDDLE = {1: 1.0, 2: 1.4, 3: None, 5: 2.5, 10: 4.0, 15: None, 38: 10.0}
+_LATEST = {1: 0.8, 2: 1.0, 3: None, 5: 1.5, 10: 2.2, 15: None, 38: None}
+# The stamps of a control loop, which waits for no sample.
+_RECENT: dict[int, float | None] = dict.fromkeys(_MIDDLE)
+_RECENT_S = 0.03
 _LONGER_HISTORY = 1.2
 _HUMANOID = 1.3
 _WHOLE_TREE = 6.0
@@ -23,11 +26,12 @@ _HISTORY_S = 1.0
 
 def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure lookups over depth, with an insertion between every two."""
-    for latest, targets in (False, _MIDDLE), (True, _LATEST):
+    kinds = (('middle', _MIDDLE), ('latest', _LATEST), ('30 ms old', _RECENT))
+    for where, targets in kinds:
         for depth, target in targets.items():
-            where = 'latest' if latest else 'middle'
-            exercises = contestants.exercises(
-                Task(f'chain{depth}', _HISTORY_S, latest, effort.lookups))
+            exercises = contestants.exercises(Task(
+                f'chain{depth}', _HISTORY_S, where == 'latest', effort.lookups,
+                age_s=_RECENT_S if targets is _RECENT else None))
             turns = {name: exercise.take_turn for name, exercise in exercises.items()}
             row = Row('depth', f'{where}, depth {depth}', 'us',
                       scaled(interleave(turns, effort.rounds), 1e6))
