@@ -3,7 +3,8 @@
 
 """A node's control loop that looks up while /tf arrives; one process at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 import math
 import time
 
@@ -11,7 +12,8 @@ from .listening import start
 from .. import motion
 from ..effort import Effort
 from ..peers.finding import Contestants
-from ..rows import OURS, Row, TF2_ROS
+from ..rows import COMPILED, OURS, Row, TF2_ROS
+from ..worker import Worker
 
 # Transforms in a message, messages a second.
 STREAMS = [(38, 100), (38, 500)]
@@ -30,21 +32,26 @@ _WAKES_LATE_MS = 0.5
 
 def control(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure a loop of 100 Hz that looks up the transform of 30 ms ago over ten edges."""
-    ways = [OURS, *([TF2_ROS] if contestants.tf2_ros else [])]
+    ways: dict[str, Callable[[], Worker]] = {OURS: partial(start, 'control_loop', OURS)}
+    if contestants.compiled:
+        ways[COMPILED] = partial(ways[OURS], folder=contestants.compiled.folder)
+    if contestants.tf2_ros:
+        ways[TF2_ROS] = partial(start, 'control_loop', TF2_ROS)
     for transforms, rate_hz in STREAMS:
         found: dict[str, list[dict[str, float]]] = {way: [] for way in ways}
         for number in range(effort.streams):
-            for way in ways[::-1] if number % 2 else ways:
-                found[way].append(_run(way, transforms, rate_hz,
+            for way in reversed(ways) if number % 2 else ways:
+                found[way].append(_run(ways[way], transforms, rate_hz,
                                        _STREAMS_A_LOOP * effort.stream_s))
         yield from _rows(f'{transforms} x {rate_hz} Hz', found)
 
 
-def _run(way: str, transforms: int, rate_hz: int, seconds: float) -> dict[str, float]:
+def _run(start_loop: Callable[[], Worker], transforms: int, rate_hz: int, seconds: float
+         ) -> dict[str, float]:
     """Run the loop of one node while a publisher sends."""
     edges = motion.chain(transforms).edges
     ends = {'target': edges[0].parent, 'source': edges[_EDGES - 1].child}
-    with start('publisher') as publisher, start('control_loop', way) as node:
+    with start('publisher') as publisher, start_loop() as node:
         while not node.call('receives', **ends):
             publisher.call('send_now', seconds=0.2, transforms=transforms, rate_hz=rate_hz)
         publisher.begin('send_now', seconds=seconds + 2.0 * _MARGIN_S, transforms=transforms,
@@ -63,7 +70,11 @@ def _rows(stream: str, found: dict[str, list[dict[str, float]]]) -> Iterator[Row
                     if (kept := [value for value in rounds if not math.isnan(value)])}
         row = Row('control', f'{stream}: {name}', unit, answered)
         if key == 'late_p99_s':
-            row.judge(OURS, _WAKES_LATE_MS)
+            for way in OURS, COMPILED:
+                if way in answered:
+                    row.judge(way, _WAKES_LATE_MS, name=f'{row.name}: {way}')
         elif key != 'unanswered' and answered == values:
-            row.compare(OURS, TF2_ROS, 1.0 if key == 'p50_s' else None)
+            row.compare(OURS, TF2_ROS)
+            row.compare(COMPILED, TF2_ROS, 1.0 if key == 'p50_s' else None,
+                        name=f'{row.name}: {COMPILED}')
         yield row

@@ -5,6 +5,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from pathlib import Path
 import sys
 import time
 
@@ -59,9 +60,10 @@ def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort:
     return row
 
 
-def start(process: str, *arguments: str) -> Worker:
-    """Start one of ``processes`` in this Python."""
-    return Worker([sys.executable, '-m', f'benchmark.processes.{process}', *arguments])
+def start(process: str, *arguments: str, folder: Path | None = None) -> Worker:
+    """Start one of ``processes`` in this Python, with the sources of a folder; None: these."""
+    command = [sys.executable, '-m', f'benchmark.processes.{process}', *arguments]
+    return Worker(command, folder=folder)
 
 
 class Round:

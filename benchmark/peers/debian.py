@@ -3,11 +3,10 @@
 
 """Debian's python3-tf2, run in a process because it needs the system's Python."""
 
-import itertools
 import os
 from typing import Any
 
-from ..exercise import Task
+from .remote import RemotePeer
 from ..worker import Worker, WorkerError
 
 APT_LINE = 'sudo apt install python3-tf2 python3-tf2-ros'
@@ -15,7 +14,7 @@ APT_LINE = 'sudo apt install python3-tf2 python3-tf2-ros'
 _SYSTEM_PYTHON = '/usr/bin/python3'
 
 
-class Debian:
+class Debian(RemotePeer):
     """The process; see ``debian_worker``."""
 
     def __init__(self) -> None:
@@ -24,30 +23,12 @@ class Debian:
 
         :raises WorkerError: python3-tf2 is not installed.
         """
-        self.worker = _start()
-        self._names = map(str, itertools.count())
-
-    def exercise(self, task: Task) -> 'RemoteExercise':
-        """Return an exercise that runs in the process."""
-        return RemoteExercise(self.worker, next(self._names), task)
+        super().__init__(_start())
 
     def alone(self, verb: str, **arguments: Any) -> Any:
         """Call one function in a new process."""
         with _start() as worker:
             return worker.call(verb, **arguments)
-
-
-class RemoteExercise:
-    """``exercise.Exercise``, run by a worker."""
-
-    def __init__(self, worker: Worker, name: str, task: Task) -> None:
-        self._worker = worker
-        self._name = name
-        worker.call('begin', name=name, task=list(task))
-
-    def __getattr__(self, verb: str) -> Any:
-        """Return a function that calls the worker's verb on this exercise."""
-        return lambda **arguments: self._worker.call(verb, name=self._name, **arguments)
 
 
 def _start() -> Worker:

@@ -12,19 +12,16 @@ import queue
 import random
 import threading
 import time
-from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 import rospy
 import tf2_py
 
 from .cpp import CppBuffer
+from .remote import serve_exercises
 from .. import motion
-from ..exercise import Exercise, poll_as_tf2_does, Task
+from ..exercise import poll_as_tf2_does
 from ..timing import clock
-from ..worker import serve
-
-_exercises: dict[str, Exercise] = {}
 
 
 class Ros1Buffer(CppBuffer):
@@ -50,11 +47,6 @@ class Ros1Buffer(CppBuffer):
     def time(self, stamp: int) -> rospy.Time:
         """Return a time of rospy."""
         return rospy.Time(*divmod(stamp, 1_000_000_000))
-
-
-def begin(name: str, task: list[Any]) -> None:
-    """Create an exercise."""
-    _exercises[name] = Exercise(Ros1Buffer(), Task(*task))
 
 
 def wait_often(count: int) -> list[float]:
@@ -105,13 +97,4 @@ def _resident_bytes() -> int:
 
 
 if __name__ == '__main__':
-    serve({
-        'begin': begin,
-        'answers': lambda name: _exercises[name].answers(),
-        'take_turn': lambda name: _exercises[name].take_turn(),
-        'loop': lambda name, stamps: _exercises[name].loop(stamps),
-        'answer': lambda name, stamp: _exercises[name].answer(stamp),
-        'insertions': lambda name, batches: _exercises[name].insertions(batches),
-        'wait_often': wait_often,
-        'hoard': hoard,
-    })
+    serve_exercises(Ros1Buffer, {'wait_often': wait_often, 'hoard': hoard})

@@ -7,10 +7,10 @@ from collections.abc import Callable, Collection, Mapping
 import importlib
 from typing import Any
 
-from . import debian
+from . import compiled, debian
 from .ours import OurBuffer, OurCore
 from ..exercise import Exercise, Task, Unable
-from ..rows import CORE, DEBIAN, GTSAM, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
+from ..rows import COMPILED, CORE, DEBIAN, GTSAM, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
 
 _TOLERANCE = 1e-9
 
@@ -32,6 +32,7 @@ class Contestants:
     def __init__(self) -> None:
         self.absent: dict[str, str] = {}
         self._makers: dict[str, Callable[[], Any]] = {OURS: OurBuffer, CORE: OurCore}
+        self.compiled = self._try(COMPILED, compiled.find)
         self.debian = self._try(DEBIAN, debian.find)
         self.rust = self._try(RUST, lambda: _load('rust').RustTree)
         self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
@@ -43,19 +44,21 @@ class Contestants:
 
     def exercises(
             self, task: Task,
-            names: Collection[str] = (OURS, CORE, DEBIAN, TF2_ROS, JAZZY, RUST)) -> dict[str, Any]:
+            names: Collection[str] = (OURS, CORE, COMPILED, DEBIAN, TF2_ROS, JAZZY, RUST)
+            ) -> dict[str, Any]:
         """
         Return an exercise for each of these contestants that is available; all agree.
 
         :raises Disagreement: their results differ.
         """
         exercises: dict[str, Any] = {}
+        remote = {COMPILED: self.compiled, DEBIAN: self.debian}
         for name in names:
             try:
                 if name in self._makers:
                     exercises[name] = Exercise(self._makers[name](), task)
-                elif name == DEBIAN and self.debian:
-                    exercises[name] = self.debian.exercise(task)
+                elif remote.get(name):
+                    exercises[name] = remote[name].exercise(task)
             except Unable as reason:
                 self.absent[f'{name}, {task.robot}'] = str(reason)
         agree({name: exercise.answers() for name, exercise in exercises.items()})
@@ -63,8 +66,9 @@ class Contestants:
 
     def close(self) -> None:
         """End the processes."""
-        if self.debian:
-            self.debian.worker.close()
+        for peer in self.compiled, self.debian:
+            if peer:
+                peer.worker.close()
 
     def __enter__(self) -> 'Contestants':
         return self
