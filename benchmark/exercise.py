@@ -73,6 +73,8 @@ class Task(NamedTuple):
     :ivar whole_tree: look up all frames relative to the target each time.
     :ivar age_s: look up stamps that are this much older than the newest samples, within half a
         period, instead of those near the middle; None for those.
+    :ivar whole_message: insert the next sample of all edges between two lookups, as a robot does
+        that publishes them in one message; otherwise that of one edge.
     """
 
     robot: str
@@ -81,6 +83,7 @@ class Task(NamedTuple):
     count: int
     whole_tree: bool = False
     age_s: float | None = None
+    whole_message: bool = False
 
 
 class Exercise:
@@ -88,7 +91,7 @@ class Exercise:
     One contestant performing one task; each round continues from the end of the last one.
 
     Between every two lookups, the next sample of an edge of the path is inserted, each edge in
-    turn. The window slides, so no earlier result can be reused.
+    turn, or those of all edges. The window slides, so no earlier result can be reused.
     """
 
     def __init__(self, peer: Peer, task: Task) -> None:
@@ -134,8 +137,9 @@ class Exercise:
         target, source = self.robot.target, self.robot.source
         insert, ask = self.peer.insert, self._ask
         spent = []
-        for message, stamp in steps:
-            insert(message)
+        for messages, stamp in steps:
+            for message in messages:
+                insert(message)
             begin = clock()
             ask(target, source, stamp)
             spent.append(clock() - begin)
@@ -165,17 +169,18 @@ class Exercise:
     def _ask_tree(self, target: str, _: str, stamp: Any) -> object:
         return self.peer.lookup_tree(target, stamp)
 
-    def _steps_for_ever(self) -> Iterator[tuple[Any, Any]]:
-        """Yield, without end, a message to insert and the stamp to look up after it."""
+    def _steps_for_ever(self) -> Iterator[tuple[list[Any], Any]]:
+        """Yield, without end, messages to insert and the stamp to look up after them."""
         moving = self.robot.moving
         if self.task.whole_tree:
             moving = [edge for edge in self.robot.edges if not edge.static]
+        groups = [moving] if self.task.whole_message else [[edge] for edge in moving]
         for step in itertools.count():
-            number, turn = divmod(step, len(moving))
-            message = self._message(moving[turn], self._samples + number)
+            number, turn = divmod(step, len(groups))
+            messages = [self._message(edge, self._samples + number) for edge in groups[turn]]
             # All edges have data until this stamp.
             newest = START + (self._samples + number - 1) * PERIOD
-            yield message, self.peer.time(self._stamp(newest, step * _GOLDEN % 1.0))
+            yield messages, self.peer.time(self._stamp(newest, step * _GOLDEN % 1.0))
 
     def _stamp(self, newest: int, part: float) -> int:
         """Return the stamp to look up; the part, from 0 to 1, varies stamps of one kind."""

@@ -8,14 +8,16 @@ from collections.abc import Iterator
 from ..effort import Effort
 from ..exercise import Task
 from ..peers.finding import Contestants
-from ..rows import CORE, DEBIAN, JAZZY, OURS, Row, scaled, TF2_ROS
+from ..rows import COMPILED, CORE, DEBIAN, JAZZY, OURS, Row, scaled, TF2_ROS
 from ..timing import interleave
 
 # Lookup time as a multiple of C++ tf2's, by depth; None is measured for the plot only.
 _MIDDLE = {1: 1.0, 2: 1.4, 3: None, 5: 2.5, 10: 4.0, 15: None, 38: 10.0}
 _LATEST = {1: 0.8, 2: 1.0, 3: None, 5: 1.5, 10: 2.2, 15: None, 38: None}
-# The stamps of a control loop, which waits for no sample.
-_RECENT: dict[int, float | None] = dict.fromkeys(_MIDDLE)
+# Of compiled formulas, as a multiple of tf2_ros's: the stamps of a control loop, which waits for
+# no sample, and the latest of a robot that publishes all edges in one message.
+_COMPILED_RECENT = {1: 0.35, 2: None, 3: None, 5: 0.7, 10: 1.0, 15: None, 38: 2.5}
+_COMPILED_LATEST = dict.fromkeys((1, 5, 10, 38), 0.45)
 _RECENT_S = 0.03
 _LONGER_HISTORY = 1.2
 _HUMANOID = 1.3
@@ -26,19 +28,33 @@ _HISTORY_S = 1.0
 
 def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure lookups over depth, with an insertion between every two."""
-    kinds = (('middle', _MIDDLE), ('latest', _LATEST), ('30 ms old', _RECENT))
-    for where, targets in kinds:
-        for depth, target in targets.items():
-            exercises = contestants.exercises(Task(
-                f'chain{depth}', _HISTORY_S, where == 'latest', effort.lookups,
-                age_s=_RECENT_S if targets is _RECENT else None))
-            turns = {name: exercise.take_turn for name, exercise in exercises.items()}
-            row = Row('depth', f'{where}, depth {depth}', 'us',
-                      scaled(interleave(turns, effort.rounds), 1e6))
-            row.compare(OURS, DEBIAN, target)
-            row.compare(OURS, TF2_ROS)
-            row.compare(OURS, JAZZY)
-            yield row
+    count = effort.lookups
+    for depth, target in _MIDDLE.items():
+        yield _depth(contestants, effort, 'middle',
+                     Task(f'chain{depth}', _HISTORY_S, False, count), target)
+    for depth, target in _LATEST.items():
+        yield _depth(contestants, effort, 'latest',
+                     Task(f'chain{depth}', _HISTORY_S, True, count), target)
+    for depth, target in _COMPILED_LATEST.items():
+        # Fewer, because many insertions take long.
+        task = Task(f'chain{depth}', _HISTORY_S, True, count // 4, whole_message=True)
+        yield _depth(contestants, effort, 'latest of one message', task, None, target)
+    for depth, target in _COMPILED_RECENT.items():
+        task = Task(f'chain{depth}', _HISTORY_S, False, count, age_s=_RECENT_S)
+        yield _depth(contestants, effort, '30 ms old', task, None, target)
+
+
+def _depth(contestants: Contestants, effort: Effort, where: str, task: Task,
+           target: float | None, compiled_target: float | None = None) -> Row:
+    """Measure one kind of lookup; the targets are those of DEBIAN and of TF2_ROS."""
+    turns = {name: exercise.take_turn for name, exercise in contestants.exercises(task).items()}
+    row = Row('depth', f'{where}, depth {task.robot.removeprefix("chain")}', 'us',
+              scaled(interleave(turns, effort.rounds), 1e6))
+    row.compare(OURS, DEBIAN, target)
+    row.compare(OURS, TF2_ROS)
+    row.compare(OURS, JAZZY)
+    row.compare(COMPILED, TF2_ROS, compiled_target, name=f'{row.name}: {COMPILED}')
+    return row
 
 
 def histories(contestants: Contestants, effort: Effort) -> Iterator[Row]:
