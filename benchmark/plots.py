@@ -31,6 +31,13 @@ _FILLS = {
     TF2_ROS: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '...'},
 }
 
+# From left to right.
+_LISTENERS = {
+    TF2_ROS: 'TransformListener, tf2_ros (Python, Jazzy)',
+    PLAIN: 'empty callback, plain rclpy',
+    OURS: 'TransformListener, tf_tree_py',
+}
+
 # From the bottom to the top.
 _MARKERS = {
     PYTRANSFORM: {'marker': '^', 'fillstyle': 'none'},
@@ -77,8 +84,8 @@ def _lookups(rows: dict[str, Row]) -> Any:
         return None
     from matplotlib import pyplot
     figure, panels = pyplot.subplots(1, 2, figsize=(8.0, 4.2), sharey=True, layout='constrained')
-    for panel, where, title in zip(panels, ('middle', 'latest'),
-                                   ('at a stamp between samples', 'the latest'), strict=True):
+    for panel, where, title in zip(panels, ('30 ms old', 'latest'),
+                                   ('30 ms before the newest sample', 'the latest'), strict=True):
         for name, look in _LOOKS.items():
             points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).median)
                       for row in rows.values()
@@ -90,8 +97,10 @@ def _lookups(rows: dict[str, Row]) -> Any:
         panel.set_title(title, fontsize=10)
         panel.set_xlabel('moving edges between the frames')
     panels[0].set_ylabel('time of one lookup [µs], logarithmic')
-    figure.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=2,
-                  frameon=False, fontsize=9)
+    # A contestant may be in one of the panels only.
+    lines = {line.get_label(): line for panel in panels for line in panel.get_lines()}
+    figure.legend(lines.values(), lines, loc='outside lower center', ncols=2, frameon=False,
+                  fontsize=9)
     return figure
 
 
@@ -105,17 +114,19 @@ def _scale(panel: Any, ticks: Sequence[int]) -> None:
 
 
 def _listener(rows: dict[str, Row]) -> Any:
-    """Return a plot of the CPU of our listener and of a plain subscription."""
+    """Return a plot of the CPU of listeners and of a plain subscription."""
     rows = {name: row for name, row in rows.items() if PLAIN in row.values}
     if not rows:
         return None
     from matplotlib import pyplot
-    figure, panel = pyplot.subplots(figsize=(6.0, 3.2), layout='constrained')
-    for offset, way, label in ((-0.19, PLAIN, 'empty callback, plain rclpy'),
-                               (0.19, OURS, 'TransformListener, tf_tree_py')):
-        heights = [_percent(row, way) for row in rows.values()]
-        bars = panel.bar([number + offset for number in range(len(rows))], heights, 0.36,
-                         label=label, **_FILLS[way])
+    ways = [way for way in _LISTENERS if any(way in row.values for row in rows.values())]
+    figure, panel = pyplot.subplots(figsize=(7.0, 3.2), layout='constrained')
+    width = 0.78 / len(ways)
+    for place, way in enumerate(ways):
+        heights = [_percent(row, way) if way in row.values else 0.0 for row in rows.values()]
+        offset = (place - (len(ways) - 1) / 2.0) * width
+        bars = panel.bar([number + offset for number in range(len(rows))], heights, 0.95 * width,
+                         label=_LISTENERS[way], **_FILLS[way])
         panel.bar_label(bars, [f'{height:.2g}' if height < 10 else f'{height:.0f}'
                                for height in heights], fontsize=8)
     panel.set_xticks(range(len(rows)), [name.replace(' x ', ' × ') for name in rows])

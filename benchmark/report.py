@@ -41,11 +41,17 @@ PAGES = {
                                'insert'),
     'performance_nodes.md': ('listener', 'control', 'joints', 'doctor', 'wait'),
     'performance_data.md': ('memory', 'bag', 'fleet', 'fleet_lag', 'fleet_link'),
+    'performance_beyond.md': ('uncertain', 'calibration'),
 }
-"""The groups that each page of docs has. beyond_tf2.md and calibration.md have their own."""
+"""The groups whose results each page of docs has."""
 
-# The results are between these comments of a page.
-_BEGIN, _END = '<!-- results: begin -->', '<!-- results: end -->'
+BEGIN, END = '<!-- results: begin -->', '<!-- results: end -->'
+"""The results of a page are between these comments."""
+
+
+def group_of(title: str) -> str | None:
+    """Return the group whose table has this title."""
+    return next((group for group, known in _TITLES.items() if known == title), None)
 
 
 def group_tables(rows: Sequence[Row]) -> Iterable[str]:
@@ -113,46 +119,13 @@ def update_pages(docs: Path, rows: Sequence[Row], machine: Machine,
         _update(docs / page, summary(own, machine, absent))
 
 
-def rows_of(docs: Path) -> list[Row]:
-    """
-    Return the rows on all pages: least, median and greatest of each contestant.
-
-    :raises ValueError: a page contains no results.
-    """
-    return [row for page in PAGES for row in _rows_of(docs / page)]
-
-
 def _update(document: Path, text: str) -> None:
-    found = re.compile(f'{re.escape(_BEGIN)}.*{re.escape(_END)}', re.DOTALL)
+    found = re.compile(f'{re.escape(BEGIN)}.*{re.escape(END)}', re.DOTALL)
     replaced, count = found.subn(
-        lambda _: f'{_BEGIN}\n\n{text}\n{_END}', document.read_text())
+        lambda _: f'{BEGIN}\n\n{text}\n{END}', document.read_text())
     if count != 1:
-        raise ValueError(f'{document} has no place for the results: {_BEGIN} ... {_END}')
+        raise ValueError(f'{document} has no place for the results: {BEGIN} ... {END}')
     document.write_text(replaced)
-
-
-def _rows_of(document: Path) -> list[Row]:
-    _, found, results = document.read_text().partition(_BEGIN)
-    rows = []
-    for part in results.partition(_END)[0].split('\n### ')[1:]:
-        title, *lines = part.splitlines()
-        group = next((group for group, known in _TITLES.items() if known == title), None)
-        if group is not None:
-            head, _, *body = [[cell.strip() for cell in line.strip('|').split('|')]
-                              for line in lines if line.startswith('|')]
-            rows += [Row(group, name, unit, {
-                contestant: _values(cell)
-                for contestant, cell in zip(head[2:], cells, strict=True) if cell})
-                for name, unit, *cells in body]
-    if not found or not rows:
-        raise ValueError(f'{document} has no results: {_BEGIN} ... {_END}')
-    return rows
-
-
-def _values(cell: str) -> list[float]:
-    """Parse the values of a cell that ``_cell`` wrote."""
-    median, *ends = map(float, re.findall(r'[\d.e+-]+', cell))
-    return [median, *ends]
 
 
 def _verdict(comparison: Comparison) -> str:

@@ -25,6 +25,7 @@ PLAIN_ZENOH = 'plain Zenoh'
 BY_HAND = 'by hand'
 TF2_ROS = 'tf2_ros'
 GTSAM = 'GTSAM'
+KINHEC = 'KinHEC'
 EMPTY = 'TransformStamped()'
 
 

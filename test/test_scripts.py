@@ -167,3 +167,15 @@ def test_crash_leaves_no_test_that_did_not_run(tmp_path, crashes):
     assert 'a test process crashed' in done.stdout
     assert (tmp_path / 'ran').read_text().split() == first + second + rest * (crashes == 1)
     assert done.returncode == {1: 0, 2: 40}[crashes]
+
+
+@pytest.mark.parametrize('options', [['--help'], ['-h'], ['--quick', '--only', 'wait', '--help']])
+def test_help_of_the_benchmark_installs_nothing(tmp_path, options):
+    workspace = tmp_path / 'workspace'
+    workspace.mkdir()
+    done = subprocess.run(
+        [SCRIPTS / 'bench', *options], capture_output=True, text=True, timeout=PATIENCE_S,
+        check=True, env={'PATH': os.defpath, 'TF_TREE_PY_WORKSPACE': str(workspace)})
+    assert done.stdout.startswith('usage: scripts/bench') and '--only GROUP' in done.stdout
+    assert done.stderr == ''
+    assert list(workspace.iterdir()) == []

@@ -4,7 +4,6 @@
 """Calibration: its duration and accuracy, compared with KinHEC's reference solvers."""
 
 from collections.abc import Callable, Iterable, Iterator
-from importlib.util import find_spec
 import time
 from typing import Any
 
@@ -15,9 +14,8 @@ from tf_tree_py.core import Pose, se3, UNLIMITED
 
 from ..effort import Effort
 from ..peers.finding import Contestants
-from ..rows import OURS, Row
+from ..rows import KINHEC, OURS, Row
 
-_REFERENCE = 'KinHEC'
 _COUNT, _PERIOD = 2000, 10_000_000
 _FRAMES = ('map', 'odom', 'base', 'torso', 'head', 'flange')
 _AT_MOST_S = 2.0
@@ -42,7 +40,7 @@ def _robot() -> tuple[BufferCore, tuple[str, str], Observations]:
         'camera', taken + 40_000_000, seen, 'map')
 
 
-def calibration(_: Contestants, effort: Effort) -> Iterator[Row]:
+def calibration(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure the time for 2,000 observations, and the errors on KinHEC's tracks."""
     asked = _robot()
     rounds, busy = list[float](), list[float]()
@@ -57,7 +55,7 @@ def calibration(_: Contestants, effort: Effort) -> Iterator[Row]:
     row = Row('calibration', 'CPU for 2,000 observations over 5 moving edges', 's', {OURS: busy})
     row.judge(OURS, _AT_MOST_S)
     yield row
-    if find_spec('kinhec'):
+    if contestants.kinhec:
         yield from _accuracy(effort.sequences)
 
 
@@ -90,9 +88,9 @@ def _rows(name: str, sequences: Iterable[Any], ours: Callable[[Any], Any],
             row = Row('calibration', f'KinHEC, {name}: {statistic} of {len(found[0])}', unit,
                       {OURS: [our]})
             if their:  # the reference has no error in time where it gets the true offset
-                row.values[_REFERENCE] = [their]
+                row.values[KINHEC] = [their]
             if against and their:
-                row.compare(OURS, _REFERENCE, 1.0, name=f'{name}, {statistic}, {unit}')
+                row.compare(OURS, KINHEC, 1.0, name=f'{name}, {statistic}, {unit}')
             elif targets and unit in targets:
                 row.judge(OURS, targets[unit], name=f'{name}, {unit}', unit=unit)
             yield row

@@ -10,12 +10,18 @@ from typing import Any
 from . import compiled, debian
 from .ours import OurBuffer, OurCore
 from ..exercise import Exercise, Task, Unable
-from ..rows import COMPILED, CORE, DEBIAN, GTSAM, JAZZY, OURS, PYTRANSFORM, RUST, TF2_ROS
+from ..rows import (
+    COMPILED, CORE, DEBIAN, GTSAM, JAZZY, KINHEC, OURS, PYTRANSFORM, RUST, TF2_ROS)
 
 _TOLERANCE = 1e-9
 
-_CURES = dict.fromkeys(
-    (JAZZY, TF2_ROS), 'needs an installed ROS 2 Jazzy: sudo apt install ros-jazzy-tf2-ros-py')
+_CURES = {
+    **dict.fromkeys((JAZZY, TF2_ROS), 'needs an installed ROS 2 Jazzy: '
+                    'sudo apt install ros-jazzy-tf2-ros-py'),
+    **dict.fromkeys((RUST, PYTRANSFORM, GTSAM), 'not installed: '
+                    'python3 -m pip install -r benchmark/requirements.txt'),
+    KINHEC: 'not installed: scripts/setup --oracles',
+}
 
 
 class Disagreement(Exception):
@@ -38,6 +44,7 @@ class Contestants:
         self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
         self.tf2_ros = self._try(TF2_ROS, lambda: _load('jazzy').Tf2RosBuffer)
         self.gtsam = self._try(GTSAM, lambda: _load('factor_graph').FactorGraph)
+        self.kinhec = self._try(KINHEC, lambda: importlib.import_module('kinhec'))
         here = {RUST: self.rust, TF2_ROS: self.tf2_ros,
                 JAZZY: self._try(JAZZY, lambda: _load('jazzy').JazzyBuffer)}
         self._makers |= {name: maker for name, maker in here.items() if maker is not None}

@@ -168,7 +168,7 @@ def _options_of(script):
         texts += [(REPOSITORY / 'examples' / 'arm' / f'{name}.py').read_text()
                   for name in ('command', 'options')]
     if script == 'scripts/bench':
-        texts.append((REPOSITORY / 'benchmark' / '__main__.py').read_text())
+        texts.append((REPOSITORY / 'benchmark' / 'options.py').read_text())
     if script == 'scripts/demo':
         texts.append((REPOSITORY / 'tf_tree_py' / 'nodes' / 'five_frame_demo.py').read_text())
     return {word for text in texts for word in re.findall(r'--[a-z][a-z-]*', text)}
