@@ -5,6 +5,7 @@
 
 from collections.abc import Callable, Collection, Mapping
 import importlib
+import importlib.util
 from typing import Any
 
 from . import compiled, debian
@@ -44,7 +45,7 @@ class Contestants:
         self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
         self.tf2_ros = self._try(TF2_ROS, lambda: _load('jazzy').Tf2RosBuffer)
         self.gtsam = self._try(GTSAM, lambda: _load('factor_graph').FactorGraph)
-        self.kinhec = self._try(KINHEC, lambda: importlib.import_module('kinhec'))
+        self.kinhec = self._try(KINHEC, _find_kinhec)
         here = {RUST: self.rust, TF2_ROS: self.tf2_ros,
                 JAZZY: self._try(JAZZY, lambda: _load('jazzy').JazzyBuffer)}
         self._makers |= {name: maker for name, maker in here.items() if maker is not None}
@@ -109,6 +110,13 @@ def _distance(one: list[float], other: list[float]) -> float:
     return max(
         *(abs(a - b) for a, b in zip(one[:3], other[:3], strict=True)),
         *(abs(a - sign * b) for a, b in zip(one[3:], other[3:], strict=True)))
+
+
+def _find_kinhec() -> bool:
+    """Return that it is installed; it is imported only by what uses it, since it is large."""
+    if importlib.util.find_spec('kinhec') is None:
+        raise ImportError('kinhec')
+    return True
 
 
 def _load(module: str) -> Any:

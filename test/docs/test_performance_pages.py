@@ -19,6 +19,11 @@ MACHINE = dict.fromkeys(('python', 'numpy', 'scipy', 'rclpy', 'rmw', 'transform-
                          'pytransform3d'), '') | {
     'cpu': 'a processor', 'cores': 2, 'date': '2027-02-03T04:05:06+00:00', 'commit': 'abcdef1'}
 
+# The pages that quote results, beside those of the results.
+QUOTING = {'README.md', 'docs/beyond_tf2.md', 'docs/calibration.md', 'docs/continuous_time.md',
+           'docs/doctor.md', 'docs/fleet.md', 'docs/performance.md', 'docs/recorded_trees.md',
+           'docs/robot_description.md', 'docs/several_robots.md', 'docs/tools.md'}
+
 # Figures of a benchmark in a table: numbers with one of its units.
 _FIGURE = re.compile(r'(?<![\w.])\d[\d,.]*(?= (?:us|ms|bytes)\b)')
 
@@ -63,7 +68,8 @@ def scaled(results, factor):
 
 
 def test_figures_of_all_passages_are_those_of_the_tables():
-    assert len(PASSAGES) > 50
+    assert {passage.page for passage in PASSAGES} - {f'docs/{page}' for page in report.PAGES} == (
+        QUOTING)
     assert stale(REPOSITORY) == []
 
 
@@ -125,13 +131,9 @@ def test_a_run_with_other_numbers_renews_all_pages(copy, no_plots):
     assert 'the run of 3 February 2027 (commit abcdef1)' in (
         copy / 'docs' / 'performance.md').read_text()
     # Only figures differ: with those of before, the text is that of before.
-    for page, text in texts(copy).items():
-        for name in 'README.md', 'docs/performance.md', 'docs/fleet.md':
-            if page == name:
-                for passage in PASSAGES:
-                    if passage.page == page:
-                        text = passage.renewed(text, before)
-                assert text == texts(REPOSITORY)[page]
+    figures.renew(copy, PASSAGES, before)
+    now, then = texts(copy), texts(REPOSITORY)
+    assert {page: now[page] for page in QUOTING} == {page: then[page] for page in QUOTING}
 
 
 def test_results_of_a_run_replace_those_on_the_pages(copy):
