@@ -20,6 +20,8 @@ from .groups import (
     continuous,
     control,
     fleets,
+    growth,
+    growth_processes,
     inserting,
     joints,
     listening,
@@ -56,6 +58,12 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'fleet': fleets.listening,
     'fleet_lag': fleets.lag,
     'fleet_link': fleets.link,
+    'growth_samples': growth.samples,
+    'growth_frames': growth.frames,
+    'growth_threads': growth.threads,
+    'growth_memory': growth_processes.memory,
+    'growth_rates': growth_processes.rates,
+    'growth_bags': growth_processes.bags,
 }
 
 

@@ -15,15 +15,19 @@ RATE_HZ = 1_000_000_000 // motion.PERIOD
 TYPE = 'tf2_msgs/msg/TFMessage'
 
 
-def write_bag(folder: Path, seconds: int, *, compressed: bool) -> Path:
-    """Write a bag of a number of seconds; return its MCAP file."""
+def write_bag(folder: Path, seconds: int, *, compressed: bool, begin_s: int = 0) -> Path:
+    """
+    Write a bag of a number of seconds; return its MCAP file.
+
+    :param begin_s: how much later than other bags it begins, seconds.
+    """
     writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
     if compressed:
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     edges = motion.chain(TRANSFORMS).edges
     with writer:
         topic = writer.add_connection('/tf', TYPE, typestore=get_typestore(Stores.ROS2_JAZZY))
-        for sample in range(seconds * RATE_HZ):
+        for sample in range(begin_s * RATE_HZ, (begin_s + seconds) * RATE_HZ):
             writer.write(topic, edges[0].stamp_of(sample), wire.message_at(edges, sample))
     [file] = folder.glob('*.mcap')
     return file

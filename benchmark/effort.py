@@ -18,6 +18,7 @@ class Effort(NamedTuple):
     :ivar simulated_s: duration of the traffic that is simulated for the memory.
     :ivar samples: number to store for the memory.
     :ivar sequences: number of each of KinHEC's tracks; None: all.
+    :ivar sizes: number of sizes, the smallest first, over which growth is measured.
     """
 
     rounds: int
@@ -28,9 +29,10 @@ class Effort(NamedTuple):
     simulated_s: int
     samples: int
     sequences: int | None
+    sizes: int
 
 
 FULL = Effort(rounds=21, lookups=2000, stream_s=5.0, streams=7, waits=1000,
-              simulated_s=3600, samples=1_000_000, sequences=None)
+              simulated_s=3600, samples=1_000_000, sequences=None, sizes=4)
 QUICK = Effort(rounds=7, lookups=500, stream_s=2.0, streams=3, waits=200,
-               simulated_s=60, samples=1_000_000, sequences=12)
+               simulated_s=60, samples=1_000_000, sequences=12, sizes=3)

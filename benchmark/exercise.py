@@ -22,6 +22,9 @@ _SAMPLES_A_SECOND = 1_000_000_000 // PERIOD
 # The golden ratio: its successive multiples, modulo 1, are evenly distributed and never repeat.
 _GOLDEN = 0.6180339887498949
 
+# Where stamps lie, in halves of the history before the newest: the nearest one, and how wide.
+_MIDDLE, _ANYWHERE = (0.9, 0.2), (0.1, 1.8)
+
 # The period with which tf2 polls for missing data: tf2_ros_py, Buffer.can_transform.
 _TF2_POLLS_EVERY_S = 0.02
 
@@ -75,6 +78,7 @@ class Task(NamedTuple):
         period, instead of those near the middle; None for those.
     :ivar whole_message: insert the next sample of all edges between two lookups, as a robot does
         that publishes them in one message; otherwise that of one edge.
+    :ivar anywhere: spread the stamps over the whole history, instead of near its middle.
     """
 
     robot: str
@@ -84,6 +88,7 @@ class Task(NamedTuple):
     whole_tree: bool = False
     age_s: float | None = None
     whole_message: bool = False
+    anywhere: bool = False
 
 
 class Exercise:
@@ -145,6 +150,10 @@ class Exercise:
             spent.append(clock() - begin)
         return statistics.median(spent) - cost_of_clock()
 
+    def change(self, *, latest: bool, count: int) -> None:
+        """Continue on the same buffer with other stamps or another number of lookups."""
+        self.task = self.task._replace(latest=latest, count=count)
+
     def loop(self, stamps: Sequence[int]) -> float:
         """Return the seconds per lookup in a loop over stamps."""
         target, source = self.robot.target, self.robot.source
@@ -188,7 +197,9 @@ class Exercise:
             return 0
         if self.task.age_s is not None:
             return int(newest - self.task.age_s * 1e9 + PERIOD * (part - 0.5))
-        return int(newest - self.task.history_s * 1e9 / 2.0 * (0.9 + 0.2 * part))
+        # In the span in which all edges have data.
+        first, width = _ANYWHERE if self.task.anywhere else _MIDDLE
+        return int(newest - self.task.history_s * 1e9 / 2.0 * (first + width * part))
 
     def _message(self, edge: motion.Edge, sample: int) -> Any:
         stamp = edge.stamp_of(sample)

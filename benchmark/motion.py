@@ -89,6 +89,19 @@ def chain(depth: int, staggered: bool = False) -> Robot:
     return Robot(edges, 'frame_0', f'frame_{depth}')
 
 
+def wide(frames: int) -> Robot:
+    """
+    Return a chain of five edges, with further moving frames at its root.
+
+    :param frames: number in the tree, the root included.
+    """
+    spine = chain(5)
+    root = spine.target
+    extra = [Edge(root, f'beside_{number}', False, number)
+             for number in range(len(spine.edges), frames - 1)]
+    return spine._replace(edges=spine.edges + extra)
+
+
 def humanoid() -> Robot:
     """
     Return 38 edges: 30 joints, 4 cameras, a lidar, an IMU, map->odom, odom->base.
@@ -102,11 +115,12 @@ def humanoid() -> Robot:
 
 
 def robot(name: str) -> Robot:
-    """Return a robot by name: 'humanoid', 'chain5', 'staggered3'."""
+    """Return a robot by name: 'humanoid', 'chain5', 'staggered3', 'wide100'."""
     if name == 'humanoid':
         return humanoid()
     kind = name.rstrip('0123456789')
-    return chain(int(name[len(kind):]), staggered=kind == 'staggered')
+    number = int(name[len(kind):])
+    return wide(number) if kind == 'wide' else chain(number, staggered=kind == 'staggered')
 
 
 def _humanoid_links() -> list[tuple[str, str, str]]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 import gc
 import statistics
 import time
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 # For single short calls, whose median is robust against other processes.
 clock = time.perf_counter
@@ -19,6 +19,8 @@ clock = time.perf_counter
 cpu_clock = time.thread_time
 
 Rounds = dict[str, list[float]]
+
+_Name = TypeVar('_Name')
 
 
 class Spread(NamedTuple):
@@ -35,14 +37,15 @@ def spread(values: Iterable[float]) -> Spread:
     return Spread(min(values), statistics.median(values), max(values))
 
 
-def interleave(contestants: Mapping[str, Callable[[], float]], rounds: int) -> Rounds:
+def interleave(contestants: Mapping[_Name, Callable[[], float]], rounds: int
+               ) -> dict[_Name, list[float]]:
     """
     Run every contestant once per round, each round in another order.
 
     Other load of the machine thus affects all contestants equally.
     """
     names = list(contestants)
-    results: Rounds = {name: [] for name in names}
+    results: dict[_Name, list[float]] = {name: [] for name in names}
     for number in range(rounds):
         first = number % len(names)
         for name in names[first:] + names[:first]:

@@ -90,6 +90,10 @@ class Stream:
         self._rate_hz = rate_hz
         self._sent = 0
 
+    def change_rate(self, rate_hz: int) -> None:
+        """Continue with another number of messages a second."""
+        self._rate_hz = rate_hz
+
     def await_all(self) -> None:
         """Return when every subscriber receives messages and all are processed."""
         receiving: set[str] = set()

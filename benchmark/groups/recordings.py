@@ -12,10 +12,10 @@ from .listening import start
 from ..bag_files import RATE_HZ, TRANSFORMS, write_bag
 from ..effort import Effort
 from ..peers.finding import Contestants
-from ..rows import OURS, Row, RUST
+from ..rows import OURS, RAW, Row, RUST
 from ..timing import interleave
 
-RAW, LOOP = 'rosbags, raw', 'rosbags, a loop'
+LOOP = 'rosbags, a loop'
 _OF_RUST = 0.6
 # A quarter of the raw rate, or half of it where decompression takes most of the time.
 _OF_RAW = {'uncompressed': 4.0, 'zstd': 2.0}

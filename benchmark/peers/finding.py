@@ -72,6 +72,10 @@ class Contestants:
         agree({name: exercise.answers() for name, exercise in exercises.items()})
         return exercises
 
+    def has(self, name: str) -> bool:
+        """Return whether a contestant of this process is available."""
+        return name in self._makers
+
     def close(self) -> None:
         """End the processes."""
         for peer in self.compiled, self.debian:

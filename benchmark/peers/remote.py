@@ -61,6 +61,7 @@ def serve_exercises(make: Callable[[], Peer], more: Mapping[str, Callable[..., A
         'begin': begin,
         'answers': lambda name: exercises[name].answers(),
         'take_turn': lambda name: exercises[name].take_turn(),
+        'change': lambda name, **task: exercises[name].change(**task),
         'loop': lambda name, stamps: exercises[name].loop(stamps),
         'answer': lambda name, stamp: exercises[name].answer(stamp),
         'insertions': lambda name, batches: exercises[name].insertions(batches),

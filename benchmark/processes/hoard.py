@@ -7,17 +7,25 @@ A buffer with very many samples: ``python -m benchmark.processes.hoard``.
 Runs in a separate process, so that the process's memory is the buffer's.
 """
 
+from collections.abc import Callable
+import ctypes
+import gc
 import os
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.messages.wire import WireReader
+from tf_tree_py.core.stamp import UNLIMITED
 
 from .. import motion, wire
+from ..rows import JAZZY, OURS
 from ..worker import serve
 
 _EDGES = 10
 _TRANSFORMS = 38
 _RATE_HZ = 500
+# So that the first insertion imports and allocates nothing more.
+_WARM_UP = 1000
+_FOREVER_S = 1e6
 
 
 def hoard(samples: int) -> float:
@@ -27,6 +35,50 @@ def hoard(samples: int) -> float:
     before, taken = resident_bytes(), feed.taken
     feed.take(samples // _EDGES - taken // _EDGES)
     return (resident_bytes() - before) / (feed.taken - taken)
+
+
+def spread_out(way: str, each: int, samples: int) -> float:
+    """
+    Return the bytes of memory per sample of a tree with the same number of samples in each edge.
+
+    The edges with their names are included.
+
+    :param way: a contestant, as in the report.
+    :param each: samples of each edge.
+    :param samples: of all edges together.
+    """
+    edges = motion.wide(samples // each + 1).edges
+    insert = _INSERTERS[way]()
+    _insert_all(_INSERTERS[way](), edges[:1], _WARM_UP)
+    # Otherwise the samples would first fill what the imports and the warm-up have freed.
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    before = resident_bytes()
+    _insert_all(insert, edges, each)
+    return (resident_bytes() - before) / (len(edges) * each)
+
+
+def _insert_all(insert: Callable[[motion.Edge, int, motion.Pose], object],
+                edges: list[motion.Edge], each: int) -> None:
+    for edge in edges:
+        pose = motion.pose_at(edge, motion.START)
+        for number in range(each):
+            insert(edge, edge.stamp_of(number), pose)
+
+
+def _into_core() -> Callable[[motion.Edge, int, motion.Pose], object]:
+    buffer = BufferCore(UNLIMITED)
+    return lambda edge, stamp, pose: buffer.insert(edge.parent, edge.child, stamp, pose)
+
+
+def _into_jazzy() -> Callable[[motion.Edge, int, motion.Pose], object]:
+    from ..peers.jazzy import JazzyBuffer
+    peer = JazzyBuffer()
+    peer.reset(motion.chain(1), _FOREVER_S)
+    return lambda edge, stamp, pose: peer.insert(peer.message(edge, stamp, pose))
+
+
+_INSERTERS = {OURS: _into_core, JAZZY: _into_jazzy}
 
 
 def traffic(seconds: int) -> list[int]:
@@ -69,4 +121,4 @@ class _Feed:
 
 
 if __name__ == '__main__':
-    serve({'hoard': hoard, 'traffic': traffic})
+    serve({'hoard': hoard, 'spread_out': spread_out, 'traffic': traffic})

@@ -43,6 +43,11 @@ class Publisher:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._publisher = node.create_publisher(TFMessage, TF_TOPIC, dynamic_qos())
+        self._sent_hz = 0.0
+
+    def sent_hz(self) -> float:
+        """Return the messages a second of the last ``send``, which a busy machine slows down."""
+        return self._sent_hz
 
     def send(self, first: int, count: int, transforms: int, rate_hz: float) -> int:
         """
@@ -54,7 +59,10 @@ class Publisher:
         """
         edges = motion.chain(transforms).edges
         messages = [wire.message_at(edges, first + number) for number in range(count)]
-        return keep_pace(self._publisher.publish, messages, rate_hz)
+        begin = time.monotonic()
+        late = keep_pace(self._publisher.publish, messages, rate_hz)
+        self._sent_hz = (count - 1) / (time.monotonic() - begin)
+        return late
 
     def send_now(self, seconds: float, transforms: int, rate_hz: float) -> int:
         """
@@ -134,5 +142,5 @@ if __name__ == '__main__':
     rclpy.init()
     publisher = Publisher(Node('benchmark_publisher'))
     serve({verb: getattr(publisher, verb) for verb in (
-        'send', 'send_crowd', 'send_now', 'send_true', 'send_timed')})
+        'send', 'sent_hz', 'send_crowd', 'send_now', 'send_true', 'send_timed')})
     rclpy.try_shutdown()
