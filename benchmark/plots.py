@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from . import growth_plot
 from .rows import DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, TF2_ROS
 from .timing import spread
 
@@ -65,7 +66,8 @@ def draw(folder: Path, rows: Sequence[Row]) -> list[Path]:
         figure = plot({row.name: row for row in rows if row.group == _GROUPS[name]})
         if figure is not None:
             written += _save(figure, folder / f'performance_{name}')
-    return written
+    grown = growth_plot.figure(rows, _LOOKS, _LONG_NAMES)
+    return written if grown is None else written + _save(grown, folder / 'performance_growth')
 
 
 _GROUPS = {'lookups': 'depth', 'listener': 'listener', 'many': 'many', 'control': 'control'}

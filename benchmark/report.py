@@ -34,6 +34,12 @@ _TITLES = {
     'fleet': 'CPU of a fleet listener: robots x frames that move x rate',
     'fleet_lag': 'From the publication of a robot until a lookup returns',
     'fleet_link': 'What a robot sends over Zenoh',
+    'growth_samples': 'One lookup over five moving edges, by the samples of each edge',
+    'growth_frames': 'One lookup, one insertion and all frames, by the frames of the tree',
+    'growth_threads': 'Lookups by several threads on one buffer, depth 5',
+    'growth_memory': 'Memory of a sample, by the samples of each edge',
+    'growth_rates': 'A process that listens to /tf: messages of one transform, by their rate',
+    'growth_bags': 'A folder of bags, each of one second and 3,800 transforms',
 }
 
 PAGES = {
@@ -42,6 +48,8 @@ PAGES = {
     'performance_nodes.md': ('listener', 'control', 'joints', 'doctor', 'wait'),
     'performance_data.md': ('memory', 'bag', 'fleet', 'fleet_lag', 'fleet_link'),
     'performance_beyond.md': ('uncertain', 'calibration'),
+    'performance_growth.md': ('growth_samples', 'growth_frames', 'growth_threads',
+                              'growth_memory', 'growth_rates', 'growth_bags'),
 }
 """The groups whose results each page of docs has."""
 

@@ -140,6 +140,7 @@ def test_results_of_a_run_replace_those_on_the_pages(copy):
     rows = [Row('depth', 'middle, depth 1', 'us', {'tf_tree_py': [1.0, 2.0, 3.0]}),
             Row('wait', 'over DDS, p50', 'ms', {'tf_tree_py': [4.0]}),
             Row('memory', 'samples', 'bytes a sample', {'tf_tree_py': [64.0]}),
+            Row('growth_bags', 'list, 1 bag', 'ms a bag', {'tf_tree_py': [0.5]}),
             Row('uncertain', '5 moving edges', 'us', {'plain': [9.0], 'large': [1234.5]})]
     rows[0].compare('tf_tree_py', 'tf_tree_py', 1.5, unit='x itself')
     report.update_pages(copy / 'docs', rows, MACHINE, {})
