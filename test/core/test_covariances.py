@@ -125,6 +125,17 @@ def test_between_independent_poses_is_surer_than_either(rng):
         between(pose, pose, covariance, covariance, 0.5, True), 0.5 * covariance, rtol=1e-12)
 
 
+@pytest.mark.parametrize('angle', [0.0, 1e-9, 1e-3, 0.9, 3.1])
+@pytest.mark.parametrize('ratio', [1e-9, 0.3, 0.999])
+def test_ends_of_one_edge_are_those_of_many(ratio, angle):
+    turn = np.array([0.6, -0.48, 0.64]) * angle
+    first, last = covariances.ends_turned(np.array(ratio), tuple(turn))
+    for sign in (1.0, -1.0):
+        quaternion = tuple(sign * number for number in so3.exp(tuple(turn)))
+        np.testing.assert_allclose(covariances.ends_turned_once(ratio, quaternion),
+                                   [*first, *last], rtol=1e-9, atol=1e-11)
+
+
 def test_left_jacobian_is_the_derivative_of_exp(rng):
     for size in (0.0, 1e-4, 0.09, 0.11, 2.0):
         vector = np.array([0.6, 0.0, -0.8]) * size

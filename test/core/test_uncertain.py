@@ -178,6 +178,19 @@ def test_many_stamps_are_one_by_one(independent):
     assert poses.shape == (0, 7) and covariances.shape == (0, 6, 6)
 
 
+@pytest.mark.parametrize('independent', [False, True])
+@pytest.mark.parametrize('ends', [('odom', 'camera'), ('camera', 'odom')])
+def test_shares_between_two_samples_add_up_and_the_pose_is_that_of_lookup(ends, independent):
+    buffer, stamp = moving(), 1_007_000_000
+    pose, covariance = buffer.lookup_uncertain(*ends, stamp, independent=independent)
+    assert pose == buffer.lookup(*ends, stamp)
+    budget = buffer.lookup_budget(*ends, stamp, independent=independent)
+    assert {share.child for share in budget} == {'base', 'camera'}
+    np.testing.assert_allclose(
+        sum(share.covariance for share in budget), covariance, rtol=1e-9, atol=1e-15)
+    assert sum(share.position for share in budget) == pytest.approx(1.0)
+
+
 def test_between_two_samples_it_is_blended_or_averaged():
     buffer = BufferCore()
     for stamp in (0, 100):

@@ -31,10 +31,11 @@ from tf_tree_py.core.tree.tree import Tree
 from .accelerations import checked_limits, Limits
 from .past import PastCache
 from .trials import forecast, measured_until, start_at
-from ..uncertainty.covariance_history import packed_term
+from ..uncertainty.covariance_history import known_covariances
+from ..uncertainty.covariances import packed_term, Terms
 from ..uncertainty.propagation import steps_between
 from ..uncertainty.queries import UncertainQueries
-from ..uncertainty.uncertain import EdgeErrors, terms_of
+from ..uncertainty.uncertain import EdgeErrors, with_pending
 
 
 class Prediction(NamedTuple):
@@ -106,8 +107,9 @@ class _Way:
             else:
                 pose = step.history.sample(self._stamp)
                 before = self._go(step, pose)
-                self._errors.add_edge(step, before, self._here, terms_of(
-                    self._tree, step, self._stamp, pose, False))
+                terms = self._terms(step, self._stamp, pose)
+                if terms is not None:
+                    self._errors.add_edge(step, before, self._here, terms)
         total = self._errors.total(self._here[:3])
         return Prediction(Pose._make(self._here), total, self._stamp, max(aheads))
 
@@ -117,6 +119,12 @@ class _Way:
         self._here = se3.compose(before, se3.inverse(pose) if step.upwards else pose)
         return before
 
+    def _terms(self, step: Step, stamp: int, pose: PoseTuple) -> Terms | None:
+        """Return the errors of an edge with its pose at a stamp."""
+        known = known_covariances(self._tree, step.parent, step.history.child)
+        terms = None if known is None else known.terms_at(stamp, step.history, False)
+        return with_pending(terms, step.history, stamp, pose)
+
     def _predict(self, step: Step, history: MovingHistory, ahead: int) -> None:
         """Append a predicted edge, with the errors of the newest pose and of the prediction."""
         start = start_at(history, self._stamp - ahead)
@@ -125,11 +133,12 @@ class _Way:
         before = self._go(step, pose)
         parent, child = (self._here, before) if step.upwards else (before, self._here)
         # The error of the newest pose also affects the prediction.
-        self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms_of(
-            self._tree, step, start.stamp, start.pose, False))
+        terms = self._terms(step, start.stamp, start.pose)
+        if terms is not None:
+            self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms)
         past = self._tree.companion_or_new(PastCache).of(history)
-        self._errors.add(step, child[3:], child[:3], [packed_term(past.covariance(
-            history, start, ahead, until, self._limits.get(history.child)))])
+        self._errors.add(step, child[3:], child[:3], packed_term(past.covariance(
+            history, start, ahead, until, self._limits.get(history.child))))
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:

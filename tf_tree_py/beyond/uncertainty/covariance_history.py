@@ -29,16 +29,16 @@ from .covariance_rows import Rows
 from .covariances import (
     between_rows,
     ends_turned_once,
-    Matrix9,
+    one_term,
     pack,
     PACKED_FLOATS,
     rows_of,
-    UNTURNED,
+    Terms,
 )
 
-_AS_BYTES = struct.Struct(f'{PACKED_FLOATS}d').pack
 # Fewer expired covariances than this are not removed yet.
 _MIN_BLOCK = 64
+_TURNS_AS_BYTES = struct.Struct('18d').pack
 
 
 class Around(NamedTuple):
@@ -93,13 +93,6 @@ def has_pending(history: History) -> TypeGuard[PendingHistory]:
     return hasattr(history, 'pending')
 
 
-Term = tuple[float, Matrix9, Bytes]
-"""
-The contribution of one covariance C at a stamp, w M C M^T: the weight w, the rotation block of M
-(its lower right), and C as 21 doubles.
-"""
-
-
 def interpolated(each: Sequence[Around], independent: bool) -> Rows:
     """
     Return the covariances of E edges at N stamps, 21 rows (E, N).
@@ -119,16 +112,6 @@ def _back_of(backs: Sequence[Array | None], count: int) -> Rows | None:
     still = np.broadcast_to(np.eye(3), (count, 3, 3))
     return rows_of(np.stack([still if back is None else back for back in backs]).reshape(
         len(backs), count, 9))
-
-
-def whole_term(covariance: Array) -> Term:
-    """Return a covariance (6, 6) as a term."""
-    return 1.0, UNTURNED, pack(covariance).tobytes()
-
-
-def packed_term(packed: Sequence[float]) -> Term:
-    """Return a packed covariance, 21 numbers, as a term."""
-    return 1.0, UNTURNED, _AS_BYTES(*packed)
 
 
 class Uncertainty:
@@ -187,7 +170,7 @@ class Uncertainty:
         ratio = np.where(begins < ends, (stamps - begins) / np.maximum(ends - begins, 1), 0.0)
         return Around(before, after, ratio, *_turns(history, begins, ends, stamps))
 
-    def terms_at(self, stamp: int, history: History, independent: bool) -> Sequence[Term]:
+    def terms_at(self, stamp: int, history: History, independent: bool) -> Terms:
         """
         Return the covariance at one stamp as one term, or as two terms of an interpolation.
 
@@ -196,23 +179,24 @@ class Uncertainty:
         stamps = self._stamps
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         if not 0 < after < len(stamps):
-            return [(1.0, UNTURNED, self._row(max(after - 1, 0)))]
+            return one_term(self._rows(max(after - 1, 0)))
         if measures_turns(history):
             rows = interpolated([self.around(np.array([stamp]), history)], independent)
-            return [(1.0, UNTURNED, np.array(rows).tobytes())]
-        begin, end, row = stamps[after - 1], stamps[after], self._row(after - 1)
+            return one_term(np.array(rows).tobytes())
+        begin, end = stamps[after - 1], stamps[after]
         if stamp == begin:
-            return [(1.0, UNTURNED, row)]
+            return one_term(self._rows(after - 1))
         ratio = (stamp - begin) / (end - begin)
         rest = 1.0 - ratio
-        first, last = ends_turned_once(ratio, _turn(history, begin, end))
-        if independent:
-            return [(rest * rest, first, row), (ratio * ratio, last, self._row(after))]
-        return [(rest, first, row), (ratio, last, self._row(after))]
+        weights = (rest * rest, ratio * ratio) if independent else (rest, ratio)
+        turns = ends_turned_once(ratio, _turn(history, begin, end))
+        return weights, _TURNS_AS_BYTES(*turns), self._rows(after - 1, 2)
 
-    def _row(self, number: int) -> Bytes:
+    def _rows(self, number: int, count: int = 1) -> Bytes:
         first = number * PACKED_FLOATS
-        return cast(bytes, self._packed[first:first + PACKED_FLOATS])  # usable like bytes
+        rows: Any = self._packed[first:first + count * PACKED_FLOATS]
+        packed: Bytes = rows  # usable like bytes
+        return packed
 
     def knots_around(self, stamp: int, history: History) -> tuple[int, int]:
         """Return the stamps of the covariances before and after a stamp, as ``around`` does."""
@@ -389,5 +373,10 @@ def set_covariance(tree: Tree, parent: str, child: str, stamp: int, covariance: 
 
 def known_covariances(tree: Tree, parent: str, child: str) -> Uncertainty | None:
     """Return the covariances of an edge; None if it has none."""
+    return covariances_by_edge(tree).get((parent, child))
+
+
+def covariances_by_edge(tree: Tree) -> Mapping[tuple[str, str], Uncertainty]:
+    """Return the covariances of each edge that has any, by (parent, child)."""
     known = tree.companion(EdgeCovariances)
-    return None if known is None else known.by_edge.get((parent, child))
+    return {} if known is None else known.by_edge

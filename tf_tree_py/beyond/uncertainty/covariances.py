@@ -11,11 +11,13 @@ order they are those of Barfoot and Furgale, "Associating Uncertainty with Three
 Poses", IEEE T-RO 30(3), 2014, in these coordinates.
 """
 
+from collections.abc import Sequence
 import math
-from typing import Any, NamedTuple
+import struct
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+from tf_tree_py.core.edges.storage import Bytes
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
@@ -118,18 +120,39 @@ def unpack(packed: Array) -> Array:
     return packed.take(_PLACES, axis=-1)
 
 
+# --- sums of terms
+
+Terms = tuple[tuple[float, ...], bytes, Bytes]
+"""
+The contributions of n covariances C at a stamp, the sum of w M C M^T: the n weights w, the
+rotation blocks of M (its lower right), nine doubles each, and the C, 21 doubles each.
+"""
+
+_TURN_AS_BYTES = struct.Struct('9d').pack
+_COVARIANCE_AS_BYTES = struct.Struct(f'{PACKED_FLOATS}d').pack
+_ONE_WEIGHT, _NO_TURN = (1.0,), _TURN_AS_BYTES(*UNTURNED)
+
+
+def one_term(packed: Bytes) -> Terms:
+    """Return a covariance, 21 doubles, as the only term."""
+    return _ONE_WEIGHT, _NO_TURN, packed
+
+
+def packed_term(packed: Sequence[float]) -> Terms:
+    """Return a packed covariance, 21 numbers, as the only term."""
+    return one_term(_COVARIANCE_AS_BYTES(*packed))
+
+
+def with_term(terms: Terms | None, covariance: Array) -> Terms:
+    """Return terms plus a covariance (6, 6)."""
+    packed = pack(covariance).tobytes()
+    if terms is None:
+        return one_term(packed)
+    weights, turns, others = terms
+    return weights + _ONE_WEIGHT, turns + _NO_TURN, b''.join((others, packed))
+
+
 # --- first order
-
-class Terms(NamedTuple):
-    """
-    The edge (n,) of each of n terms M C M^T, and the rotation block (n, 3, 3) of its M.
-
-    The rest of M is that of the identity.
-    """
-
-    owners: npt.NDArray[np.intp]
-    turns: Array
-
 
 def carried(a_R_b: Array, lever: Array, covariance: Array) -> Array:
     """
@@ -147,21 +170,23 @@ def carried(a_R_b: Array, lever: Array, covariance: Array) -> Array:
     return matrix @ covariance @ np.swapaxes(matrix, -1, -2)
 
 
-def carried_by(a_R_b: Array, crossed: Array, terms: Terms | None, covariances: Array) -> Array:
+def carried_by(a_R_b: Array, lever: Array, turns: Array | None, covariances: Array) -> Array:
     """
-    Return ``carried`` for E edges, or for n terms, each of which belongs to one of the edges.
+    Return ``carried`` for n covariances whose rotations are multiplied by turns first.
 
-    :param a_R_b: (E, 3, 3)
-    :param crossed: (E, 3, 3) -[l]x R.
-    :param terms: the rotation blocks to apply first; None: one term for each edge, without.
+    :param a_R_b: (n, 3, 3)
+    :param lever: (n, 3) from the points to the places of the errors: the opposite of that of
+        ``carried``.
+    :param turns: (n, 3, 3); None: without.
     :param covariances: (n, 6, 6)
     """
-    matrix = np.zeros((len(a_R_b), 6, 6))
-    matrix[:, :3, :3] = matrix[:, 3:, 3:] = a_R_b
-    matrix[:, :3, 3:] = crossed
-    if terms is not None:
-        matrix = matrix.take(terms.owners, axis=0)
-        matrix[:, :, 3:] = matrix[:, :, 3:] @ terms.turns
+    turned = a_R_b if turns is None else a_R_b @ turns
+    matrix = np.zeros(covariances.shape)
+    matrix[:, :3, :3] = a_R_b
+    matrix[:, 3:, 3:] = turned
+    # For small matrices, dot takes half as long as @, which can do many at once.
+    crossed = lever.dot(SKEW).reshape(-1, 3, 3)
+    np.matmul(crossed, turned, out=matrix[:, :3, 3:])
     return np.asarray(matrix @ covariances @ matrix.swapaxes(1, 2))
 
 
@@ -215,8 +240,9 @@ def ends_turned(ratio: Array, turn: Rows, back: Rows | None = None) -> tuple[Row
     x, y, z = turn
     angle = np.maximum(np.sqrt(x * x + y * y + z * z), _LEAST_TURN)
     u, rest = np.maximum(ratio, _LEAST_PART), np.maximum(1.0 - ratio, _LEAST_PART)
-    first, last = (_turn_matrix(turn, *coefficients) for coefficients in turning(
+    ends = _turn_matrices(turn, *turning(
         u, rest, 0.5 * angle, np.sin(0.5 * angle), angle, np.sin, np.cos))
+    first, last = ends[:9], ends[9:]
     if back is not None:
         last = product(back, last)
         rest = np.maximum(1.0 - ratio, _LEAST_REST)
@@ -250,9 +276,9 @@ def turning(u: Any, rest: Any, half: Any, sine: Any, size: Any, sin: Any,
             (-after * sine_back / size, (1.0 - after * cos(back)) / square))
 
 
-def ends_turned_once(ratio: float, turn: so3.Quaternion) -> tuple[Matrix9, Matrix9]:
+def ends_turned_once(ratio: float, turn: so3.Quaternion) -> Rows:
     """
-    Return ``ends_turned`` for plain floats.
+    Return ``ends_turned`` for plain floats, as 18 numbers.
 
     :param ratio: greater than 0 and less than 1.
     :param turn: Exp(f), the rotation from one pose to the other.
@@ -260,20 +286,25 @@ def ends_turned_once(ratio: float, turn: so3.Quaternion) -> tuple[Matrix9, Matri
     x, y, z, w = turn if turn[3] >= 0.0 else (-turn[0], -turn[1], -turn[2], -turn[3])
     sine = math.sqrt(x * x + y * y + z * z)
     if sine < _LEAST_SINE:
-        return UNTURNED, UNTURNED
-    before, after = turning(
-        ratio, 1.0 - ratio, math.atan2(sine, w), sine, sine, math.sin, math.cos)
-    return _turn_matrix((x, y, z), *before), _turn_matrix((x, y, z), *after)
+        return UNTURNED + UNTURNED
+    return _turn_matrices((x, y, z), *turning(
+        ratio, 1.0 - ratio, math.atan2(sine, w), sine, sine, math.sin, math.cos))
 
 
-def _turn_matrix(turn: Rows, b: Any, c: Any) -> Any:
-    """Return I + b [f] + c [f]^2."""
+def _turn_matrices(turn: Rows, first: tuple[Any, Any], last: tuple[Any, Any]) -> Rows:
+    """Return I + b [f] + c [f]^2 for two pairs (b, c) of coefficients, 18 rows."""
     x, y, z = turn
-    bx, by, bz, cx, cy, cz = b * x, b * y, b * z, c * x, c * y, c * z
-    xx, yy, zz, xy, xz, yz = cx * x, cy * y, cz * z, cx * y, cx * z, cy * z
-    return (1.0 - yy - zz, xy - bz, xz + by,
-            xy + bz, 1.0 - xx - zz, yz - bx,
-            xz - by, yz + bx, 1.0 - xx - yy)
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    b, c = first
+    bx, by, bz, cxy, cxz, cyz = b * x, b * y, b * z, c * xy, c * xz, c * yz
+    d, e = last
+    dx, dy, dz, exy, exz, eyz = d * x, d * y, d * z, e * xy, e * xz, e * yz
+    return (1.0 - c * (yy + zz), cxy - bz, cxz + by,
+            cxy + bz, 1.0 - c * (xx + zz), cyz - bx,
+            cxz - by, cyz + bx, 1.0 - c * (xx + yy),
+            1.0 - e * (yy + zz), exy - dz, exz + dy,
+            exy + dz, 1.0 - e * (xx + zz), eyz - dx,
+            exz - dy, eyz + dx, 1.0 - e * (xx + yy))
 
 
 def _turned(matrix: Array, covariance: Array) -> Array:

@@ -58,8 +58,8 @@ class UncertainQueries(Queries):
 
         It raises the errors of ``lookup``.
         """
-        found = self._lookup_uncertain(target_frame, source_frame, stamp, independent)
-        return Pose._make(found.pose), found.covariance
+        _, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
+        return Pose._make(pose), errors.total(pose[:3])
 
     def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp,
                           independent: bool) -> Uncertain:
@@ -68,7 +68,8 @@ class UncertainQueries(Queries):
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp,
                    independent: bool) -> tuple[int, PoseTuple, EdgeErrors]:
-        stamp = self._stamp_of(stamp)
+        if type(stamp) is not int:
+            stamp = self._stamp_of(stamp)
         with self._lock:
             known = None if self.observers.of_lookups else errors_on_fixed_path(
                 self._tree, target_frame, source_frame, stamp, independent)

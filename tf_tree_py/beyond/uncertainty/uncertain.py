@@ -13,6 +13,8 @@ for one edge as for all of them.
 """
 
 from collections.abc import Sequence
+from itertools import accumulate
+from operator import attrgetter
 import struct
 from typing import NamedTuple
 
@@ -21,6 +23,7 @@ from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.storage import Bytes
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.chain import join_branches
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
@@ -30,20 +33,19 @@ from tf_tree_py.core.tree.tree import Tree
 
 from .covariance_history import (
     Around,
+    covariances_by_edge,
     has_pending,
     interpolated,
     known_covariances,
-    Term,
-    whole_term,
 )
 from .covariances import (
     carried_by,
     pack,
     PACKED_FLOATS,
-    SKEW,
     Terms,
     turned_by,
     unpack,
+    with_term,
 )
 from .propagation import is_certain, placed, SMALL_ANGLES, steps_between, total, with_large_angles
 
@@ -52,103 +54,105 @@ class EdgeErrors:
     """
     The errors of the uncertain edges on a path, at one stamp.
 
-    An edge has one or more terms w M C M^T; see ``edges.uncertainty.Term``. The numbers are
-    stored in rows until they are evaluated, without the lock.
+    An edge has one or more terms w M C M^T; see ``covariances.Terms``. The numbers are stored as
+    bytes until they are evaluated, without the lock: ``b''.join`` is faster than long lists.
 
     :ivar steps: the edges, from the target to the source.
     """
 
-    __slots__ = ('steps', '_poses', '_firsts', '_owners', '_terms', '_packed')
+    __slots__ = ('steps', '_poses', '_owners', '_weights', '_turns', '_packed')
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
-        # 12 numbers for each edge: the matrix from its errors' axes to the target's, row by row,
-        # and the position of the errors in the target.
-        self._poses: list[float] = []
-        # The index of each edge's first term.
-        self._firsts: list[int] = []
-        # For each term the index of its edge, ten numbers w and M, and C.
+        # For each term the index of its edge, its weight w, and 12 numbers: the matrix from the
+        # errors' axes to the target's, row by row, and the errors' position in the target.
         self._owners: list[int] = []
-        self._terms: list[float] = []
+        self._weights: list[float] = []
+        self._poses: list[bytes] = []
+        # For each edge the other numbers of its terms; see ``covariances.Terms``.
+        self._turns: list[bytes] = []
         self._packed: list[Bytes] = []
 
-    def add_edge(self, step: Step, before: PoseTuple, here: PoseTuple,
-                 terms: Sequence[Term]) -> None:
+    def add_edge(self, step: Step, before: PoseTuple, here: PoseTuple, terms: Terms) -> None:
         """
-        Add the errors of an edge, if it has any.
+        Add the errors of an edge.
 
         :param before: the pose in the target of the edge's first frame on the path; ``here``: of
             its second frame.
         """
-        if terms:
-            parent, child = (here, before) if step.upwards else (before, here)
-            self.add(step, parent[3:], child[:3], terms)
+        parent, child = (here, before) if step.upwards else (before, here)
+        self.add(step, parent[3:], child[:3], terms)
 
-    def add(self, step: Step, axes: so3.Quaternion, place: so3.Vector3,
-            terms: Sequence[Term]) -> None:
+    def add(self, step: Step, axes: so3.Quaternion, place: so3.Vector3, terms: Terms) -> None:
         """
         Add errors of an edge.
 
         :param axes: of the errors, in the target; ``place``: the point that they move, likewise.
         """
-        if not terms:
-            return
-        owner = len(self.steps)
-        self.steps.append(step)
-        self._firsts.append(len(self._owners))
+        weights, turns, packed = terms
         first, second, third = so3.as_matrix(axes)
-        self._poses += (*first, *second, *third, *place)
-        for weight, turn, packed in terms:
-            self._owners.append(owner)
-            self._terms += (weight, *turn)
-            self._packed.append(packed)
+        self._owners += (len(self.steps),) * len(weights)
+        self.steps.append(step)
+        self._weights += weights
+        self._poses.append(_POSE_AS_BYTES(*first, *second, *third, *place) * len(weights))
+        self._turns.append(turns)
+        self._packed.append(packed)
 
     def shares(self, point: so3.Vector3) -> Array:
         """Return the share of each edge at a point of the target, (E, 6, 6)."""
         if not self.steps:
             return np.zeros((0, 6, 6))
-        return self._summed(_parts(point, *self._axes_and_places(), *self._covariances()))
+        axes, levers, turns, _ = self._at(point)
+        return self._summed(carried_by(axes, levers, turns, self._covariances()))
 
     def total(self, point: so3.Vector3) -> Array:
         """Return the covariance (6, 6) of a point of the target behind all edges."""
         if not self.steps:
             return np.zeros((6, 6))
-        axes, places = self._axes_and_places()
-        terms, covariances = self._covariances()
-        total = np.asarray(np.add.reduce(_parts(point, axes, places, terms, covariances)))
+        axes, levers, turns, weights = self._at(point)
+        covariances = self._covariances()
+        parts = carried_by(axes, levers, turns, covariances)
+        total: Array = weights.dot(parts.reshape(-1, 36)).reshape(6, 6)
         # The sum of the three variances is invariant under rotations.
         if total.item(3, 3) + total.item(4, 4) + total.item(5, 5) <= SMALL_ANGLES:
             return total
+        firsts = [self._owners.index(edge) for edge in range(len(self.steps))]
         return with_large_angles(
-            axes, places, self._summed(turned_by(terms and terms.turns, covariances)),
-            [step.upwards for step in self.steps], np.array(point))
+            axes[firsts], levers[firsts], self._summed(turned_by(turns, covariances)),
+            [step.upwards for step in self.steps], np.zeros(3))
 
-    def _axes_and_places(self) -> tuple[Array, Array]:
-        """Return the errors' axes (E, 3, 3) and places (E, 3), in the target."""
-        poses = _array(self._poses).reshape(-1, 12)
-        return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
+    def _at(self, point: so3.Vector3) -> tuple[Array, Array, Array | None, Array]:
+        """
+        Return the numbers of all n terms.
 
-    def _covariances(self) -> tuple[Terms | None, Array]:
-        """Return the rotations of the terms, None if there are none, and w C (n, 6, 6)."""
-        covariances = unpack(np.frombuffer(b''.join(self._packed)).reshape(-1, PACKED_FLOATS))
-        if len(self._owners) == len(self.steps):
-            return None, covariances
-        numbers = _array(self._terms).reshape(-1, 10)
-        covariances *= numbers[:, 0, None, None]
-        return Terms(np.array(self._owners), numbers[:, 1:].reshape(-1, 3, 3)), covariances
+        :return: the axes (n, 3, 3) in the target, the places (n, 3) from a point, the rotation
+            blocks (n, 3, 3), or None if all are the identity, and the weights (n,).
+        """
+        poses = _joined(self._poses).reshape(-1, 12)
+        turns = None if len(poses) == len(self.steps) else (
+            _joined(self._turns).reshape(-1, 3, 3))
+        numbers = _array((*point, *self._weights))
+        return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:] - numbers[:3], turns, numbers[3:]
+
+    def _covariances(self) -> Array:
+        """Return the covariances C of all terms, (n, 6, 6)."""
+        return unpack(_joined(self._packed).reshape(-1, PACKED_FLOATS))
 
     def _summed(self, parts: Array) -> Array:
-        """Return the sums of the terms (n, 6, 6) of each edge."""
+        """Return the weighted sums of the terms (n, 6, 6) of each edge."""
         if len(parts) == len(self.steps):
             return parts
-        return np.asarray(np.add.reduceat(parts, self._firsts, axis=0))
+        weights = np.zeros((len(self.steps), len(parts)))
+        weights[self._owners, np.arange(len(parts))] = self._weights
+        return np.asarray(weights.dot(parts.reshape(-1, 36)).reshape(-1, 6, 6))
 
 
-def _parts(point: so3.Vector3, axes: Array, places: Array, terms: Terms | None,
-           covariances: Array) -> Array:
-    """Return the share of each term at a point, (n, 6, 6)."""
-    crossed = ((places - point) @ SKEW).reshape(-1, 3, 3) @ axes
-    return carried_by(axes, crossed, terms, covariances)
+_POSE_AS_BYTES = struct.Struct('12d').pack
+
+
+def _joined(parts: Sequence[Bytes]) -> Array:
+    """Return the numbers of several parts, read-only."""
+    return np.frombuffer(b''.join(parts))
 
 
 def _array(numbers: Sequence[float]) -> Array:
@@ -171,10 +175,13 @@ def errors_on_fixed_path(tree: Tree, target: str, source: str, stamp: int,
         if path is None:
             return None
         found = path.latest_common_time() if stamp == LATEST else stamp
-        pose, poses = path.poses_at(found)
+        down, up, poses = path.samples_at(found)
     except TransformException:
         return None
-    return found, pose, _errors_along(tree, path.steps(), poses, found, independent)
+    here, errors = _along(tree, path.steps(), poses, found, independent)
+    # If all edges lead down one by one, ``join_branches`` would return the same again. Otherwise
+    # it rounds differently, and the pose is that of ``lookup`` to the last bit.
+    return found, here if len(down) == len(poses) else join_branches(down, up), errors
 
 
 def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
@@ -188,32 +195,38 @@ def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
     if target == source or is_certain(tree):
         return EdgeErrors()
     steps = steps_between(tree, target, source, None if newest and stamp == LATEST else stamp)
-    return _errors_along(tree, steps, [step.history.sample(stamp) for step in steps], stamp,
-                         independent)
+    poses = [step.history.sample(stamp) for step in steps]
+    return _along(tree, steps, poses, stamp, independent)[1]
 
 
-def _errors_along(tree: Tree, steps: Sequence[Step], poses: Sequence[PoseTuple], stamp: int,
-                  independent: bool) -> EdgeErrors:
-    errors = EdgeErrors()
-    here: PoseTuple = se3.IDENTITY
-    for step, pose in zip(steps, poses, strict=True):
-        before, here = here, se3.compose(here, se3.inverse(pose) if step.upwards else pose)
-        errors.add_edge(step, before, here, terms_of(tree, step, stamp, pose, independent))
-    return errors
+def _along(tree: Tree, steps: Sequence[Step], poses: Sequence[PoseTuple], stamp: int,
+           independent: bool) -> tuple[PoseTuple, EdgeErrors]:
+    """
+    Return ``target_T_source``, and its errors.
+
+    :param poses: ``parent_T_child`` of each edge; there is at least one.
+    """
+    errors, by_edge = EdgeErrors(), covariances_by_edge(tree)
+    before = here = se3.IDENTITY
+    passed = [se3.inverse(pose) if step.upwards else pose
+              for step, pose in zip(steps, poses, strict=True)]
+    for step, pose, here in zip(steps, poses, accumulate(passed, se3.compose), strict=True):
+        parent, history, _ = step
+        known = by_edge.get((parent, history.child))
+        terms = None if known is None else known.terms_at(stamp, history, independent)
+        if has_pending(history):
+            terms = with_pending(terms, history, stamp, pose)
+        if terms is not None:
+            errors.add_edge(step, before, here, terms)
+        before = here
+    return here, errors
 
 
-def terms_of(tree: Tree, step: Step, stamp: int, pose: PoseTuple,
-             independent: bool) -> Sequence[Term]:
-    """Return the errors of an edge with its pose at a stamp; empty if it is certain."""
-    history = step.history
-    known = known_covariances(tree, step.parent, history.child)
-    terms: Sequence[Term] = ()
-    if known is not None:
-        terms = known.terms_at(stamp, history, independent)
+def with_pending(terms: Terms | None, history: History, stamp: int,
+                 pose: PoseTuple) -> Terms | None:
+    """Return the errors of an edge plus its pending correction; None if it is certain."""
     error = pending_error(history, stamp, pose)
-    if error is not None:
-        terms = [*terms, whole_term(np.outer(error, error))]
-    return terms
+    return terms if error is None else with_term(terms, np.outer(error, error))
 
 
 def pending_error(history: History, stamp: int, pose: PoseTuple) -> Array | None:
@@ -260,13 +273,13 @@ def shares(errors: EdgeErrors, pose: PoseTuple) -> list[Share]:
     covariances = errors.shares(pose[:3])
     variances = covariances.reshape(-1, 36)[:, ::7].tolist()
     # For a few edges, sums of plain floats are faster than those of numpy.
-    of_position = [sum(each[:3]) for each in variances]
-    of_rotation = [sum(each[3:]) for each in variances]
+    of_position = [x + y + z for x, y, z, _, _, _ in variances]
+    of_rotation = [x + y + z for _, _, _, x, y, z in variances]
     position, rotation = sum(of_position) or 1.0, sum(of_rotation) or 1.0
     each = [Share(step.parent, step.history.child, covariance, there / position, turn / rotation)
             for step, covariance, there, turn in zip(
                 errors.steps, covariances, of_position, of_rotation, strict=True)]
-    return sorted(each, key=lambda share: (-share.position, -share.rotation))
+    return sorted(each, key=attrgetter('position', 'rotation'), reverse=True)
 
 
 def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:

@@ -291,18 +291,21 @@ class Path:
         return join_branches([part.sample(stamp) for part in self._source_parts],
                              [part.sample(stamp) for part in self._target_parts])
 
-    def poses_at(self, stamp: int) -> tuple[PoseTuple, list[PoseTuple]]:
+    def samples_at(self, stamp: int) -> tuple[list[PoseTuple], list[PoseTuple], list[PoseTuple]]:
         """
-        Return ``target_T_source``, and ``parent_T_child`` of each of the ``steps()``.
+        Return both arguments of ``join_branches``, and ``parent_T_child`` of the ``steps()``.
 
         :raises ExtrapolationException: an edge has no data for the stamp.
         """
         down = [part.sample(stamp) for part in self._source_parts]
         up = [part.sample(stamp) for part in self._target_parts]
-        parts = zip((*reversed(self._target_parts), *self._source_parts),
-                    (*reversed(up), *down), strict=True)
+        poses = [*reversed(up), *down]
+        if len(poses) == len(self.steps()):
+            return down, up, poses
+        # Successive static edges are one part.
+        parts = zip((*reversed(self._target_parts), *self._source_parts), poses, strict=True)
         moving = iter([pose for part, pose in parts if not part.is_static])
-        return join_branches(down, up), [
+        return down, up, [
             step.history.sample(stamp) if step.history.is_static else next(moving)
             for step in self.steps()]
 
