@@ -86,6 +86,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 found = list(GROUPS[name](contestants, effort))
             rows += found
             print(f'\n{report.group_table(found)}', flush=True)
+            # An interrupted run keeps what it has measured.
+            report.write(options.out, rows, measured_on, contestants.absent)
         absent = contestants.absent
     measured_on['load_after'] = machine.load()
     print(f'\n{report.comparison_table(rows)}')

@@ -112,6 +112,7 @@ class FasterUpTo:
     names: str
     contestant: str
     depths: tuple[int, ...]
+    ours: str = OURS
     pattern = _NUMBER
 
     def text(self, results: Results) -> str:
@@ -120,7 +121,7 @@ class FasterUpTo:
         for depth in self.depths:
             name = f'{self.names}, depth {depth}'
             ours, theirs = (results.measured('depth', name, contestant).median
-                            for contestant in (OURS, self.contestant))
+                            for contestant in (self.ours, self.contestant))
             if ours > theirs:
                 break
             reached = depth

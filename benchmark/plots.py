@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from . import growth_plot
-from .rows import DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, TF2_ROS
+from .rows import COMPILED, DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, TF2_ROS
 from .timing import spread
 
 # Each contestant has the same style in all plots: line, marker, fill, hatch.
 _LOOKS = {
     OURS: {'color': 'black', 'linestyle': '-', 'marker': 'o'},
+    COMPILED: {'color': 'black', 'linestyle': '--', 'marker': 'o', 'markerfacecolor': 'white'},
     TF2_ROS: {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
     JAZZY: {'color': '#c84c00', 'linestyle': '-.', 'marker': '^'},
     DEBIAN: {'color': '#c84c00', 'linestyle': ':', 'marker': 'v'},
@@ -21,6 +22,7 @@ _LOOKS = {
 }
 # Longer names for the short names of the tables, for readers who have not seen the tables.
 _LONG_NAMES = {
+    COMPILED: 'tf_tree_py, compiled formulas',
     TF2_ROS: 'tf2_ros (Python, Jazzy)',
     JAZZY: "tf2's C++ buffer alone (Jazzy)",
     DEBIAN: "tf2's C++ buffer alone (Debian)",
@@ -28,6 +30,7 @@ _LONG_NAMES = {
 }
 _FILLS = {
     OURS: {'color': 'black'},
+    COMPILED: {'facecolor': '0.7', 'edgecolor': 'black'},
     PLAIN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '///'},
     TF2_ROS: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '...'},
 }
@@ -91,7 +94,7 @@ def _lookups(rows: dict[str, Row]) -> Any:
         for name, look in _LOOKS.items():
             points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).median)
                       for row in rows.values()
-                      if row.name.startswith(where) and name in row.values]
+                      if row.name.startswith(f'{where}, depth') and name in row.values]
             if points:
                 panel.plot(*zip(*points, strict=True), label=_LONG_NAMES.get(name, name),
                            markersize=4, **look)
@@ -156,16 +159,17 @@ def _control(rows: dict[str, Row]) -> Any:
     for panel, measure in zip(panels[0], chosen, strict=True):
         of_measure = [rows[f'{stream}: {measure}'] for stream in streams
                       if f'{stream}: {measure}' in rows]
-        for offset, way in ((-0.19, TF2_ROS), (0.19, OURS)):
+        for offset, way in ((-0.26, TF2_ROS), (0.0, OURS), (0.26, COMPILED)):
             heights = [spread(row.values[way]).median if way in row.values else 0.0
                        for row in of_measure]
-            bars = panel.bar([number + offset for number in range(len(heights))], heights, 0.36,
-                             label=way, **_FILLS[way])
-            panel.bar_label(bars, [f'{height:.3g}' for height in heights], fontsize=8)
+            bars = panel.bar([number + offset for number in range(len(heights))], heights, 0.24,
+                             label=_LONG_NAMES.get(way, way), **_FILLS[way])
+            panel.bar_label(bars, [f'{height:.2g}' if height < 10 else f'{height:.0f}'
+                                   for height in heights], fontsize=7)
         panel.set_xticks(range(len(streams)), [name.replace(' x ', ' × ') for name in streams],
                          fontsize=8)
         panel.set_title(f'{measure} [{of_measure[0].unit}]', fontsize=9)
-    figure.legend(*panels[0][0].get_legend_handles_labels(), loc='outside lower center', ncols=2,
+    figure.legend(*panels[0][0].get_legend_handles_labels(), loc='outside lower center', ncols=3,
                   frameon=False, fontsize=8)
     return figure
 

@@ -11,8 +11,7 @@ from typing import Any
 from . import compiled, debian
 from .ours import OurBuffer, OurCore
 from ..exercise import Exercise, Task, Unable
-from ..rows import (
-    COMPILED, CORE, DEBIAN, GTSAM, JAZZY, KINHEC, OURS, PYTRANSFORM, RUST, TF2_ROS)
+from ..rows import COMPILED, CORE, DEBIAN, GTSAM, JAZZY, KINHEC, OURS, PYTRANSFORM, RUST, TF2_ROS
 
 _TOLERANCE = 1e-9
 
