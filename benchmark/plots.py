@@ -92,7 +92,8 @@ def _lookups(rows: dict[str, Row]) -> Any:
     for panel, where, title in zip(panels, ('30 ms old', 'latest'),
                                    ('30 ms before the newest sample', 'the latest'), strict=True):
         for name, look in _LOOKS.items():
-            points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).median)
+            # Of the fastest round, as in the text; see ``passages``.
+            points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).least)
                       for row in rows.values()
                       if row.name.startswith(f'{where}, depth') and name in row.values]
             if points:
@@ -101,7 +102,7 @@ def _lookups(rows: dict[str, Row]) -> Any:
         _scale(panel, [1, 2, 5, 10, 38])
         panel.set_title(title, fontsize=10)
         panel.set_xlabel('moving edges between the frames')
-    panels[0].set_ylabel('time of one lookup [µs], logarithmic')
+    panels[0].set_ylabel('one lookup, fastest round [µs], logarithmic')
     # A contestant may be in one of the panels only.
     lines = {line.get_label(): line for panel in panels for line in panel.get_lines()}
     figure.legend(lines.values(), lines, loc='outside lower center', ncols=2, frameon=False,
@@ -153,7 +154,8 @@ def _control(rows: dict[str, Row]) -> Any:
     from matplotlib import pyplot
     streams, measures = (list(dict.fromkeys(name.split(': ')[part] for name in rows))
                          for part in (0, 1))
-    chosen = [measure for measure in measures if not measure.endswith(('lookup, p99', 'p99.9'))]
+    chosen = [measure for measure in measures if not measure.endswith(('lookup, p99', 'p99.9'))
+              and any(_differs_from_zero(rows, stream, measure) for stream in streams)]
     figure, panels = pyplot.subplots(1, len(chosen), figsize=(9.0, 3.0), layout='constrained',
                                      squeeze=False)
     for panel, measure in zip(panels[0], chosen, strict=True):
@@ -172,6 +174,11 @@ def _control(rows: dict[str, Row]) -> Any:
     figure.legend(*panels[0][0].get_legend_handles_labels(), loc='outside lower center', ncols=3,
                   frameon=False, fontsize=8)
     return figure
+
+
+def _differs_from_zero(rows: dict[str, Row], stream: str, measure: str) -> bool:
+    row = rows.get(f'{stream}: {measure}')
+    return row is not None and any(spread(values).median for values in row.values.values())
 
 
 def _many(rows: dict[str, Row]) -> Any:

@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from benchmark import growth_plot, plots, report
+from benchmark import growth_plot, plots, stored
 from benchmark.groups import growth, growth_processes
 from benchmark.rows import OURS
 import pytest
@@ -18,7 +18,7 @@ SIZES = {'growth_samples': growth.SAMPLES, 'growth_frames': growth.FRAMES,
 
 @pytest.fixture(scope='module')
 def rows():
-    return [row for row in report.rows_of(DOCS) if row.group in SIZES]
+    return [row for row in stored.results_of(DOCS).rows if row.group in SIZES]
 
 
 def test_page_has_all_sizes(rows):
