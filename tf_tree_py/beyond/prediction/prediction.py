@@ -35,7 +35,7 @@ from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms
 from ..uncertainty.propagation import steps_between
 from ..uncertainty.queries import UncertainQueries
-from ..uncertainty.uncertain import EdgeErrors, with_pending
+from ..uncertainty.uncertain import EdgeErrors, terms_of
 
 
 class Prediction(NamedTuple):
@@ -122,8 +122,7 @@ class _Way:
     def _terms(self, step: Step, stamp: int, pose: PoseTuple) -> Terms | None:
         """Return the errors of an edge with its pose at a stamp."""
         known = known_covariances(self._tree, step.parent, step.history.child)
-        terms = None if known is None else known.terms_at(stamp, step.history, False)
-        return with_pending(terms, step.history, stamp, pose)
+        return terms_of(known, step.history, stamp, pose, False)
 
     def _predict(self, step: Step, history: MovingHistory, ahead: int) -> None:
         """Append a predicted edge, with the errors of the newest pose and of the prediction."""

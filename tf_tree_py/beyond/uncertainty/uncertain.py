@@ -37,6 +37,7 @@ from .covariance_history import (
     has_pending,
     interpolated,
     known_covariances,
+    Uncertainty,
 )
 from .covariances import (
     carried_by,
@@ -207,24 +208,27 @@ def _along(tree: Tree, steps: Sequence[Step], poses: Sequence[PoseTuple], stamp:
     :param poses: ``parent_T_child`` of each edge; there is at least one.
     """
     errors, by_edge = EdgeErrors(), covariances_by_edge(tree)
-    before = here = se3.IDENTITY
+    before = se3.IDENTITY
     passed = [se3.inverse(pose) if step.upwards else pose
               for step, pose in zip(steps, poses, strict=True)]
-    for step, pose, here in zip(steps, poses, accumulate(passed, se3.compose), strict=True):
+    for step, pose, after in zip(steps, poses, accumulate(passed, se3.compose), strict=True):
         parent, history, _ = step
-        known = by_edge.get((parent, history.child))
-        terms = None if known is None else known.terms_at(stamp, history, independent)
-        if has_pending(history):
-            terms = with_pending(terms, history, stamp, pose)
+        terms = terms_of(by_edge.get((parent, history.child)), history, stamp, pose, independent)
         if terms is not None:
-            errors.add_edge(step, before, here, terms)
-        before = here
-    return here, errors
+            errors.add_edge(step, before, after, terms)
+        before = after
+    return before, errors
 
 
-def with_pending(terms: Terms | None, history: History, stamp: int,
-                 pose: PoseTuple) -> Terms | None:
-    """Return the errors of an edge plus its pending correction; None if it is certain."""
+def terms_of(known: Uncertainty | None, history: History, stamp: int, pose: PoseTuple,
+             independent: bool) -> Terms | None:
+    """
+    Return the errors of an edge, including its pending correction; None if it is certain.
+
+    :param known: its covariances; None if it has none.
+    :param pose: of the edge at the stamp.
+    """
+    terms = None if known is None else known.terms_at(stamp, history, independent)
     error = pending_error(history, stamp, pose)
     return terms if error is None else with_term(terms, np.outer(error, error))
 

@@ -293,7 +293,10 @@ class Path:
 
     def samples_at(self, stamp: int) -> tuple[list[PoseTuple], list[PoseTuple], list[PoseTuple]]:
         """
-        Return both arguments of ``join_branches``, and ``parent_T_child`` of the ``steps()``.
+        Return the samples of both branches, and ``parent_T_child`` of each of the ``steps()``.
+
+        The branches are the arguments of ``join_branches``, in which successive static edges are
+        one pose.
 
         :raises ExtrapolationException: an edge has no data for the stamp.
         """
