@@ -29,11 +29,16 @@ class Figure(Protocol):
     One figure in a text.
 
     :ivar pattern: a regular expression that matches all texts of such a figure.
+    :ivar contestants: those that it quotes.
     """
 
     @property
     def pattern(self) -> str:
         """Return the pattern."""
+
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """Return their names in the results."""
 
     def text(self, results: Results) -> str:
         """
@@ -65,6 +70,11 @@ class Number:
         number = getattr(self.spread(results), self.part)
         return rounded(self.factor / number if self.inverse else number * self.factor)
 
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """Return those that the number is of."""
+        raise NotImplementedError
+
     def spread(self, results: Results) -> Spread:
         """Return the number and its ends."""
         raise NotImplementedError
@@ -85,6 +95,11 @@ class Measured(Number):
     contestant: str = OURS
     of_unit: str = '*'
 
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """Return the contestant."""
+        return (self.contestant,)
+
     def spread(self, results: Results) -> Spread:
         """Return the number and its ends."""
         return results.measured(self.group, self.name, self.contestant, self.of_unit)
@@ -95,6 +110,11 @@ class Ratio(Number):
     """A number of the table of ratios."""
 
     unit: str = ''
+
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """Return what the unit is a multiple of."""
+        return (self.unit.removeprefix('x ').removeprefix('a loop of '),)
 
     def spread(self, results: Results) -> Spread:
         """Return the number and its ends."""
@@ -117,6 +137,11 @@ class FasterUpTo:
     ours: str = OURS
     pattern = _NUMBER
 
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """Return both contestants."""
+        return self.ours, self.contestant
+
     def text(self, results: Results) -> str:
         """Return the depth; 0 if the other contestant is always faster."""
         reached = 0
@@ -136,6 +161,7 @@ class Date:
 
     page: str
     pattern = r'\d+ \w+ \d{4}'
+    contestants = ()
 
     def text(self, results: Results) -> str:
         """Return such as '21 November 2026'."""
@@ -148,6 +174,7 @@ class Commit:
 
     page: str
     pattern = r'\w+'
+    contestants = ()
 
     def text(self, results: Results) -> str:
         """Return its short hash."""
@@ -220,10 +247,11 @@ def missing(passages: Iterable[Passage], results: Results) -> list[str]:
 
 def quoted(passages: Iterable[Passage], absent: Mapping[str, str]) -> dict[str, str]:
     """Return those of the absent contestants that a passage quotes."""
-    names = ' | '.join(str(getattr(figure, name, '')) for passage in passages
-                       for figure in passage.figures for name in ('contestant', 'unit'))
+    names = {name for passage in passages for figure in passage.figures
+             for name in figure.contestants}
+    # A contestant may be measured in several ways, such as 'rosbags, raw'.
     return {name: reason for name, reason in absent.items()
-            if re.search(rf'(?<!\w){re.escape(name)}(?! \(|[\w-])', names)}
+            if any(other == name or other.startswith(f'{name}, ') for other in names)}
 
 
 def rounded(value: float) -> str:

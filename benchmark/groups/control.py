@@ -74,7 +74,7 @@ def _rows(stream: str, found: dict[str, list[dict[str, float]]]) -> Iterator[Row
                 if way in answered:
                     row.judge(way, _WAKES_LATE_MS, name=f'{row.name}: {way}')
         elif key != 'unanswered' and answered == values:
-            row.compare(OURS, TF2_ROS)
-            row.compare(COMPILED, TF2_ROS, 1.0 if key == 'p50_s' else None,
-                        name=f'{row.name}: {COMPILED}')
+            target = 1.0 if key == 'p50_s' else None
+            row.compare(OURS, TF2_ROS, target)
+            row.compare(COMPILED, TF2_ROS, target, name=f'{row.name}: {COMPILED}')
         yield row

@@ -27,8 +27,8 @@ BAGS = (1, 10, 100, 300)
 
 # Samples of all edges together: as many at each size, so that all have the same precision.
 _STORED = 200_000
-# The longest run at a rate, and the share of the streams: each sends thousands of messages.
-_STREAM_S, _STREAMS = 3.0, 2
+# Each run at a rate sends thousands of messages, so shorter and fewer ones than elsewhere suffice.
+_LONGEST_S, _FEWER_BY = 3.0, 2
 # What is measured, and its unit. A busy machine may send at a lower rate than it should.
 _RATE_KINDS = {'CPU': '% of a core', 'arrived': '%', 'sent': '%'}
 # Of one bag.
@@ -62,7 +62,7 @@ def rates(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     sizes = RATES_HZ[:effort.sizes]
     rounds: dict[tuple[str, int, str], list[float]] = {
         (kind, size, way): [] for kind in _RATE_KINDS for size in sizes for way in ways}
-    for number in range(max(1, effort.streams // _STREAMS)):
+    for number in range(max(1, effort.streams // _FEWER_BY)):
         for way in ways[::-1] if number % 2 else ways:
             for (kind, size), value in _listen(way, sizes, effort).items():
                 rounds[kind, size, way].append(value)
@@ -78,7 +78,7 @@ def _listen(way: str, sizes: Any, effort: Effort) -> dict[tuple[str, int], float
         stream.await_all()
         for rate_hz in sizes:
             stream.change_rate(rate_hz)
-            seconds = min(effort.stream_s, _STREAM_S)
+            seconds = min(effort.stream_s, _LONGEST_S)
             played = stream.play(seconds)
             sent, sent_hz = round(seconds * rate_hz), publisher.call('sent_hz')
             found['CPU', rate_hz] = 1e-4 * sent_hz * played.cpu_us[way]

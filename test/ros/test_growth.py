@@ -70,6 +70,7 @@ def test_answers_beside_many_frames_and_in_long_histories_are_right(peer):
         exercise = Exercise(peer(), task)
         for sample in (1, 5, 8):
             stamp = START + sample * PERIOD
+            # Raises ``Disagreement`` otherwise.
             agree({'answer': [exercise.answer(stamp)],
                    'truth': [list(true_pose(exercise.robot, stamp))]})
 
@@ -187,6 +188,8 @@ def test_every_message_of_a_slow_stream_arrives(contestants):
     assert contents(rows.values()) == {
         'CPU, 500 Hz': '% of a core', 'arrived, 500 Hz': '%', 'sent, 500 Hz': '%'}
     assert rows['arrived, 500 Hz'].values == {OURS: [100.0], PLAIN: [100.0]}
+    # A share in percent; a busy machine may send more slowly, and then catch up.
+    assert all(1.0 < max(values) < 200.0 for values in rows['sent, 500 Hz'].values.values())
 
 
 def test_bags_of_a_folder_are_read_one_by_one_and_as_one(contestants):
