@@ -42,9 +42,17 @@ _LISTENERS = {
     OURS: 'TransformListener, tf_tree_py',
 }
 
+# Of a control loop: the title, and whether the values span decades.
+_MEASURES = {
+    'a lookup, p50': ('a lookup, median', False),
+    'the loop wakes late, p99': ('loop wakes late, 99th perc.', True),
+    'CPU': ('CPU', False),
+}
+
 # From the bottom to the top.
 _MARKERS = {
     PYTRANSFORM: {'marker': '^', 'fillstyle': 'none'},
+    JAZZY: {'marker': 'v', 'fillstyle': 'none'},
     DEBIAN: {'marker': 's', 'fillstyle': 'none'},
     RUST: {'marker': 'D', 'fillstyle': 'none'},
     OURS: {'marker': 'o'},
@@ -99,7 +107,7 @@ def _lookups(rows: dict[str, Row]) -> Any:
             if points:
                 panel.plot(*zip(*points, strict=True), label=_LONG_NAMES.get(name, name),
                            markersize=4, **look)
-        _scale(panel, [1, 2, 5, 10, 38])
+        _scale(panel, [1, 2, 5, 10, 15, 38])
         panel.set_title(title, fontsize=10)
         panel.set_xlabel('moving edges between the frames')
     panels[0].set_ylabel('one lookup, fastest round [µs], logarithmic')
@@ -154,8 +162,7 @@ def _control(rows: dict[str, Row]) -> Any:
     from matplotlib import pyplot
     streams, measures = (list(dict.fromkeys(name.split(': ')[part] for name in rows))
                          for part in (0, 1))
-    chosen = [measure for measure in measures if not measure.endswith(('lookup, p99', 'p99.9'))
-              and any(_differs_from_zero(rows, stream, measure) for stream in streams)]
+    chosen = [measure for measure in measures if measure in _MEASURES]
     figure, panels = pyplot.subplots(1, len(chosen), figsize=(9.0, 3.0), layout='constrained',
                                      squeeze=False)
     for panel, measure in zip(panels[0], chosen, strict=True):
@@ -170,15 +177,16 @@ def _control(rows: dict[str, Row]) -> Any:
                                    for height in heights], fontsize=7)
         panel.set_xticks(range(len(streams)), [name.replace(' x ', ' × ') for name in streams],
                          fontsize=8)
-        panel.set_title(f'{measure} [{of_measure[0].unit}]', fontsize=9)
+        title, logarithmic = _MEASURES[measure]
+        if logarithmic:
+            panel.set_yscale('log')
+            panel.set_ylim(bottom=0.1)
+            panel.yaxis.set_major_formatter('{x:g}')
+        unit = of_measure[0].unit.replace('us', 'µs')
+        panel.set_title(f'{title} [{unit}]' + (', log.' if logarithmic else ''), fontsize=9)
     figure.legend(*panels[0][0].get_legend_handles_labels(), loc='outside lower center', ncols=3,
                   frameon=False, fontsize=8)
     return figure
-
-
-def _differs_from_zero(rows: dict[str, Row], stream: str, measure: str) -> bool:
-    row = rows.get(f'{stream}: {measure}')
-    return row is not None and any(spread(values).median for values in row.values.values())
 
 
 def _many(rows: dict[str, Row]) -> Any:
@@ -193,20 +201,22 @@ def _many(rows: dict[str, Row]) -> Any:
     for panel, row in zip(panels[0], chosen, strict=True):
         names = [name for name in _MARKERS if name in row.values]
         for height, name in enumerate(names):
-            median = spread(row.values[name]).median
-            panel.plot(median, height, color='black', markersize=8, linestyle='none',
+            # As in the text; see ``passages``.
+            fastest = spread(row.values[name]).least
+            panel.plot(fastest, height, color='black', markersize=8, linestyle='none',
                        **_MARKERS[name])
-            panel.annotate(f'{median:.3g} ms', (median, height), (9, 0), va='center',
+            label = f'{fastest:.3g}' if fastest < 100.0 else f'{fastest:,.0f}'
+            panel.annotate(f'{label} ms', (fastest, height), (9, 0), va='center',
                            textcoords='offset points', fontsize=9)
         panel.set_yticks(range(len(names)), [
-            f'{name}, a loop' if name == DEBIAN else name for name in names])
+            f'{name}, a loop' if name in (DEBIAN, JAZZY) else name for name in names])
         panel.set_ylim(-0.6, len(names) - 0.4)
         panel.set_xscale('log')
-        panel.set_xlim(1.0, 5000.0)
-        panel.set_xticks([1, 10, 100, 1000], ['1', '10', '100', '1000'])
+        panel.set_xlim(1.0, 10_000.0)
+        panel.set_xticks([1, 10, 100, 1000], ['1', '10', '100', '1,000'])
         panel.minorticks_off()
         panel.grid(visible=True, color='0.9')
         panel.set_axisbelow(True)
         panel.set_title(row.name, fontsize=10)
-        panel.set_xlabel('ms (logarithmic)')
+        panel.set_xlabel('fastest round [ms], logarithmic')
     return figure

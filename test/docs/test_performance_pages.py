@@ -3,6 +3,7 @@
 
 """The numbers of all pages are one measurement: the benchmark writes and renews them."""
 
+from dataclasses import replace
 from pathlib import Path
 import re
 import shutil
@@ -10,7 +11,8 @@ import shutil
 from benchmark import figures, publishing, report, stored
 from benchmark.__main__ import GROUPS
 from benchmark.passages import PASSAGES
-from benchmark.rows import GTSAM, JAZZY, Row, TF2_ROS
+from benchmark.rows import COMPILED, DEBIAN, GTSAM, JAZZY, OURS, Row, TF2_ROS
+from benchmark.timing import Spread
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -25,7 +27,7 @@ QUOTING = {'README.md', 'docs/beyond_tf2.md', 'docs/calibration.md', 'docs/conti
            'docs/robot_description.md', 'docs/several_robots.md', 'docs/tools.md'}
 
 # Figures of a benchmark in a table: numbers with one of its units.
-_FIGURE = re.compile(r'(?<![\w.])\d[\d,.]*(?= (?:us|ms|bytes)\b)')
+_FIGURE = re.compile(r'(?<![\w.])\d[\d,.]*(?= (?:us|ms|bytes|%))')
 
 
 @pytest.fixture
@@ -63,7 +65,8 @@ def scaled(results, factor):
         way: [value * factor for value in sorted(values)] for way, values in row.values.items()})
         for row in results.rows]
     for group, ratio in results.ratios:
-        next(row for row in rows if row.group == group).comparisons.append(ratio)
+        other = replace(ratio, spread=Spread(*(factor * part for part in ratio.spread)))
+        next(row for row in rows if row.group == group).comparisons.append(other)
     return rows
 
 
@@ -109,8 +112,8 @@ def test_tables_of_main_results_have_only_figures_of_passages():
         text = pages[page]
         covered = [passage.find(text).span() for passage in PASSAGES if passage.page == page]
         for found in _FIGURE.finditer(text, text.index(begin), text.index(end)):
-            given = {'20 ms', '30 ms'}      # of the task, not of a result
-            if text[found.start():found.end() + 3] not in given:
+            # The age of a stamp is of the task, and no result.
+            if not text.startswith('30 ms ago', found.start()):
                 assert any(first <= found.start() < last for first, last in covered), (
                     page, text[found.start() - 60:found.end() + 3])
 
@@ -175,9 +178,28 @@ def test_absent_contestants_that_are_quoted_are_named_with_their_remedy():
 
 
 def test_similar_names_of_contestants_are_distinguished():
-    passages = [figures.Passage('a.md', '{}', [figures.Measured('g', 'n', contestant=JAZZY)])]
-    absent = {'C++ tf2': 'a', JAZZY: 'b', 'tf2': 'c'}
-    assert figures.quoted(passages, absent) == {JAZZY: 'b'}
+    def quoted(figure):
+        absent = dict.fromkeys((DEBIAN, JAZZY, TF2_ROS, 'tf2', COMPILED), 'absent')
+        return set(figures.quoted([figures.Passage('a.md', '{}', [figure])], absent))
+
+    assert quoted(figures.Measured('g', 'n', contestant=JAZZY)) == {JAZZY}
+    assert quoted(figures.Measured('g', 'n', contestant=f'{JAZZY}, one by one')) == {JAZZY}
+    assert quoted(figures.Measured('g', 'n')) == set()
+    assert quoted(figures.Ratio('g', 'n', unit=f'x a loop of {DEBIAN}')) == {DEBIAN}
+    assert quoted(figures.FasterUpTo('n', TF2_ROS, (1,), COMPILED)) == {TF2_ROS, COMPILED}
+    assert quoted(figures.Date('p')) == quoted(figures.Commit('p')) == set()
+
+
+@pytest.mark.parametrize(('ours', 'reached'), [
+    ([9.0, 11.0, 9.0], '1'), ([9.0, 10.0, 11.0], '5'), ([1.0, 1.0, 1.0], '38'),
+    ([10.1, 1.0, 1.0], '0')])
+def test_depth_up_to_which_lookups_are_faster(ours, reached):
+    depths = 1, 5, 38
+    rows = [Row('depth', f'kind, depth {depth}', 'us', {
+        OURS: [99.0, mine, 99.0], TF2_ROS: [50.0, 10.0, 70.0]})
+        for depth, mine in zip(depths, ours, strict=True)]
+    results = stored.of_run(rows, MACHINE)
+    assert figures.FasterUpTo('kind', TF2_ROS, depths).text(results) == reached
 
 
 def test_figures_have_two_digits():
