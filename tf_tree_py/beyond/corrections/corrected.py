@@ -46,12 +46,13 @@ class CorrectedHistory(DynamicHistory):
 
     # --- inserting
 
-    def append(self, stamp: int, pose: bytes) -> bool:
+    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
         """Take the next sample; see ``History.append``."""
         correction = self.corrections.get(self.parent or '')
         if correction is not None:
-            pose = pack_pose(*correction.moved(stamp, unpack_pose(pose)))
-        return super().append(stamp, pose)
+            unpacked = correction.moved(stamp, unpacked or unpack_pose(pose))
+            pose = pack_pose(*unpacked)
+        return super().append(stamp, pose, unpacked)
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """Take a sample; see ``History.insert``."""

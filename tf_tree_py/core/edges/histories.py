@@ -92,7 +92,7 @@ class StaticHistory:
         """Return whether this is the parent."""
         return parent == self.parent
 
-    def append(self, stamp: int, pose: bytes) -> bool:
+    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
         """Return False: a static edge has no next sample."""
         return False
 
@@ -196,7 +196,10 @@ class DynamicHistory(PackedSamples):
             ended then.
         """
         if stamp == self.latest_stamp:
-            return self._latest_pose or self._unpack_latest()
+            latest = self._latest_pose
+            if latest is None:
+                latest = self._latest_pose = unpack_pose(self._poses, -POSE_BYTES)
+            return latest
         stamps, start = self._stamps, self._start
         after = bisect_right(stamps, stamp, start)
         if (not start < after < len(stamps)
@@ -314,10 +317,6 @@ class DynamicHistory(PackedSamples):
         if stamp in self._ends:
             return stamp + 1
         return self._stamps[index + 1] if index + 1 < len(self._stamps) else FOREVER
-
-    def _unpack_latest(self) -> PoseTuple:
-        self._latest_pose = pose = unpack_pose(self._poses, (len(self._stamps) - 1) * POSE_BYTES)
-        return pose
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
         """Return the error for a stamp without data."""

@@ -164,7 +164,7 @@ class PackedSamples:
         """Remove all samples."""
         self.parent: str | None = None
         self.latest_stamp: int | None = None
-        # The newest pose, unpacked when first needed.
+        # The newest pose; None until it is unpacked, when first needed.
         self._latest_pose: PoseTuple | None = None
         self._stamps = array('q')
         self._poses = array('d')
@@ -178,11 +178,12 @@ class PackedSamples:
         self._horizon = BEGINNING
         self._tidy_after = BEGINNING
 
-    def append(self, stamp: int, pose: bytes) -> bool:
+    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
         """
         Take the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
+        :param unpacked: the same as a tuple of plain floats, if the caller has it.
         :return: False in other cases, without any change: see ``insert``.
         """
         latest = self.latest_stamp
@@ -194,7 +195,7 @@ class PackedSamples:
         self._stamps.append(stamp)
         self._poses.frombytes(pose)
         self.latest_stamp = stamp
-        self._latest_pose = None
+        self._latest_pose = unpacked
         return True
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:

@@ -80,7 +80,7 @@ class Tree:
         parent, child, stamp, pose = sample
         history = self.histories.get(child)
         if (history is None or history.parent != parent or not is_sound(pose)
-                or not history.append(stamp, pack_pose(*pose))):
+                or not history.append(stamp, pack_pose(*pose), pose)):
             return False
         history.authority = authority
         return True
