@@ -17,6 +17,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, BufferCore, UNLIMITED
+from tf_tree_py.core.buffer.plain_buffer import DEFAULT_AUTHORITY
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.frame_names import rename
 from tf_tree_py.ros.messages.convert import as_sample
@@ -140,7 +141,8 @@ def _message_at(edges: list[motion.Edge], sample: int) -> TFMessage:
 
 
 def _insert_message(buffer: Buffer, message: TFMessage) -> None:
-    buffer.feeds.note(buffer.insert_many(map(as_sample, message.transforms)))
+    samples = [as_sample(transform) for transform in message.transforms]
+    buffer.feeds.note(buffer.intake.take(samples, DEFAULT_AUTHORITY, False))
 
 
 def _bytes_inserter(frame_filter: Collection[str] | None = None

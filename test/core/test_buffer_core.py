@@ -220,6 +220,27 @@ def test_stamp_that_no_sample_can_hold_changes_nothing(robot):
     assert robot.lookup('base_link', 'camera') == robot.lookup('base_link', 'camera', 12 * SECOND)
 
 
+def test_pose_that_is_none_leaves_out_all_samples(robot):
+    edges = robot.edges()
+    for pose in ((1.0, 2.0), np.eye(3), None):
+        with pytest.raises(InvalidArgumentException, match='pose'):
+            robot.insert_many([Sample('map', 'base_link', 14 * SECOND, Pose()),
+                               Sample('map', 'base_link', 15 * SECOND, pose)])
+    assert robot.edges() == edges
+
+
+@pytest.mark.parametrize('pose', [
+    (1, 0, 0, 0, 0, 0, 1), np.array([1, 0, 0, 0, 0, 0, 1], np.float32), Pose(x=1),
+    np.array([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])])
+def test_samples_with_poses_of_any_kind_are_found_as_floats(robot, pose):
+    for stamp in range(20, 23):
+        robot.insert_many([Sample('map', 'new', stamp, pose), Sample('new', 'tip', stamp, pose)])
+        for child, distance in (('new', 1.0), ('tip', 2.0)):
+            found = robot.lookup('map', child)
+            assert found == Pose(x=distance)
+            assert all(type(number) is float for number in found)
+
+
 def test_integers_of_numpy_are_stamps(robot):
     stamp = np.array([12 * SECOND])[0]
     assert robot.lookup('map', 'base_link', stamp) == robot.lookup(
@@ -241,7 +262,7 @@ def test_what_was_taken_before_something_broke_is_counted_and_wakes(broken, stat
             lambda: woken.append(True)).ask()
     before = buffer.statistics().accepted
     with pytest.raises((TypeError, ValueError)):
-        buffer.insert_many([Sample('map', 'base', 11, Pose()), broken], static=static)
+        buffer.intake.take([Sample('map', 'base', 11, Pose()), broken], 'test', static)
     assert buffer.statistics().accepted == before + 1
     assert woken == [True]
 

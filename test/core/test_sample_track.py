@@ -199,6 +199,8 @@ def test_many_rotations_are_poses():
     (np.eye(3), 'Rotation.from_matrix'), (np.eye(4)[:3], 'last row'),
     (None, 'None is not a pose'),
     ('here', "'here' is not a pose: a pose is a Pose, seven numbers"),
+    ('0000001', "'0000001' is not a pose"), (b'0000001', "b'0000001' is not a pose"),
+    ({0, 1, 2, 3, 4, 5, 6}, 'is not a pose'), (dict.fromkeys(range(7)), 'is not a pose'),
     (2 * np.eye(4), 'last row of the matrix is not 0 0 0 1'),
     (np.diag([2, 1, 1, 1]), 'not a rotation'), (np.eye(7), r'shape \(7, 7\)'),
     ({'x': 1.0}, "{'x': 1.0} is not a pose"),

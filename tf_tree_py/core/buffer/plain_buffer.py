@@ -107,9 +107,10 @@ class PlainBuffer(Queries):
         """
         Insert transforms while holding the lock once; see ``insert``.
 
-        If one of the names or stamps is invalid, none is inserted.
+        If a name or a stamp is invalid, or something is not a pose, none is inserted.
         """
-        samples = [admitted(sample) for sample in samples]
+        samples = [admitted(Sample(parent, child, stamp, checked_pose(pose)))
+                   for parent, child, stamp, pose in samples]
         return self._refusals.report(self.intake.take(samples, authority, static), strict)
 
     def insert_track(self, parent: str, child: str, stamps: StampsLike, poses: PosesLike, *,

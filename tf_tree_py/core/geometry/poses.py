@@ -47,6 +47,10 @@ PosesLike: TypeAlias = PoseLike | Sequence[PoseLike]
 # A quaternion whose squared length differs from one by less than this is used unchanged.
 UNIT_TOLERANCE = 1e-12
 
+# They may have seven parts that ``float`` converts, but characters are no coordinates, and a set
+# and a dictionary have no order that means x, y and z.
+_NEVER_POSES = str, bytes, set, frozenset, dict
+
 _WHAT = ('a pose is a Pose, seven numbers (x y z in metres, quaternion x y z w), a 4x4 matrix, or '
          'a Rotation or RigidTransform of scipy')
 _HINTS = {
@@ -67,6 +71,8 @@ def checked_pose(given: Any) -> PoseTuple:
     :raises InvalidArgumentException: not a pose, or a matrix that is not a rigid transform.
     """
     try:
+        if isinstance(given, _NEVER_POSES):
+            raise TypeError
         x, y, z, qx, qy, qz, qw = map(float, given)
         return (x, y, z, qx, qy, qz, qw)
     except (TypeError, ValueError):
