@@ -175,7 +175,8 @@ def _control(rows: dict[str, Row]) -> Any:
                              label=_LONG_NAMES.get(way, way), **_FILLS[way])
             panel.bar_label(bars, [f'{height:.2g}' if height < 10 else f'{height:.0f}'
                                    for height in heights], fontsize=7)
-        panel.set_xticks(range(len(streams)), [name.replace(' x ', ' × ') for name in streams],
+        panel.set_xticks(range(len(streams)), [
+            name.replace(' x ', ' × ').replace(', ', ',\n') for name in streams],
                          fontsize=8)
         title, logarithmic = _MEASURES[measure]
         if logarithmic:

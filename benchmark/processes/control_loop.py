@@ -48,8 +48,18 @@ class ControlLoop:
         return bool(self._buffer.can_transform(target, source, Time()))
 
     def run(self, target: str, source: str, rate_hz: float, behind_s: float,
-            seconds: float) -> dict[str, float]:
-        """Look up at a rate, at stamps a fixed time ago; return the measurements."""
+            seconds: float, listens: bool) -> dict[str, float]:
+        """
+        Look up at a rate; return the measurements.
+
+        :param behind_s: how much older than the present time the stamps are.
+        :param listens: False: stop listening first. The stamps are then in the interval that is
+            this much older than the newest sample.
+        """
+        newest = None
+        if not listens:
+            newest = self._buffer.get_latest_common_time(target, source).nanoseconds
+            self._listener.unregister()
         count, behind = round(seconds * rate_hz), round(behind_s * 1e9)
         late, spent, unanswered = [], [], 0
         used, begin = _cpu_s(), time.monotonic()
@@ -57,7 +67,8 @@ class ControlLoop:
             due = begin + number / rate_hz
             time.sleep(max(0.0, due - time.monotonic()))
             woken = time.monotonic()
-            stamp = Time(nanoseconds=time.time_ns() - behind)
+            present = time.time_ns() if newest is None else newest + number
+            stamp = Time(nanoseconds=present - behind)
             asked = time.perf_counter()
             try:
                 self._buffer.lookup_transform(target, source, stamp)
