@@ -129,7 +129,9 @@ def uncertain(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure lookups over five moving edges: uncertain, aided and predicted."""
     plain, small, large, aided = _filled(), _filled(_SMALL), _filled(2.0), _aided()
     corrected = _corrected()
-    few = max(effort.lookups // 50, 1)
+    # With a tenth of the lookups, turns take about as long as those of plain lookups. In shorter
+    # ones the first lookups, with cold caches, would count for more.
+    few = max(effort.lookups // 10, 1)
     turns = {
         _PLAIN: _asking(plain.lookup, effort.lookups),
         _BESIDE: _asking(small.lookup, effort.lookups),
