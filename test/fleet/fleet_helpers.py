@@ -138,8 +138,8 @@ def _sockets(kind, state):
 
 
 def listening():
-    """Return the addresses on which this process listens, in the kernel's format, with kinds."""
-    return {(local.partition(':')[0], kind)
+    """Return where this process listens: address and port in the kernel's format, and the kind."""
+    return {(*local.split(':'), kind)
             for kind, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07'))
             for local, _ in _sockets(kind, state)}
 

@@ -251,7 +251,8 @@ def test_id_of_an_expired_goal_may_be_used_again(asker, buffer, serve, make_node
         requests = [client.call_async(request_of(7, goal())) for _ in range(10)]
         accepted += sum(result_of(each).accepted for each in requests)
     assert result_of(executor.create_task(lambda: 'alive')) == 'alive'
-    assert asker.ask(goal())[0] == SUCCEEDED
+    # A busy machine may ask for a result after it has expired.
+    until(lambda: asker.ask(goal())[0] == SUCCEEDED)
 
 
 def test_expired_goals_are_forgotten_before_a_new_one_is_accepted(asker, buffer, serve,
