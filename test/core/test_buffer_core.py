@@ -220,7 +220,7 @@ def test_stamp_that_no_sample_can_hold_changes_nothing(robot):
     assert robot.lookup('base_link', 'camera') == robot.lookup('base_link', 'camera', 12 * SECOND)
 
 
-def test_pose_that_is_none_leaves_out_all_samples(robot):
+def test_insert_many_takes_no_sample_if_one_has_no_pose(robot):
     edges = robot.edges()
     for pose in ((1.0, 2.0), np.eye(3), None):
         with pytest.raises(InvalidArgumentException, match='pose'):

@@ -65,7 +65,7 @@ _PATIENCE_S = 10.0
 _LAST_READ_S = 1.0
 
 # A flood on one topic must not starve the others. Other threads get no turn between two messages,
-# although a control loop would wake 0.2 ms earlier: a thread that computes would keep each turn
+# although a control loop would then wake less late: a thread that computes would keep each turn
 # for 5 ms, and messages would be lost.
 _MAX_TAKEN_AT_ONCE = 100
 
