@@ -26,6 +26,7 @@ class Panel(NamedTuple):
 
     :ivar group: of its rows, whose names begin with ``kind``.
     :ivar logarithmic: whether the values span decades; otherwise their axis begins at zero.
+    :ivar part: of the rounds, such as the least, which is that of the fastest.
     """
 
     group: str
@@ -34,6 +35,7 @@ class Panel(NamedTuple):
     across: str
     up: str
     logarithmic: bool = False
+    part: str = 'least'
 
 
 PANELS = (
@@ -47,11 +49,11 @@ PANELS = (
     Panel('growth_frames', 'whole tree', 'all frames at once', 'frames in the tree',
           'time per frame [µs]'),
     Panel('growth_threads', 'in total', 'threads on one buffer', 'threads',
-          'lookups per second'),
+          'lookups per second', part='greatest'),
     Panel('growth_memory', 'in all', 'memory of a sample', 'samples of each edge',
           'bytes per sample'),
     Panel('growth_rates', 'CPU', 'listening to /tf', 'messages per second',
-          'CPU [% of a core]'),
+          'CPU [% of a core]', part='median'),
     Panel('growth_bags', 'open each, and a lookup', 'bags opened one by one', 'bags',
           'CPU per bag [ms]'),
 )
@@ -90,12 +92,12 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
 
 
 def _points(rows: Sequence[Row], panel: Panel) -> Iterator[tuple[int, dict[str, float]]]:
-    """Yield each size with the median of every contestant."""
+    """Yield each size with one round of every contestant."""
     for row in rows:
         named = re.fullmatch(re.escape(panel.kind) + r', ([\d,]+) \w+', row.name)
         if row.group == panel.group and named:
             yield int(named[1].replace(',', '')), {
-                name: spread(values).median for name, values in row.values.items()}
+                name: getattr(spread(values), panel.part) for name, values in row.values.items()}
 
 
 def _axes(axes: Any, panel: Panel, sizes: Sequence[int]) -> None:

@@ -3,6 +3,7 @@
 
 """The page of growing work has all sizes that the benchmark measures, and the plot reads them."""
 
+import operator
 from pathlib import Path
 
 from benchmark import growth_plot, plots, stored
@@ -37,10 +38,11 @@ def test_every_panel_of_the_plot_has_its_lines_and_axes(rows):
         contestants = {name for _, values in points for name in values}
         assert len(axes.lines) == len(contestants & set(growth_plot.ORDER)) > 0, panel
         assert axes.get_xlabel() and axes.get_ylabel(), panel
-        # A cell of a table begins with the median.
-        medians = [row.values[OURS][0] for row in rows if row.group == panel.group
-                   and row.name.startswith(f'{panel.kind}, ')]
-        assert axes.lines[0].get_ydata().tolist() == medians, panel
+        # A cell of a table has the median, the least and the greatest.
+        drawn_of = {'median': operator.itemgetter(0), 'least': min, 'greatest': max}[panel.part]
+        drawn_values = [drawn_of(row.values[OURS]) for row in rows if row.group == panel.group
+                        and row.name.startswith(f'{panel.kind}, ')]
+        assert axes.lines[0].get_ydata().tolist() == drawn_values, panel
         # No value lies outside its panel.
         low, high = axes.get_ylim()
         assert all(low <= value <= high for line in axes.lines for value in line.get_ydata())
