@@ -92,7 +92,7 @@ def _readme() -> Iterable[Passage]:
                   [_depth(TF2_ROS, depth), _depth(COMPILED, depth)])
     yield say("a loop over tf2's C++ buffer | {} ms | {} ms | `many` |",
               _many('100,000', JAZZY, OURS))
-    yield say('were measured in turns, in the run of {}.', [Date(_RUN)])
+    yield say('or of listeners at the same time, in the run of {}.', [Date(_RUN)])
     yield say('a lookup over up to {} moving edges takes no longer', [
         FasterUpTo(_RECENT, TF2_ROS, (1, 5, 10, 38))])
     yield say('with compiled formulas, over up to {}.', [
@@ -145,6 +145,8 @@ def _performance() -> Iterable[Passage]:
         FasterUpTo(_RECENT, TF2_ROS, _DEPTHS)])
     yield say('with [compiled formulas](installing.md#compiled-formulas) over up to {}.', [
         FasterUpTo(_RECENT, TF2_ROS, _DEPTHS, COMPILED)])
+    yield say('is slower than a lookup here over up to {} edges', [
+        FasterUpTo(_RECENT, JAZZY, (1, 2, 3, *_DEPTHS[1:]))])
 
 
 def _details() -> Iterable[Passage]:
@@ -325,6 +327,8 @@ def _growth() -> Iterable[Passage]:
                for way in (OURS, TF2_ROS, DEBIAN) for count in ends])
     yield say('each costs {} times as much as of 10.',
               [Ratio('growth_frames', 'whole tree, 10,000 frames', unit='x 10 frames')])
+    yield say('and an insertion {} times as much.',
+              [Ratio('growth_frames', 'insertion, 10,000 frames', unit='x 10 frames')])
     yield say('answers {} lookups a second; two answer {} in total, and eight {} (tf2_ros: {}, {} '
               'and {}).',
               [Measured('growth_threads', f'in total, {count}', 'greatest', contestant=way)
@@ -335,8 +339,8 @@ def _growth() -> Iterable[Passage]:
                *_of('growth_memory', 'in all, 1,000 samples', JAZZY)])
     yield say('Ten times as many messages cost {} times the CPU.',
               [Ratio('growth_rates', 'CPU, 5,000 Hz', unit='x 500 Hz')])
-    yield say('Of 5,000 a second {} % arrive, and {} % at the plain subscription.',
-              _of('growth_rates', 'arrived, 5,000 Hz', OURS, PLAIN))
+    yield say('Of 5,000 a second {} % arrive, and at least {} % at the plain subscription.',
+              _fastest('growth_rates', 'arrived, 5,000 Hz', OURS, PLAIN))
     each, one = 'open each, and a lookup', 'open as one bag'
     yield say('a single bag takes {} ms, and each of 300 {} ms if they are opened one by one, or '
               '{} ms as the parts of one bag. A lookup in that bag takes {} us with one part, and '
