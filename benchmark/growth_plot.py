@@ -26,7 +26,7 @@ class Panel(NamedTuple):
 
     :ivar group: of its rows, whose names begin with ``kind``.
     :ivar logarithmic: whether the values span decades; otherwise their axis begins at zero.
-    :ivar part: of the rounds, such as the least, which is that of the fastest.
+    :ivar part: of the rounds: 'least', 'median' or 'greatest'.
     """
 
     group: str
@@ -92,7 +92,7 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
 
 
 def _points(rows: Sequence[Row], panel: Panel) -> Iterator[tuple[int, dict[str, float]]]:
-    """Yield each size with one round of every contestant."""
+    """Yield each size with this part of the rounds of every contestant."""
     for row in rows:
         named = re.fullmatch(re.escape(panel.kind) + r', ([\d,]+) \w+', row.name)
         if row.group == panel.group and named:

@@ -92,7 +92,7 @@ def _readme() -> Iterable[Passage]:
                   [_depth(TF2_ROS, depth), _depth(COMPILED, depth)])
     yield say("a loop over tf2's C++ buffer | {} ms | {} ms | `many` |",
               _many('100,000', JAZZY, OURS))
-    yield say('or of listeners at the same time, in the run of {}.', [Date(_RUN)])
+    yield say('(those of listeners at the same time), in the run of {}.', [Date(_RUN)])
     yield say('a lookup over up to {} moving edges takes no longer', [
         FasterUpTo(_RECENT, TF2_ROS, (1, 5, 10, 38))])
     yield say('with compiled formulas, over up to {}.', [
@@ -141,9 +141,9 @@ def _performance() -> Iterable[Passage]:
     yield say('per transform | {} us | a loop over rosbags | {} us | | | | Rust | {} us | | | | '
               "rosbags' raw bytes, not decoded | {} us |",
               _of('bag', _BAG[0], OURS, 'rosbags, a loop', RUST, 'rosbags, raw'))
-    yield say('Over up to {} moving edges, of the numbers', [
+    yield say('a lookup of 30 ms ago over up to {} moving edges takes no longer here', [
         FasterUpTo(_RECENT, TF2_ROS, _DEPTHS)])
-    yield say('with [compiled formulas](installing.md#compiled-formulas) over up to {}.', [
+    yield say('with [compiled formulas](installing.md#compiled-formulas) over up to {} edges.', [
         FasterUpTo(_RECENT, TF2_ROS, _DEPTHS, COMPILED)])
     yield say('is slower than a lookup here over up to {} edges', [
         FasterUpTo(_RECENT, JAZZY, (1, 2, 3, *_DEPTHS[1:]))])
@@ -265,9 +265,9 @@ def _beyond() -> Iterable[Passage]:
     plain = 'x a plain lookup'
     yield say('of the same run ({} us there)', _of('uncertain', '5 moving edges', 'plain'))
     for words, name, unit in (
-            ('`lookup`, edges with covariances |', 'a plain lookup of uncertain edges',
+            ('`lookup` over edges with covariances |', 'a plain lookup of uncertain edges',
              'x one of certain edges'),
-            ('`lookup`, edges that were corrected |', 'a plain lookup of corrected edges',
+            ('`lookup` over corrected edges |', 'a plain lookup of corrected edges',
              'x one of edges that never were'),
             ('again between the same two poses |', 'the same, edges aided', plain),
             ('`lookup_uncertain`, 0.1° per edge |', 'lookup_uncertain', plain),
@@ -340,7 +340,8 @@ def _growth() -> Iterable[Passage]:
     yield say('Ten times as many messages cost {} times the CPU.',
               [Ratio('growth_rates', 'CPU, 5,000 Hz', unit='x 500 Hz')])
     yield say('Of 5,000 a second {} % arrive, and at least {} % at the plain subscription.',
-              _fastest('growth_rates', 'arrived, 5,000 Hz', OURS, PLAIN))
+              [Measured('growth_rates', 'arrived, 5,000 Hz', 'least', contestant=way)
+               for way in (OURS, PLAIN)])
     each, one = 'open each, and a lookup', 'open as one bag'
     yield say('a single bag takes {} ms, and each of 300 {} ms if they are opened one by one, or '
               '{} ms as the parts of one bag. A lookup in that bag takes {} us with one part, and '
