@@ -37,7 +37,9 @@ DEFAULT_WAITING = 64_000_000
 _OVERHEAD = 500
 
 
-class _Waiting(NamedTuple, Generic[Item]):
+# Python 3.10 has no generic NamedTuple.
+@dataclass(frozen=True)
+class _Waiting(Generic[Item]):
     item: Item
     size: int
 
