@@ -70,9 +70,10 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
     found = {(panel.group, panel.kind): list(_points(rows, panel)) for panel in PANELS}
     if not any(found.values()):
         return None
-    from matplotlib import pyplot
+    from matplotlib.figure import Figure
     looks, long_names = {**looks, **_LOOKS}, {**long_names, **_LONG_NAMES}
-    drawing, panels = pyplot.subplots(3, 3, figsize=(9.0, 7.8), layout='constrained')
+    drawing = Figure(figsize=(9.0, 7.8), layout='constrained')
+    panels = drawing.subplots(3, 3)
     legend = {}
     for axes, panel in zip(panels.flat, PANELS, strict=True):
         points = found[panel.group, panel.kind]

@@ -3,7 +3,7 @@
 
 """Plots of the results, readable in black and white."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,19 +66,29 @@ def draw(folder: Path, rows: Sequence[Row]) -> list[Path]:
     :raises ImportError: matplotlib is not installed.
     """
     import matplotlib
-    matplotlib.use('Agg')
-    # Identical data produces identical files.
-    matplotlib.rcParams.update({'svg.hashsalt': 'tf_tree_py', 'font.size': 10,
-                                'axes.spines.top': False, 'axes.spines.right': False})
+    # With the salt, identical data produces identical files.
+    with matplotlib.rc_context({'svg.hashsalt': 'tf_tree_py', 'font.size': 10,
+                                'axes.spines.top': False, 'axes.spines.right': False}):
+        return list(_drawn(folder, rows))
+
+
+def _drawn(folder: Path, rows: Sequence[Row]) -> Iterator[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     plots = {'lookups': _lookups, 'listener': _listener, 'many': _many, 'control': _control}
-    written = []
     for name, plot in plots.items():
         figure = plot({row.name: row for row in rows if row.group == _GROUPS[name]})
         if figure is not None:
-            written += _save(figure, folder / f'performance_{name}')
+            yield from _save(figure, folder / f'performance_{name}')
     grown = growth_plot.figure(rows, _LOOKS, _LONG_NAMES)
-    return written if grown is None else written + _save(grown, folder / 'performance_growth')
+    if grown is not None:
+        yield from _save(grown, folder / 'performance_growth')
+
+
+def _panels(columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, Any]:
+    """Return a figure and its panels, in one row; ``size`` is in inches."""
+    from matplotlib.figure import Figure
+    figure = Figure(figsize=size, layout='constrained')
+    return figure, figure.subplots(1, columns, **options)
 
 
 _GROUPS = {'lookups': 'depth', 'listener': 'listener', 'many': 'many', 'control': 'control'}
@@ -95,8 +105,7 @@ def _lookups(rows: dict[str, Row]) -> Any:
     """Return a plot of the lookup time against the depth."""
     if not rows:
         return None
-    from matplotlib import pyplot
-    figure, panels = pyplot.subplots(1, 2, figsize=(8.0, 4.2), sharey=True, layout='constrained')
+    figure, panels = _panels(2, (8.0, 4.2), sharey=True)
     for panel, where, title in zip(panels, ('30 ms old', 'latest'),
                                    ('30 ms before the newest sample', 'the latest'), strict=True):
         for name, look in _LOOKS.items():
@@ -132,9 +141,8 @@ def _listener(rows: dict[str, Row]) -> Any:
     rows = {name: row for name, row in rows.items() if PLAIN in row.values}
     if not rows:
         return None
-    from matplotlib import pyplot
     ways = [way for way in _LISTENERS if any(way in row.values for row in rows.values())]
-    figure, panel = pyplot.subplots(figsize=(7.0, 3.2), layout='constrained')
+    figure, panel = _panels(1, (7.0, 3.2))
     width = 0.78 / len(ways)
     for place, way in enumerate(ways):
         heights = [_percent(row, way) if way in row.values else 0.0 for row in rows.values()]
@@ -159,12 +167,10 @@ def _control(rows: dict[str, Row]) -> Any:
     """Return a plot of a control loop, one panel per measure, compared with tf2_ros."""
     if not rows:
         return None
-    from matplotlib import pyplot
     streams, measures = (list(dict.fromkeys(name.split(': ')[part] for name in rows))
                          for part in (0, 1))
     chosen = [measure for measure in measures if measure in _MEASURES]
-    figure, panels = pyplot.subplots(1, len(chosen), figsize=(9.0, 3.0), layout='constrained',
-                                     squeeze=False)
+    figure, panels = _panels(len(chosen), (9.0, 3.0), squeeze=False)
     for panel, measure in zip(panels[0], chosen, strict=True):
         of_measure = [rows[f'{stream}: {measure}'] for stream in streams
                       if f'{stream}: {measure}' in rows]
@@ -196,9 +202,7 @@ def _many(rows: dict[str, Row]) -> Any:
               if name in ('100,000 stamps, sorted', '100,000 stamps, shuffled')]
     if not chosen:
         return None
-    from matplotlib import pyplot
-    figure, panels = pyplot.subplots(1, len(chosen), figsize=(8.0, 2.4), sharex=True, sharey=True,
-                                     layout='constrained', squeeze=False)
+    figure, panels = _panels(len(chosen), (8.0, 2.4), sharex=True, sharey=True, squeeze=False)
     for panel, row in zip(panels[0], chosen, strict=True):
         names = [name for name in _MARKERS if name in row.values]
         for height, name in enumerate(names):

@@ -20,8 +20,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
-matplotlib.rcParams.update({'svg.hashsalt': 'tf_tree_py', 'font.size': 10})
-
 DESIGN = Path(__file__).parents[1] / 'design.md'
 PICTURE = DESIGN.parent / 'images' / 'rooms.svg'
 BEGIN, END = '<!-- rooms: written by docs/figures/rooms.py -->\n', '<!-- end of rooms -->\n'
@@ -105,7 +103,7 @@ def draw(axes: Axes, box: Box) -> None:
 
 
 def picture() -> Figure:
-    """Return the picture of all layers and rooms."""
+    """Return the picture of all layers and rooms; all its sizes are given."""
     everything = list(boxes())
     width = max(box.x + box.width for box in everything) + GAP
     height = max(box.y + box.height for box in everything) + GAP
@@ -133,7 +131,9 @@ def table() -> str:
 
 def main() -> None:
     """Write the picture and the table."""
-    picture().savefig(PICTURE, metadata={'Date': None})
+    # With the salt, the same picture is the same file.
+    with matplotlib.rc_context({'svg.hashsalt': 'tf_tree_py'}):
+        picture().savefig(PICTURE, metadata={'Date': None})
     before, _, rest = DESIGN.read_text().partition(BEGIN)
     DESIGN.write_text(before + BEGIN + table() + END + rest.partition(END)[2])
 
