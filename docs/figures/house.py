@@ -30,7 +30,9 @@ class Layer(NamedTuple):
 
 
 LAYERS = {
-    'interfaces': Layer('', needs='numpy'),
+    'interfaces': Layer('', needs='numpy rosidl_adapter rosidl_generator_c rosidl_generator_py '
+                        'rosidl_generator_type_description rosidl_typesupport_c '
+                        'rosidl_typesupport_fastrtps_c rosidl_typesupport_introspection_c'),
     'command': Layer('core', needs=''),
     'deprecation': Layer('', needs=''),
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),

@@ -11,7 +11,7 @@ import sys
 
 from ament_index_python.packages import get_package_prefix
 from programs import PATIENCE_S
-from tf_tree_py.interfaces.building import differing
+from tf_tree_py.interfaces.type_hashes import differing
 
 PREFIX = get_package_prefix('tf2_msgs')
 

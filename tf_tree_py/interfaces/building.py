@@ -2,63 +2,30 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Builds tf2_msgs from its definitions, with CMake and the generators in the wheels.
+Builds tf2_msgs from its definitions, with a C++ compiler and the generators in the wheels.
 
-The type hashes are compared: nodes can communicate if these are equal.
+The result is a Python package with one extension module, which is also the libraries that
+``rosidl_typesupport_c`` loads by name. It is for rclpy with Fast DDS: it has no type support for
+C++, and nothing that other packages could compile against.
 """
 
-import json
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 import os
 from pathlib import Path
+import shlex
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tempfile
 
-from .cmake_exports import repair
+import numpy as np
 
-TYPE_HASHES = {
-    'tf2_msgs/msg/TFMessage':
-        'RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087',
-    'tf2_msgs/msg/TF2Error':
-        'RIHS01_db2485e7d6a0ec75bf087e058ee45df682acc3a621ca7780503d10aac141809a',
-    'tf2_msgs/srv/FrameGraph':
-        'RIHS01_0d1fbc6222c018ba5f33822904a2fdd4063705289956d3fdde07cd8c50fe8067',
-    'tf2_msgs/action/LookupTransform':
-        'RIHS01_0b8adf6bc0b5958879e3265b41a457e03558fe523890a81252c70eba97a82c5d',
-}
-"""The type hashes of ROS 2 Jazzy's own tf2_msgs."""
+from .generating import DEFINITIONS, definitions, PACKAGE, TYPE_SUPPORTS
+from .kept import Kept
+from .type_hashes import differing, TYPE_HASHES
 
-
-def installed_hash(prefix: Path, type_name: str) -> str | None:
-    """
-    Return the type hash of a type in an installed package.
-
-    :param prefix: the folder that has the package's ``share``.
-    :param type_name: such as ``tf2_msgs/msg/TFMessage``.
-    :return: None if the package or the type is not installed.
-    """
-    package, kind, name = type_name.split('/')
-    description = prefix / 'share' / package / kind / f'{name}.json'
-    if not description.is_file():
-        return None
-    hashes = {entry['type_name']: entry['hash_string']
-              for entry in json.loads(description.read_text())['type_hashes']}
-    return hashes.get(type_name)
-
-
-def differing(prefix: Path) -> list[str]:
-    """Return the types of an installed tf2_msgs that are not Jazzy's."""
-    return [name for name, expected in TYPE_HASHES.items()
-            if installed_hash(prefix, name) != expected]
-
-
-# --- building
-
-DEFINITIONS = Path(__file__).with_name('tf2_msgs')
-
-_PACKAGE = 'tf2_msgs'
 _END_OF_LOG = 3000
 
 
@@ -70,7 +37,7 @@ def find() -> Path | None:
     """Return the folder that contains tf2_msgs: in a sourced ROS 2, or in this environment."""
     sourced = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     for prefix in (*filter(None, sourced), sys.prefix):
-        if Path(prefix, 'share', _PACKAGE, 'package.xml').is_file():
+        if Path(prefix, 'share', PACKAGE, 'package.xml').is_file():
             return Path(prefix)
     return None
 
@@ -81,49 +48,209 @@ def demand_what_it_takes(prefix: Path) -> None:
 
     :raises CannotBuild: a requirement is missing; the text names what to install.
     """
-    if not (prefix / 'share' / 'rosidl_default_generators').is_dir():
+    if not (prefix / 'share' / 'rosidl_generator_py').is_dir():
         raise CannotBuild(
             f"{prefix} has no wheels of ROS 2. To install them, run pip install '.[jazzy]' (or "
-            "'.[kilted]') in a checkout of this package, in a venv of Python 3.12. Where ROS 2 is "
-            'installed by its packages: source it, and sudo apt install ros-$ROS_DISTRO-tf2-msgs')
-    if not any(map(shutil.which, filter(None, (os.environ.get('CXX'), 'c++')))):
-        raise CannotBuild('the build needs a C++ compiler: sudo apt install g++')
+            "'.[kilted]') in a checkout of this package, in a venv of Python 3.10 to 3.14. Where "
+            'ROS 2 is installed by its packages: source it, and sudo apt install '
+            'ros-$ROS_DISTRO-tf2-msgs')
+    if shutil.which(_compiler()[0]) is None:
+        raise CannotBuild(
+            f'the build needs a C++ compiler, and there is no {_compiler()[0]}: sudo apt install '
+            'g++')
     if not Path(sysconfig.get_paths()['include'], 'Python.h').is_file():
-        raise CannotBuild("the build needs Python's headers: sudo apt install python3.12-dev")
+        raise CannotBuild("the build needs Python's headers: sudo apt install "
+                          f'python{sysconfig.get_python_version()}-dev')
 
 
-def build(prefix: Path) -> None:
+def sources() -> list[Path]:
+    """Return the files that determine a build, besides the wheels: ours."""
+    folder = Path(__file__).parent
+    return [*folder.glob('*.py'), DEFINITIONS / 'package.xml',
+            *(DEFINITIONS / file for file in definitions())]
+
+
+def build(prefix: Path, kept: Kept | None = None,
+          report: Callable[[str], None] = lambda _: None) -> None:
     """
-    Build tf2_msgs into an environment that has the wheels of ROS 2 Jazzy.
-
-    It takes about twenty seconds. ``installed_hash`` checks that the types are those of Jazzy.
+    Build tf2_msgs into an environment that has the wheels of ROS 2, or copy an earlier build.
 
     :param prefix: the folder of the environment; its Python is the one that runs.
-    :raises CannotBuild: a requirement is missing, or the build failed.
+    :param kept: where earlier builds are kept; by default nowhere.
+    :param report: gets a line for a person: what is done now.
+    :raises CannotBuild: a requirement is missing, the build failed, or its types are not those
+        of Jazzy. Then nothing is installed.
     """
+    earlier = kept.find() if kept else None
+    if earlier and not _fault_of(earlier, prefix):
+        report(f'copying it from {earlier} into {prefix}')
+        _install(earlier, prefix)
+        return
     demand_what_it_takes(prefix)
-    repair(prefix)
-    with tempfile.TemporaryDirectory(prefix='tf2_msgs_') as folder:
-        _run('cmake', '-S', str(DEFINITIONS), '-B', folder, '-G', 'Ninja', '-DBUILD_TESTING=OFF',
-             '-DCMAKE_BUILD_TYPE=Release', f'-DCMAKE_INSTALL_PREFIX={prefix}',
-             f'-DPython3_EXECUTABLE={sys.executable}', prefix=prefix)
-        _run('cmake', '--build', folder, '--target', 'install', prefix=prefix)
+    report(f'building it into {prefix}, which takes about five seconds')
+    with tempfile.TemporaryDirectory(prefix=f'{PACKAGE}_') as folder:
+        generated, image = Path(folder, 'generated'), Path(folder, 'image')
+        _run(sys.executable, '-m', f'{__package__}.generating', str(generated), prefix=prefix)
+        _lay_out(generated, image)
+        _compile(generated, image, prefix)
+        if fault := _fault_of(image, prefix):
+            raise CannotBuild(f'it was built, but {fault}')
+        _install(image, prefix)
+        if kept:
+            kept.keep(image)
 
 
-def _run(*command: str, prefix: Path) -> None:
-    # Only this environment is searched, and its own programs come first.
-    environment = {
-        **os.environ,
-        'AMENT_PREFIX_PATH': str(prefix),
-        'CMAKE_PREFIX_PATH': str(prefix),
-        'PATH': os.pathsep.join((str(prefix / 'bin'), os.environ.get('PATH', os.defpath))),
-    }
+# --- the image: what an environment gets, in the folders python, lib and share
+
+def _lay_out(generated: Path, image: Path) -> None:
+    """Copy all that is not compiled from the generated files."""
+    shutil.copytree(generated / 'py' / PACKAGE, image / 'python' / PACKAGE,
+                    ignore=shutil.ignore_patterns('*.c'))
+    (image / 'python' / PACKAGE / '__init__.py').touch()
+    share = image / 'share' / PACKAGE
+    for kind in {file.parent for file in definitions()}:
+        shutil.copytree(generated / kind, share / kind)
+        shutil.copytree(DEFINITIONS / kind, share / kind, dirs_exist_ok=True)
+    shutil.copy(DEFINITIONS / 'package.xml', share)
+    names = sorted(str(file.with_suffix(suffix))
+                   for file in definitions() for suffix in (file.suffix, '.idl'))
+    for resource, content in (('packages', ''), ('rosidl_interfaces', '\n'.join(names))):
+        (image / _INDEX / resource).mkdir(parents=True)
+        (image / _INDEX / resource / PACKAGE).write_text(content)
+
+
+def _install(image: Path, prefix: Path) -> None:
+    """Copy an image into an environment; package.xml, which ``find`` looks for, comes last."""
+    folder = Path(sysconfig.get_path('platlib', vars={'platbase': str(prefix)}))
+    shutil.copytree(image / 'python', folder, dirs_exist_ok=True)
+    _link(folder, prefix / 'lib')
+    manifest = Path('share', PACKAGE, 'package.xml')
+    shutil.copytree(image / 'share', prefix / 'share', dirs_exist_ok=True,
+                    ignore=shutil.ignore_patterns(manifest.name))
+    shutil.copy(image / manifest, prefix / manifest)
+
+
+def _module(folder: Path) -> Path:
+    """Return the extension module below a folder of Python packages."""
+    suffix = sysconfig.get_config_var('EXT_SUFFIX')
+    return folder / PACKAGE / f'{PACKAGE}_s__rosidl_typesupport_c{suffix}'
+
+
+def _link(python: Path, libraries: Path) -> None:
+    """Give the module the names by which the type supports are loaded."""
+    libraries.mkdir(exist_ok=True)
+    for type_support in TYPE_SUPPORTS:
+        link = libraries / _library(type_support)
+        link.unlink(missing_ok=True)
+        link.symlink_to(os.path.relpath(_module(python), libraries))
+
+
+def _library(type_support: str) -> str:
+    return f'lib{PACKAGE}__{type_support}.so'
+
+
+_INDEX = Path('share', 'ament_index', 'resource_index')
+_FILES = [Path('share', PACKAGE, 'package.xml'), _INDEX / 'packages' / PACKAGE,
+          _INDEX / 'rosidl_interfaces' / PACKAGE,
+          *(Path('share', PACKAGE, file) for file in definitions())]
+"""Of an image, besides what is loaded and the descriptions of the types."""
+
+_LOAD = """
+import ctypes
+import importlib
+for library in {libraries}:
+    ctypes.CDLL(library)
+for name in {names}:
+    package, kind, name = name.split('/')
+    type_ = getattr(importlib.import_module(f'{{package}}.{{kind}}'), name)
+    type(type_).__import_type_support__()
+    assert type(type_)._TYPE_SUPPORT is not None
+"""
+
+
+def _fault_of(image: Path, prefix: Path) -> str:
+    """Return what is wrong with an image, which may be damaged; nothing if it can be installed."""
     try:
-        done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    except FileNotFoundError:
-        raise CannotBuild(
-            f"{command[0]} is missing: run pip install '.[jazzy]' in a checkout of this package"
-        ) from None
+        wrong = differing(image)
+    except (ValueError, LookupError) as error:
+        wrong = [str(error)]
+    if wrong:
+        return f'differs from that of ROS 2 Jazzy in these types: {", ".join(wrong)}'
+    if missing := [str(path) for path in _FILES if not (image / path).is_file()]:
+        return f'lacks {", ".join(missing)}'
+    program = _LOAD.format(names=list(TYPE_HASHES), libraries=[*map(_library, TYPE_SUPPORTS)])
+    paths = {name: os.pathsep.join((str(image / folder), os.environ.get(name, '')))
+             for name, folder in (('PYTHONPATH', 'python'), ('LD_LIBRARY_PATH', 'lib'))}
+    try:
+        # All symbols are resolved at once.
+        _run(sys.executable, '-c', program, prefix=prefix, LD_BIND_NOW='1', **paths)
+    except CannotBuild as error:
+        return f'does not load:\n{error}'
+    return ''
+
+
+# --- compiling
+
+_LINKED_PACKAGES = ('action_msgs', 'builtin_interfaces', 'geometry_msgs', 'service_msgs',
+                    'unique_identifier_msgs')
+_LINKED_PARTS = ('rosidl_generator_c', 'rosidl_generator_py', 'rosidl_typesupport_c',
+                 *TYPE_SUPPORTS)
+_LINKED = ('fastcdr', 'rcutils', 'rmw', 'rosidl_runtime_c', 'rosidl_typesupport_c',
+           'rosidl_typesupport_fastrtps_cpp', *TYPE_SUPPORTS,
+           *(f'{package}__{part}' for package in _LINKED_PACKAGES for part in _LINKED_PARTS))
+
+
+def _compile(sources: Path, image: Path, prefix: Path) -> None:
+    """Compile the generated sources to the extension module that rclpy imports."""
+    headers = (*sources.iterdir(), Path(sysconfig.get_paths()['include']), np.get_include(),
+               prefix / 'include', *sorted((prefix / 'include').iterdir()))
+    options = ['-O1', '-fPIC', '-w', *(f'-I{folder}' for folder in headers)]
+
+    def compiled(unit: Path) -> str:
+        language = 'c' if unit.suffix == '.c' else 'c++'
+        _run(*_compiler(), '-x', language, *options, '-c', str(unit), '-o', f'{unit}.o',
+             prefix=prefix)
+        return f'{unit}.o'
+
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        objects = list(threads.map(compiled, _units(sources)))
+    python = image / 'python'
+    _run(*_compiler(), '-shared', '-o', str(_module(python)), *objects, f'-L{prefix / "lib"}',
+         '-Wl,--as-needed', *(f'-l{library}' for library in _LINKED), prefix=prefix)
+    _link(python, image / 'lib')
+
+
+def _units(sources: Path) -> list[Path]:
+    """
+    Write files that include the generated ones, for the compiler to read each header once.
+
+    That takes a quarter of the time. All C++ is one unit, which takes longest and comes first.
+    The C of several interfaces cannot be one, because it has static names in common.
+    """
+    parts = {'all.cpp': [*sources.rglob('*.cpp')],
+             'module.c': [*sources.glob(f'py/{PACKAGE}/*.c')]}
+    for functions in sources.rglob('*__functions.c'):
+        name = functions.name.removesuffix('__functions.c')
+        parts[f'{name}.c'] = [*sources.rglob(f'{name}__*.c'), *sources.rglob(f'_{name}_s.c')]
+    for unit, included in parts.items():
+        text = ''.join(f'#include "{file}"\n' for file in sorted(included))
+        (sources / unit).write_text(text)
+    return [sources / unit for unit in parts]
+
+
+def _compiler() -> list[str]:
+    named = os.environ.get('CXX', '')
+    try:
+        return shlex.split(named) or ['c++']
+    except ValueError as error:
+        raise CannotBuild(f'CXX={named} cannot be split into words: {error}') from None
+
+
+def _run(*command: str, prefix: Path, **variables: str) -> None:
+    # Only this environment is searched.
+    environment = {**os.environ, 'AMENT_PREFIX_PATH': str(prefix), **variables}
+    done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     if done.returncode:
-        raise CannotBuild(f'{" ".join(command[:2])} failed:\n{done.stdout[-_END_OF_LOG:]}')
+        raise CannotBuild(
+            f'{shlex.join(command)[:200]} failed:\n{done.stdout[-_END_OF_LOG:]}')
