@@ -25,8 +25,10 @@ def test_file_can_be_read_and_what_it_names_is_there(file):
 def test_all_is_tested_before_a_release():
     jobs = {file.stem: yaml.safe_load(file.read_text())['jobs']
             for file in FILES if file.parent.name == 'workflows'}
-    for job in jobs['test'].values():
-        assert any('.ci/run' in step.get('run', '') for step in job['steps'])
+    commands = {name: ' '.join(step.get('run', '') for step in job['steps'])
+                for name, job in jobs['test'].items()}
+    assert 'scripts/test --python' in commands.pop('pythons')
+    assert all('.ci/run' in command for command in commands.values())
     assert jobs['release']['publish']['needs'] == ['build', 'compiled']
     assert {jobs['release'][name]['needs'] for name in ('build', 'compiled')} == {'test'}
     assert [name for name, job in jobs['release'].items()

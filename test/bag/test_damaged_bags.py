@@ -71,15 +71,14 @@ def test_of_a_bag_that_is_cut_off_what_can_be_read_is_there(tmp_path, kind):
     print(told)
     taken = buffer.statistics.accepted
     assert 0.4 < taken / sum(len(message.transforms) for message in MANY) < 0.9
-    first, count = [], 0
-    for message in MANY:
-        if count >= taken:
-            break
-        first.append(message)
-        count += len(message.transforms)
-    assert count == taken
+    stamps = {edge.child: set(buffer.stamps_of(edge.child).tolist()) for edge in buffer.edges()}
+    there = [message for message in MANY
+             if message in STATIC or message.transforms[0][2] in stamps[message.transforms[0][1]]]
+    assert sum(len(message.transforms) for message in there) == taken
     assert [edge._replace(authority='') for edge in buffer.edges()] == [
-        edge._replace(authority='') for edge in fed(first).edges()]
+        edge._replace(authority='') for edge in fed(there).edges()]
+    # It depends on the version of SQLite whether pages are in the order of the messages.
+    assert kind == 'sqlite3' or there == MANY[:len(there)]
     assert 'messages could be read' in told
     assert ('bytes could not' in told) == ('sqlite3' not in kind)
 
