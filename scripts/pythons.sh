@@ -29,14 +29,16 @@ pythons_of_wheels=(3.12 3.13 3.14 3.11 3.10)
 # installed_python_of_wheels: print $PYTHON, or else the first of these that is installed with its
 # headers.
 installed_python_of_wheels() {
-  local plain PATH=${PATH#"$workspace/venv/bin:"}
+  local plain suits PATH=${PATH#"$workspace/venv/bin:"}
   if [[ ${PYTHON-} ]]; then
     first_python "'%d.%d' % version in '${pythons_of_wheels[*]}'.split() and headers" "$PYTHON"
     return
   fi
   for plain in "${pythons_of_wheels[@]}"; do
-    first_python "version == (${plain/./, }) and headers and not free_threaded" "python$plain" \
-      python3 "$pyenv_versions/$plain".*/bin/python "$("$uv" python find "$plain")" && return
+    suits="version == (${plain/./, }) and headers and not free_threaded"
+    first_python "$suits" "python$plain" python3 "$pyenv_versions/$plain".*/bin/python && return
+    # A pyenv shim makes it print an error.
+    first_python "$suits" "$("$uv" python find "$plain" 2>/dev/null)" && return
   done
   return 1
 }
