@@ -1,5 +1,6 @@
 # Finds a Python of the machine that suits an environment. Shared by scripts/setup and scripts/package.
-# For bash; sourced after lib.sh, never run. It uses the `uv` of the script that sources it.
+# For bash; sourced after lib.sh, never run. It uses `uv`, `workspace`
+# and `world` of the script that sources it.
 # shellcheck shell=bash disable=SC2154
 
 pyenv_versions=${PYENV_ROOT:-${HOME-}/.pyenv}/versions

@@ -203,3 +203,46 @@ def test_help_of_setup_lists_downloads_and_installs_nothing(tmp_path, options, s
     assert {f'  {step}' for step in steps} <= set(listed)
     assert len(listed) == 1 or not options
     assert done.stderr == '' and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(('arguments', 'python', 'said'), [
+    ([], '/bin/false', 'PYTHON=/bin/false is none of 3.12, 3.13, 3.14, 3.11, 3.10, or does not'),
+    (['--oldest'], '/bin/false', 'PYTHON=/bin/false is none of 3.12, 3.11, 3.10, or does not'),
+    (['--toolz'], '', 'there is no option --toolz'),
+    (['--tools', '--distro', 'kilted'], '', '--distro NAME comes before the other options'),
+    (['--python', '--help'], '', "--python takes a version, such as 3.13, not '--help'"),
+    (['--python'], '', "--python takes a version, such as 3.13, not ''")])
+def test_what_setup_cannot_do_is_one_sentence_and_removes_nothing(
+        tmp_path, arguments, python, said):
+    kept = tmp_path / 'venv' / '.stamp'
+    kept.parent.mkdir()
+    kept.write_text('made earlier')
+    done = subprocess.run(
+        [SCRIPTS / 'setup', *arguments], capture_output=True, text=True, timeout=PATIENCE_S,
+        check=False, env={'PATH': os.defpath, 'HOME': str(tmp_path), 'PYTHON': python,
+                          'TF_TREE_PY_WORKSPACE': str(tmp_path)})
+    assert done.returncode == 1
+    [line] = done.stderr.splitlines()
+    assert line.startswith(f'tf_tree_py: {said}')
+    assert kept.read_text() == 'made earlier'
+
+
+@pytest.mark.parametrize(('there', 'taken'), [
+    ('3.10 3.11 3.12 3.13 3.14', '3.12'), ('3.10 3.11 3.13 3.14', '3.13'),
+    ('3.10 3.11 3.14', '3.14'), ('3.10 3.11', '3.11'), ('3.10', '3.10'), ('3.9', '')])
+def test_python_of_the_wheels_is_the_first_that_is_there(tmp_path, there, taken):
+    for version in there.split():
+        # It stands for a Python that fulfils every condition.
+        python = tmp_path / f'python{version}'
+        python.write_text('#!/bin/sh\necho "$0"\n')
+        python.chmod(0o755)
+    program = f"""
+        workspace=/nowhere uv=false
+        . {SCRIPTS / 'pythons.sh'}
+        PATH={tmp_path} installed_python_of_wheels
+        """
+    done = subprocess.run(
+        ['bash', '-c', program], capture_output=True, text=True, timeout=PATIENCE_S, check=False,
+        env={'PATH': os.defpath, 'PYENV_ROOT': '/nowhere'})
+    assert done.stdout == (f'{tmp_path}/python{taken}\n' if taken else '')
+    assert done.returncode == (0 if taken else 1)

@@ -45,8 +45,7 @@ def refused(prefix, kept):
         build(prefix, kept)
 
 
-EXCHANGE = """
-import sys
+USE = """
 import rclpy
 from rclpy.action import ActionServer
 from tf2_msgs.action import LookupTransform
@@ -55,7 +54,7 @@ from tf2_msgs.srv import FrameGraph
 import tf2_msgs
 print(tf2_msgs.__file__)
 rclpy.init()
-node = rclpy.create_node('exchange')
+node = rclpy.create_node('use')
 publisher = node.create_publisher(TFMessage, 'tf', 1)
 node.create_service(FrameGraph, 'frames', lambda request, response: response)
 server = ActionServer(node, LookupTransform, 'lookup', lambda goal: None)
@@ -77,7 +76,7 @@ def test_build_is_complete_and_kept_and_not_trusted_if_it_is_broken(tmp_path, mo
     with monkeypatch.context() as inside:
         inside.setenv('PYTHONPATH', packages)
         inside.setenv('LD_LIBRARY_PATH', str(first / 'lib'), prepend=':')
-        done = subprocess.run([sys.executable, '-c', EXCHANGE], capture_output=True, text=True,
+        done = subprocess.run([sys.executable, '-c', USE], capture_output=True, text=True,
                               timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [

@@ -21,11 +21,7 @@ import tempfile
 
 
 class Kept:
-    """
-    The place of one build in a cache.
-
-    :ivar folder: where the build is, or would be.
-    """
+    """The place of one build in a cache."""
 
     def __init__(self, cache: Path, sources: Iterable[Path]) -> None:
         """
@@ -36,7 +32,7 @@ class Kept:
             Python, the compiler and the machine.
         """
         self._cache = cache
-        self.folder = cache / _hash_of(sources)
+        self._folder = cache / _hash_of(sources)
 
     def find(self) -> Path | None:
         """
@@ -50,7 +46,7 @@ class Kept:
             return None
         if status.st_uid != os.getuid() or status.st_mode & 0o022:
             return None
-        return self.folder if self.folder.is_dir() else None
+        return self._folder if self._folder.is_dir() else None
 
     def keep(self, image: Path) -> None:
         """Copy a build into its place, at once; a cache that cannot be written stays as it is."""
@@ -59,8 +55,8 @@ class Kept:
             with tempfile.TemporaryDirectory(dir=self._cache) as folder:
                 copy = shutil.copytree(image, Path(folder, 'image'), symlinks=True)
                 # One that is there did not load, or another process has just made the same.
-                shutil.rmtree(self.folder, ignore_errors=True)
-                copy.rename(self.folder)
+                shutil.rmtree(self._folder, ignore_errors=True)
+                copy.rename(self._folder)
 
 
 def user_cache() -> Path | None:
