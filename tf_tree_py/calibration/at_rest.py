@@ -22,7 +22,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 from tf_tree_py.core import se3
 from tf_tree_py.core.geometry import so3
 
@@ -229,7 +229,7 @@ def _motion(model: Model, fit: Fit, freedom: Freedom, number: int) -> Array | No
     before, after = (_solved(columns, left)[1] for columns in (rest, np.hstack([rest, moved])))
     count, free = moved.shape[1], len(left) - rest.shape[1] - moved.shape[1]
     ratio = (before - after) / count / max(after / free, 1e-300)
-    if f_distribution.sf(ratio, count, free) > _CHANCE:
+    if fdtrc(count, free, max(ratio, 0.0)) > _CHANCE:
         return None
     steps = _solved(np.hstack([at_rest, moved]), left)[0][at_rest.shape[1]:]
     return np.asarray(waves @ steps.reshape(waves.shape[1], each.size))

@@ -23,7 +23,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from .observations import Array, Mask
 
@@ -169,8 +169,8 @@ def are_outliers(distance: Array, size: Array) -> Mask:
     """
     if not len(distance):
         return np.zeros(0, dtype=bool)
-    scale = float(np.median(distance / chi2.ppf(0.5, size)))
-    return np.asarray(distance > chi2.ppf(1.0 - 1e-4, size) * max(scale, 1e-12))
+    scale = float(np.median(distance / chdtri(size, 0.5)))
+    return np.asarray(distance > chdtri(size, 1e-4) * max(scale, 1e-12))
 
 
 def correlation_time(residuals: Sequence[Array]) -> float:

@@ -10,7 +10,6 @@ tables and coloured text with rich, or JSON.
 
 import argparse
 from collections.abc import Mapping, Sequence
-from importlib import metadata
 import json
 import math
 import os
@@ -101,6 +100,8 @@ class _ShowVersion(argparse.Action):
     """Prints the version only when it is asked for, because that imports the core."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from importlib import metadata
+
         from tf_tree_py import core
         try:
             version = metadata.version('tf_tree_py')
