@@ -25,7 +25,7 @@ from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
-from .gaps import Ends
+from .gaps import effects_of, Ends
 from .gyro import Gyro, rotation_of
 
 Terms = tuple[Vector3, Vector3, Vector3]
@@ -95,7 +95,8 @@ class Bridge(NamedTuple):
     :ivar latest: the newest stamp of the poses for which it was computed.
     :ivar bases: the rotation before, between and after the gaps, times the inverse of the
         gyroscope's orientation.
-    :ivar effects_of: how the error of the second pose changes these, (n + 1, 3, 3).
+    :ivar missed: the error of the second pose before it was shared out, a rotation vector.
+    :ivar shares: the part of it that each of the ``bases`` takes.
     :ivar crossings: of the n gaps.
     """
 
@@ -105,7 +106,8 @@ class Bridge(NamedTuple):
     way: Vector3
     latest: int
     bases: list[Quaternion]
-    effects_of: Array
+    missed: Vector3
+    shares: list[float]
     crossings: list[Crossing]
 
     def rotation(self, stamp: int, measured: DynamicHistory) -> Quaternion:
@@ -134,10 +136,11 @@ class Bridge(NamedTuple):
         All axes are the parent's.
         """
         number, inside = self._around(np.asarray(stamps - self.begin, dtype=float))
-        found: Array = self.effects_of[number]
+        at_ends = effects_of(self.missed, self.shares)
+        found: Array = at_ends[number]
         for crossing, here, s in inside:
             found[here] = self.crossings[crossing].effects(
-                s, *self.effects_of[crossing:crossing + 2])
+                s, *at_ends[crossing:crossing + 2])
         return found
 
     def _around(self, passed: Array) -> tuple[
@@ -222,4 +225,4 @@ def bridged(stamps: Sequence[int], pose_of: Callable[[int], PoseTuple], gyro: Gy
             turn, (until - since) / NANOSECONDS_PER_SECOND, *rates)))
     (x, y, z, *_), (ex, ey, ez, *_) = pose_of(index), pose_of(index + 1)
     return Bridge(begin, end, (x, y, z), (ex - x, ey - y, ez - z), stamps[-1],
-                  between.bases, between.effects, crossings)
+                  between.bases, between.missed, between.shares, crossings)

@@ -40,14 +40,16 @@ class Between(NamedTuple):
     :ivar starts: the rotation at the begin of each; ``ends``: at its end.
     :ivar bases: the rotation before, between and after the gaps, times the inverse of the
         gyroscope's orientation; anything where there is nothing before or after them.
-    :ivar effects: how the error of the second pose changes these, (n + 1, 3, 3).
+    :ivar missed: the error of the second pose, as a rotation vector.
+    :ivar shares: the part of it that each of the ``bases`` takes.
     """
 
     gaps: list[Gap]
     starts: list[Quaternion]
     ends: list[Quaternion]
     bases: list[Quaternion]
-    effects: Array
+    missed: Vector3
+    shares: list[float]
 
 
 class Ends(NamedTuple):
@@ -84,7 +86,7 @@ class Ends(NamedTuple):
         ends = [*map(so3.multiply, turns[1:], ends)]
         bases = [self._base(rotation, stamp) for rotation, stamp in zip(
             [first, *ends], [begin, *(gap[1] for gap in gaps)], strict=True)]
-        return Between(gaps, starts, ends, bases, _effects(np.array(missed), np.array(shares)))
+        return Between(gaps, starts, ends, bases, missed, shares)
 
     def _measured(self, rotation: Quaternion, begin: int, end: int) -> Quaternion:
         """Return the rotation at a stamp from that at an earlier one, between two gaps."""
@@ -190,10 +192,11 @@ def _variance(gap: Gap, since: int, until: int) -> float:
     return length**3 * part**2 * (s + part / 3.0 - (s + 0.5 * part)**2)
 
 
-def _effects(missed: Array, shares: Array) -> Array:
-    """Return how the error of the last rotation changes those with shares (n,), (n, 3, 3)."""
-    return np.asarray(shares[:, None, None] * se3.left_jacobian_many(
-        shares[:, None] * missed) @ np.linalg.inv(se3.left_jacobian_many(missed)))
+def effects_of(missed: Vector3, shares: Sequence[float]) -> Array:
+    """Return how the error of the last rotation changes those with n shares of it, (n, 3, 3)."""
+    error, parts = np.array(missed), np.array(shares)
+    return np.asarray(parts[:, None, None] * se3.left_jacobian_many(
+        parts[:, None] * error) @ np.linalg.inv(se3.left_jacobian_many(error)))
 
 
 def rates_at_knots(stamps: Sequence[int], rotations: Sequence[Quaternion],
