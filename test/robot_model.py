@@ -4,6 +4,7 @@
 """A robot from a recorder's view: any rates, jitter, delays and clock; healthy or with a fault."""
 
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 import numpy as np
 from tf_tree_py import BufferCore
@@ -107,15 +108,20 @@ class Robot:
         """Return the messages that a recorder receives, in order."""
         messages = []
         for edge in self.edges.values():
-            stamps, received = (np.rint((begin + times) * SECOND).astype(np.int64).tolist()
+            stamps, received = (np.rint((begin + times) * SECOND).astype(np.int64)
                                 for begin, times in ((self.origin, edge.stamps),
                                                      (BEGIN, edge.received)))
+            stamps = np.where(edge.static, 0, np.maximum(stamps, 0)).tolist()
             topic = '/tf_static' if edge.static else '/tf'
-            messages += [ReceivedMessage(
-                Batch([(edge.parent, edge.child)], [0 if edge.static else max(stamp, 0)],
-                      [pose.tobytes()]), arrived, topic, edge.static)
-                for stamp, arrived, pose in zip(stamps, received, edge.poses, strict=True)]
-        return sorted(messages, key=lambda message: message.received)
+            # The messages of a publisher share the names, as those that the buffer reads do.
+            names, poses = [(edge.parent, edge.child)], edge.poses.tobytes()
+            size = len(poses) // max(len(edge.poses), 1)
+            messages += [
+                ReceivedMessage(Batch(names, [stamp], [poses[begin:begin + size]]), arrived,
+                                topic, edge.static)
+                for stamp, arrived, begin in zip(
+                    stamps, received.tolist(), range(0, len(poses), size or 1), strict=True)]
+        return sorted(messages, key=attrgetter('received'))
 
     def findings(self, doctor=None):
         """Return a doctor's findings."""

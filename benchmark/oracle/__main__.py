@@ -27,15 +27,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
     options = _parse(arguments)
     tables, good = [], True
-    for planar in (True, False):
-        # Not forked: this process may have threads.
-        with ProcessPoolExecutor(mp_context=get_context('spawn')) as pool:
+    # Not forked: this process may have threads.
+    with ProcessPoolExecutor(mp_context=get_context('spawn')) as pool:
+        for planar in (True, False):
             settings = settings_of(planar, Wheels(options.scale, options.ground, options.short),
                                    options.rates)
             columns = measured(settings, options.seeds, pool.map)
-        tables.append(table(settings, columns, options.seeds))
-        print(f'{tables[-1]}\n', flush=True)
-        good = good and all(row.good for rows in columns for row in rows)
+            tables.append(table(settings, columns, options.seeds))
+            print(f'{tables[-1]}\n', flush=True)
+            good = good and all(row.good for rows in columns for row in rows)
     if options.docs:
         before, _, rest = _PAGE.read_text().partition(_BEGIN)
         parts = [before, _BEGIN, '\n', '\n'.join(tables), '\n', _END, rest.partition(_END)[2]]

@@ -4,10 +4,12 @@
 """The rows in the log of a recorder that was killed are read, also if its file is damaged."""
 
 from contextlib import closing
+from functools import cache
 from pathlib import Path
 import shutil
 import sqlite3
 import struct
+from tempfile import TemporaryDirectory
 
 from bags import as_cdr, driving, file_of, missing_rows, RUN, STATIC, write_ros2
 from effort import examples
@@ -21,62 +23,79 @@ PAGE = 4096
 MANY = sorted(driving(count=2_000) + STATIC, key=lambda message: message.received)
 # Four times as long as a page of 512 bytes.
 LONG = [message._replace(transforms=message.transforms * 10) for message in driving(count=400)]
+RECORDINGS = {'run': RUN, 'many': MANY, 'long': LONG}
 
 
-def file_with_log(path, messages, page=PAGE, at_once=10**6):
+@cache
+def file_and_log(recording, page, at_once):
     """
-    Return a file whose last rows, which repeat all messages, are in its log.
+    Return the bytes of a file whose last rows, which repeat all messages, are in its log.
 
     :param at_once: the number of rows in a transaction.
+    :return: those of the file, and those of the log.
     """
+    messages = RECORDINGS[recording]
+    with TemporaryDirectory() as folder:
+        file = file_of(write_ros2(Path(folder) / 'run', messages, 'sqlite3'))
+        with closing(sqlite3.connect(file)) as recorder:
+            recorder.execute(f'PRAGMA page_size = {page}')
+            recorder.execute('VACUUM')
+            recorder.execute('PRAGMA journal_mode = WAL')
+            recorder.execute('PRAGMA wal_checkpoint(TRUNCATE)')
+            recorder.execute('PRAGMA wal_autocheckpoint = 0')
+            for begin in range(0, len(messages), at_once):
+                recorder.execute(
+                    f'INSERT INTO messages SELECT id + {len(messages)}, topic_id, timestamp + '
+                    '1000000000, data FROM messages WHERE id > ? AND id <= ?',
+                    [begin, min(begin + at_once, len(messages))])
+                recorder.commit()
+            return file.read_bytes(), Path(f'{file}-wal').read_bytes()
+
+
+def file_with_log(path, recording='run', page=PAGE, at_once=10**6):
+    """Write the file of a recorder that was killed, and its log; see ``file_and_log``."""
     folder = path / 'killed'
     folder.mkdir()
-    file = file_of(write_ros2(path / 'run', messages, 'sqlite3'))
-    with closing(sqlite3.connect(file)) as recorder:
-        recorder.execute(f'PRAGMA page_size = {page}')
-        recorder.execute('VACUUM')
-        recorder.execute('PRAGMA journal_mode = WAL')
-        recorder.execute('PRAGMA wal_checkpoint(TRUNCATE)')
-        recorder.execute('PRAGMA wal_autocheckpoint = 0')
-        for begin in range(0, len(messages), at_once):
-            recorder.execute(
-                f'INSERT INTO messages SELECT id + {len(messages)}, topic_id, timestamp + '
-                '1000000000, data FROM messages WHERE id > ? AND id <= ?',
-                [begin, min(begin + at_once, len(messages))])
-            recorder.commit()
-        for each in (file, Path(f'{file}-wal')):
-            shutil.copyfile(each, folder / each.name)
-    return folder / file.name
+    file = folder / 'run.db3'
+    for name, data in zip((file, f'{file}-wal'), file_and_log(recording, page, at_once),
+                          strict=True):
+        Path(name).write_bytes(data)
+    return file
+
+
+@cache
+def data_of(recording):
+    """Return the data of the messages."""
+    return frozenset(as_cdr(message.transforms) for message in RECORDINGS[recording])
 
 
 @pytest.fixture
 def killed(tmp_path):
     """Return the file of a recorder that was killed."""
-    return file_with_log(tmp_path, RUN)
+    return file_with_log(tmp_path)
 
 
 @pytest.mark.parametrize('part', [0.35, 0.4, 0.45, 0.6, 0.7123, 0.9, 0.99])
-@pytest.mark.parametrize('messages, page', [(RUN, PAGE), (MANY, 2**16), (LONG, 512)])
-def test_rows_in_the_log_of_a_truncated_file_are_read(tmp_path, messages, page, part):
-    file = file_with_log(tmp_path, messages, page)
+@pytest.mark.parametrize('recording, page', [('run', PAGE), ('many', 2**16), ('long', 512)])
+def test_rows_in_the_log_of_a_truncated_file_are_read(tmp_path, recording, page, part):
+    file, messages = file_with_log(tmp_path, recording, page), RECORDINGS[recording]
     whole = file.read_bytes()
     file.write_bytes(whole[:int(part * len(whole))])
     with Bag(file) as bag:
         given = [arrival.data for source in bag.everything
                  for arrival in bag.messages(source.topic)]
         [damage] = bag.damage
-    there = [as_cdr(message.transforms) for message in messages]
-    assert {*given} <= {*there}  # SQLite would read a page that is missing as zeros
+    assert {*given} <= data_of(recording)  # SQLite would read a page that is missing as zeros
     # All of the log, which repeats each message, and a part of the file.
     assert len(given) >= len(messages) and 'it is truncated' in damage
     assert len(given) + missing_rows(damage) == 2 * len(messages)
 
 
 @pytest.mark.parametrize('part', [0.001, 0.2, 0.4321, 0.5, 0.777, 0.999, 1.0])
-@pytest.mark.parametrize('messages, page, at_once', [
-    (RUN, PAGE, 1), (RUN, PAGE, 50), (LONG, 512, 30), (LONG, 1024, 10**6)])
-def test_log_is_read_as_sqlite_reads_it(tmp_path, messages, page, at_once, part):
-    file = file_with_log(tmp_path, messages, page, at_once)
+@pytest.mark.parametrize('recording, page, at_once', [
+    ('run', PAGE, 1), ('run', PAGE, 50), ('long', 512, 30), ('long', 1024, 10**6)])
+def test_log_is_read_as_sqlite_reads_it(tmp_path, recording, page, at_once, part):
+    file, messages = file_with_log(tmp_path, recording, page, at_once), RECORDINGS[recording]
     log, copy = Path(f'{file}-wal'), tmp_path / 'copy.db3'
     log.write_bytes(log.read_bytes()[:int(part * log.stat().st_size)])
     shutil.copyfile(file, copy)
@@ -122,7 +141,7 @@ def test_damaged_log_is_mentioned_and_what_is_before_the_damage_is_read(killed, 
 def test_log_of_another_file_is_mentioned(tmp_path, killed):
     other = tmp_path / 'other'
     other.mkdir()
-    shutil.copyfile(f'{file_with_log(other, RUN, 1024)}-wal', f'{killed}-wal')
+    shutil.copyfile(f'{file_with_log(other, page=1024)}-wal', f'{killed}-wal')
     with Bag(killed) as bag:
         assert len(list(bag.messages('/tf'))) == len(RUN) - 1
         assert f'({killed.name}-wal is damaged)' in bag.damage[0]
@@ -157,7 +176,7 @@ def test_log_that_cannot_be_used_is_mentioned(killed):
 @pytest.fixture(scope='module')
 def pieces(tmp_path_factory):
     """Return a file whose log has several transactions, and the bytes of both."""
-    file = file_with_log(tmp_path_factory.mktemp('pieces'), RUN, 1024, 40)
+    file = file_with_log(tmp_path_factory.mktemp('pieces'), page=1024, at_once=40)
     return file, file.read_bytes(), Path(f'{file}-wal').read_bytes()
 
 
@@ -183,4 +202,4 @@ def test_damage_of_a_file_and_its_log_gives_messages_or_a_reason(pieces, part, o
         return
     assert len(found) <= 2 * len(RUN)
     if not flipped:
-        assert {*found} <= {as_cdr(message.transforms) for message in RUN}
+        assert {*found} <= data_of('run')

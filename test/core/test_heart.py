@@ -124,6 +124,8 @@ def needs_no_extras(layer):
     return needs is not None and set(needs.split()) <= {'numpy', 'scipy'}
 
 
+# Each test runs with one of its cases: if it misses the room, so does any, and all cases are
+# tried with the room there.
 LEFT = """
 import importlib, os, sys
 import pytest
@@ -131,8 +133,20 @@ import pytest
 for name in {left}:
     importlib.import_module(name)
 assert sys.modules['tf_tree_py'].__file__.startswith(os.getcwd())
-sys.exit(pytest.main({options} + {tests}))
+
+
+class OneCase:
+
+    def pytest_collection_modifyitems(self, items):
+        kept = dict()
+        for item in items:
+            kept.setdefault(item.nodeid.partition('[')[0], item)
+        items[:] = kept.values()
+
+
+sys.exit(pytest.main({options} + {tests}, plugins=[OneCase()]))
 """
+OPTIONS = ['-q', '-p', 'no:xdist', '-p', 'no:cacheprovider', '--hypothesis-profile', 'brief']
 
 
 def names_of(places):
@@ -174,5 +188,5 @@ def test_without_a_room_what_does_not_use_it_imports_and_passes(room, tmp_path):
     left = copy_without(gone, tmp_path)
     tests = chosen_without(room, gone, left)
     assert {'test_conformance.py', 'test_tree.py'} <= set(tests)
-    run(LEFT.format(left=dotted(left), options=['-q', '-p', 'no:xdist', '-p', 'no:cacheprovider'],
+    run(LEFT.format(left=dotted(left), options=OPTIONS,
                     tests=[str(TESTS / 'core' / name) for name in tests]), tmp_path, TESTS)
