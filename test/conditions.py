@@ -14,3 +14,13 @@ def until(condition, patience_s=PATIENCE_S):
     while not condition():
         assert time.monotonic() < end, 'the condition never became true'
         time.sleep(0.002)
+
+
+def repeated(action, condition, patience_s=PATIENCE_S):
+    """Repeat an action that costs more than a look, until its result is as wanted; return it."""
+    end = time.monotonic() + patience_s
+    while True:
+        result = action()
+        if condition(result) or time.monotonic() > end:
+            return result
+        time.sleep(0.2)

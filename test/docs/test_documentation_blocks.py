@@ -11,6 +11,7 @@ shell block is also run as one program. The page states why a block is not run.
 from functools import cache
 from importlib.metadata import distribution
 from importlib.util import find_spec
+import json
 import os
 from pathlib import Path
 import re
@@ -46,7 +47,22 @@ _LAB = re.compile(r'tf_lab [a-z-]+(  *#.*)?\n')
 _HERE_DOCUMENT = re.compile(r"<<'END'\n.*?\nEND$", re.DOTALL | re.MULTILINE)
 
 # Executables whose first argument has its own help.
-WITH_VERBS = {'tf_archive'}
+WITH_VERBS = {'tf_archive': ['report', 'export']}
+# One process asks them all, because each would import the same again.
+_ASK_FOR_HELP = """
+from contextlib import redirect_stdout, suppress
+from importlib.metadata import distribution
+import io, json, sys
+
+told, verbs = {}, json.loads(sys.argv[1])
+for entry in distribution('tf_tree_py').entry_points.select(group='console_scripts'):
+    for verb in [[], *([each] for each in verbs.get(entry.name, []))]:
+        sys.argv = [entry.name, *verb, '--help']
+        with redirect_stdout(io.StringIO()) as text, suppress(SystemExit, ImportError):
+            entry.load()()
+        told[' '.join([entry.name, *verb])] = text.getvalue()
+print(json.dumps(told))
+"""
 
 
 def _lacks(page):
@@ -147,8 +163,8 @@ def test_commands_of_a_shell_block_are_there(block):
             told = _options_of(name.rstrip(';'))
             assert {word for word in arguments if word.startswith('--')} <= told, line
         elif name in _executables():
-            assert {word for word in arguments if word.startswith('--')} <= _help(
-                name, *(arguments[:1] if name in WITH_VERBS else [])), line
+            asked = ' '.join([name, *arguments[:1]]) if name in WITH_VERBS else name
+            assert {word for word in arguments if word.startswith('--')} <= _helps()[asked], line
         else:
             assert name in OF_OTHERS or name.startswith('PYTHONPATH='), line
 
@@ -175,14 +191,12 @@ def _options_of(script):
 
 
 @cache
-def _help(executable, *verb):
-    entry = next(entry for entry in distribution('tf_tree_py').entry_points.select(
-        group='console_scripts') if entry.name == executable)
-    program = (f'import sys; from {entry.module} import {entry.attr} as main; '
-               f'sys.argv = {[executable, *verb, "--help"]}; main()')
-    done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                          check=False)
-    return set(re.findall(r'--[a-z][a-z-]*', done.stdout))
+def _helps():
+    """Return the options in the help of every executable and verb, by its words."""
+    done = subprocess.run([sys.executable, '-c', _ASK_FOR_HELP, json.dumps(WITH_VERBS)],
+                          stdout=subprocess.PIPE, text=True, check=True, timeout=PATIENCE_S)
+    return {words: set(re.findall(r'--[a-z][a-z-]*', told))
+            for words, told in json.loads(done.stdout).items()}
 
 
 def test_every_block_says_what_it_is():

@@ -9,9 +9,9 @@ from pathlib import Path
 import re
 import select
 import subprocess
-import time
 import warnings
 
+from conditions import repeated
 from domains import claim
 from programs import PATIENCE_S, Program
 import pytest
@@ -66,11 +66,8 @@ class Session:
         If the daemon does not answer at once, a command looks for nodes itself, for half a second.
         On a busy machine it may miss one.
         """
-        end = time.monotonic() + PATIENCE_S
-        while True:
-            done = self._run_once(words)
-            if 'Node not found' not in done.stderr or time.monotonic() > end:
-                return done
+        return repeated(lambda: self._run_once(words),
+                        lambda done: 'Node not found' not in done.stderr)
 
     def _run_once(self, words):
         tries = _TRIES if words[0] in _CALLING else 1
@@ -111,12 +108,9 @@ def tell(ros2):
 
 def _repeated(ros2, words, condition, wanted, patience_s=PATIENCE_S):
     """Repeat a command until its output fulfils a condition; return its last run."""
-    end = time.monotonic() + patience_s
-    while True:
-        done = ros2(*words)
-        if condition(done.stdout):
-            return done
-        assert time.monotonic() < end, f'{wanted} in:\n{done.stdout}{done.stderr}'
+    done = repeated(lambda: ros2(*words), lambda done: condition(done.stdout), patience_s)
+    assert condition(done.stdout), f'{wanted} in:\n{done.stdout}{done.stderr}'
+    return done
 
 
 @pytest.fixture(scope='session')

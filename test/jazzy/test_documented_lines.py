@@ -93,22 +93,31 @@ def serving(start):
     return start('ros2', 'run', 'tf_tree_py', 'buffer_server')
 
 
-# The program that a service or an action needs, and the response.
-SERVICES = {
+@pytest.fixture
+def simulated(start):
+    """Start a node of simulated time with the name that stands for the reader's own."""
+    return start('ros2', 'run', 'tf_tree_py', 'static_transform_publisher',
+                 '--frame-id', 'map', '--child-frame-id', 'odom', '--ros-args',
+                 '-r', '__node:=your_node', '-p', 'use_sim_time:=true')
+
+
+# The program that a node, a service or an action needs, and the response.
+ANSWERS = {
     '/tf_record/dump': ('recording', 'success=True'),
     '/edge_switch/switch_to/vo': ('switching', 'no source has been received yet'),
     '/tf2_buffer_server': ('serving', 'Goal finished with status: SUCCEEDED'),
+    '/your_node': ('simulated', 'Boolean value is: True'),
 }
 
 
 @pytest.mark.parametrize('words', ASKED, ids=' '.join)
-def test_it_answers(request, tell_at_last, words):
+def test_it_answers(request, tell, tell_at_last, words):
     if words[1] == 'tf':
         assert words[2] in VERBS  # test_ros2_verbs runs them
         return
-    if words[1] in ('service', 'action'):
-        running, answer = SERVICES[words[3]]
-        request.getfixturevalue(running)
-        tell_at_last(answer, *words[1:])
-    else:
-        tell_at_last('', *words[1:])
+    if words[2] == 'list':
+        tell(*words[1:])  # test_ros2_commands reads what it lists
+        return
+    running, answer = ANSWERS[words[3]]
+    request.getfixturevalue(running)
+    tell_at_last(answer, *words[1:])
