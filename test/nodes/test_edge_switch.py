@@ -192,6 +192,7 @@ def test_node_that_is_refused_leaves_no_publisher(context):
         EdgeSwitch(context=context, parameter_overrides=[Parameter('wheel.topic', value='/tf')])
     until(lambda: not watching.count_publishers('/tf'))
     assert kept.tb  # the traceback keeps the node alive, as in a program that logs the error
+    watching.destroy_node()
 
 
 def test_name_that_is_refused_is_the_error(context):

@@ -104,6 +104,8 @@ def spin(context):
         executor.wake()
         thread.join()
         executor.shutdown()
+    # The threads of a MultiThreadedExecutor end when it is collected.
+    spinning.clear()
 
 
 @pytest.fixture

@@ -75,7 +75,9 @@ def asker(make_node, spin):
     # Not before: Kilted's ActionClient joins its node before it has its lock, and the executor
     # that finds it so ends.
     spin(node)
-    return asker
+    yield asker
+    # It would keep its node, and the node its participant, until garbage is collected.
+    asker.client.destroy()
 
 
 @pytest.fixture

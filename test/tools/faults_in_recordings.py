@@ -13,7 +13,9 @@ from argparse import Namespace
 from pathlib import Path
 import sys
 
-sys.path[:0] = [str(Path(__file__).parents[level]) for level in (1, 2)]
+for level in (2, 1):
+    if (folder := str(Path(__file__).parents[level])) not in sys.path:
+        sys.path.insert(0, folder)
 
 from edge_faults import ERRORS, WARNINGS  # noqa: E402
 import numpy as np  # noqa: E402

@@ -7,8 +7,10 @@ from collections import Counter
 import csv
 from html.parser import HTMLParser
 import json
+import os
 import subprocess
 import sys
+from unittest.mock import patch
 import zipfile
 
 from bags import file_of, Message, START, write_ros2
@@ -29,7 +31,8 @@ psutil = pytest.importorskip('psutil')
 
 @pytest.fixture(scope='module')
 def client():
-    with client_of(None, 2) as client:
+    # dask sets variables for the workers that it starts, and leaves them.
+    with patch.dict(os.environ), client_of(None, 2) as client:
         yield client
 
 

@@ -15,7 +15,8 @@ import sys
 from tempfile import TemporaryDirectory
 import warnings
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+if (tests := str(Path(__file__).parents[1])) not in sys.path:
+    sys.path.insert(0, tests)
 
 from diagnosed import levels  # noqa: E402
 from domains import isolate  # noqa: E402
