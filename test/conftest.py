@@ -15,6 +15,7 @@ import sys
 from _pytest.faulthandler import fault_handler_stderr_fd_key
 from domains import isolate
 import effort  # noqa: F401 - it loads the profile of hypothesis
+import elsewhere
 import near
 import pytest
 from unfinished import Unfinished
@@ -26,10 +27,16 @@ _TESTS = Path(__file__).parent
 _BEGIN_WITH = ['jazzy', 'view', 'docs', 'labs', 'tools', 'nodes', 'dropin', 'ros']
 
 # What marks the tests of a file: it, or a test helper that it uses, imports one of these.
-_MARKS = {'processes': near.PROCESSES, 'dds': near.DDS}
+_MARKS = {'processes': near.PROCESSES, 'dds': near.DDS, 'health': {'tf_tree_py.health'},
+          'house': {'house'}}
 
 # The handlers of the signals with which every test begins.
 _HANDLERS = {}
+
+
+def pytest_addoption(parser):
+    """Add the options with which one environment leaves tests to another."""
+    elsewhere.add_options(parser)
 
 
 def pytest_configure(config):
@@ -45,6 +52,8 @@ def pytest_configure(config):
     # Otherwise pytest-xdist begins with the files that have the most tests.
     config.option.loadscopereorder = False
     config.pluginmanager.register(Unfinished())
+    if config.option.passed and not hasattr(config, 'workerinput'):
+        config.pluginmanager.register(elsewhere.Passed(config.option.passed))
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda *_: None)
     _HANDLERS.update({number: signal.getsignal(number)
@@ -93,12 +102,13 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark tests that start processes or use DDS, if -m asks; put the slowest folders first."""
+    """Mark tests by what their files use, if -m asks; put the slowest folders first."""
     # Each worker would read all tests for it, in several seconds.
     for mark in _MARKS.keys() & re.findall(r'\w+', config.option.markexpr):
         for item in items:
             if _is_marked(item.path, mark):
                 item.add_marker(mark)
+    elsewhere.leave_out(config, items)
     # pytest runs files that are named on the command line in the order in which they are named.
     if not any('::' in argument or argument.endswith('.py') for argument in config.args):
         items.sort(key=_turn_of)

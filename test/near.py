@@ -97,8 +97,8 @@ def distances(path: Path, inside: Path) -> Mapping[Path, int]:
 
 
 def needs(path: Path, modules: set[str]) -> bool:
-    """Return whether a test, or a test helper that it imports, imports one of these."""
-    return any(name.split('.')[0] in modules
+    """Return whether a test, or a test helper that it imports, imports from one of these."""
+    return any(name == module or name.startswith(f'{module}.') for module in modules
                for file in helpers_of(path) for name in names_of(file).values())
 
 
