@@ -16,6 +16,7 @@ from _pytest.faulthandler import fault_handler_stderr_fd_key
 from domains import isolate
 import effort  # noqa: F401 - it loads the profile of hypothesis
 import elsewhere
+from leftovers import differences, forget, let_end, seed, state_of_file, state_of_test
 import near
 import pytest
 from unfinished import Unfinished
@@ -46,6 +47,8 @@ def pytest_configure(config):
     A shell makes background jobs ignore SIGINT, and child processes inherit that. They do not
     inherit a handler, so this installs a handler that also ignores the signal.
     """
+    # Plots are files. Otherwise it depends on the screen of the machine.
+    os.environ['MPLBACKEND'] = 'Agg'
     if find_spec('rclpy'):
         # Before rclpy.init, here and in the processes that tests start.
         isolate()
@@ -122,6 +125,30 @@ def _is_marked(path, mark):
 def _turn_of(item):
     folder = item.path.parent.name
     return _BEGIN_WITH.index(folder) if folder in _BEGIN_WITH else len(_BEGIN_WITH)
+
+
+@pytest.fixture(autouse=True, scope='module')
+def process_is_as_before_the_file():
+    """Fail a file that leaves what other files could meet; yield what its tests left."""
+    forget()
+    seed()
+    before, told = state_of_file(), []
+    yield told
+    if differences(before, state_of_file()):
+        let_end(before)
+    left = [each for each in differences(before, state_of_file()) if each not in told]
+    assert not left, left
+
+
+@pytest.fixture(autouse=True)
+def process_is_as_before_the_test(process_is_as_before_the_file):
+    """Fail a test that leaves what the next ones could meet."""
+    seed()
+    before = state_of_test()
+    yield
+    left = differences(before, state_of_test())
+    process_is_as_before_the_file.extend(left)
+    assert not left, left
 
 
 @pytest.fixture

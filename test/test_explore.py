@@ -57,9 +57,9 @@ def project(tmp_path):
     """Return a project with this one's settings of pytest and hypothesis, and its own tests."""
     (tmp_path / 'test').mkdir()
     shutil.copy(TESTS.parent / 'pyproject.toml', tmp_path)
-    for name in ('conftest.py', 'domains.py', 'effort.py', 'explore.py', 'near.py',
-                 'unfinished.py'):
-        shutil.copy(TESTS / name, tmp_path / 'test')
+    for path in TESTS.glob('*.py'):
+        if not path.name.startswith('test_'):
+            shutil.copy(path, tmp_path / 'test')
     (tmp_path / 'test' / 'test_numbers.py').write_text(NUMBERS)
     return tmp_path
 
@@ -129,3 +129,36 @@ def test_exploration_without_failures_succeeds(project):
     status, output = explore(project, 'test/test_numbers.py::test_number_is_small')
     assert status == 0 and '1 rounds, 0 tests failed' in output
     assert explore(project, 'test/near.py')[0] == 5, 'there is no test in it'
+
+
+# What a test leaves here is no state that conftest.py knows.
+SHARED = 'left = []\n'
+LEAVES = """
+import shared
+
+def test_leaves():
+    shared.left.append(1)
+"""
+MINDS = """
+import shared
+
+def test_minds():
+    assert not shared.left
+"""
+
+
+def test_files_run_in_random_orders_in_one_process(project):
+    files = {'shared': SHARED, 'test_first': LEAVES, 'test_other': MINDS}
+    for name, text in files.items():
+        (project / 'test' / f'{name}.py').write_text(text)
+    (project / 'test' / 'test_numbers.py').write_text(
+        'from hypothesis import given, strategies as st\n'
+        '@given(st.booleans())\ndef test_any(value): pass\n')
+    status, output = explore(project, 'test', '--seed', '0')
+    assert status == 0 and '1 rounds, 0 tests failed' in output
+    status, output = explore(project, 'test', '--seed', '1')
+    assert status == 1 and 'seed 1, 3 files in one process: 1 failed, 2 passed' in output
+    script, *arguments = shlex.split(output.splitlines()[-1])
+    assert script == 'scripts/test'
+    assert arguments[-1] == 'test/test_other.py' and 'test/test_first.py' in arguments
+    assert run(project, '-m', 'pytest', *arguments)[0] == 1
