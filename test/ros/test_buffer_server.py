@@ -13,6 +13,7 @@ from inputs import for_each
 import numpy as np
 import pytest
 from rclpy.action import ActionClient
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from ros_helpers import at, lasting, move, PATIENCE_S, result_of, transform, until, until_waiting
 from tf2_msgs.action import LookupTransform
@@ -193,6 +194,26 @@ def test_goals_of_a_closed_server_are_freed_after_its_last_use(server, asker, bu
         assert len(buffer.waiting) == 0
         assert server._server._detached, 'rcl still reads the goal'
     until(lambda: not server._server._detached)
+    until(lambda: not asker.client.server_is_ready())
+
+
+def test_goals_of_a_server_that_is_closed_while_an_executor_enters_are_freed(
+        serve, asker, buffer, kind):
+    server, _, executor = serve(buffer, kind)
+    asker.send(goal(seconds=3.0, timeout=3600.0))
+    until_waiting(buffer)
+    closed = server._server
+    with closed:  # so that the other executor frees nothing
+        server.close()
+        executor.wake()
+        until(lambda: closed._users == 1)
+        # Another one is about to enter it, and finds that it is destroyed.
+        closed._users += 1
+    assert closed._detached
+    closed._users -= 1
+    with pytest.raises(InvalidHandle):
+        closed.__enter__()
+    until(lambda: not closed._detached)
     until(lambda: not asker.client.server_is_ready())
 
 

@@ -192,11 +192,14 @@ class _ClosableServer(ActionServer):
         try:
             return super().__enter__()
         except InvalidHandle:
-            self._users -= 1
+            self._leave()
             raise
 
     def __exit__(self, *details: Any) -> None:
         super().__exit__(*details)
+        self._leave()
+
+    def _leave(self) -> None:
         self._users -= 1
         if self._is_destroyed:
             self._free_goals()
