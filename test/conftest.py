@@ -5,6 +5,7 @@
 
 import faulthandler
 from functools import cache
+import gc
 from importlib.util import find_spec
 import os
 from pathlib import Path
@@ -16,7 +17,7 @@ from _pytest.faulthandler import fault_handler_stderr_fd_key
 from domains import isolate
 import effort  # noqa: F401 - it loads the profile of hypothesis
 import elsewhere
-from leftovers import differences, forget, let_end, seed, state_of_file, state_of_test
+from leftovers import differences, forget, left_behind, seed, state_of_file, state_of_test
 import near
 import pytest
 from unfinished import Unfinished
@@ -135,8 +136,8 @@ def process_is_as_before_the_file():
     before, told = state_of_file(), []
     yield told
     if differences(before, state_of_file()):
-        let_end(before)
-    left = [each for each in differences(before, state_of_file()) if each not in told]
+        gc.collect()  # some threads end when their executor is collected
+    left = [each for each in left_behind(before, state_of_file) if each not in told]
     assert not left, left
 
 
@@ -146,7 +147,7 @@ def process_is_as_before_the_test(process_is_as_before_the_file):
     seed()
     before = state_of_test()
     yield
-    left = differences(before, state_of_test())
+    left = left_behind(before, state_of_test)
     process_is_as_before_the_file.extend(left)
     assert not left, left
 

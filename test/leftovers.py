@@ -9,7 +9,7 @@ another one fail now and then. ``conftest.py`` compares this state around each t
 The filters of warnings are not here: pytest itself restores them after each test.
 """
 
-import gc
+from collections.abc import Callable
 import locale
 import logging
 import os
@@ -17,6 +17,7 @@ from pathlib import Path
 import random
 import sys
 import threading
+import time
 from types import ModuleType
 from typing import Any
 
@@ -99,12 +100,18 @@ def differences(before: State, after: State) -> list[str]:
             if was.get(name, _NONE) != now.get(name, _NONE)]
 
 
-def let_end(before: State) -> None:
-    """Let those threads end that only wait until garbage is collected, such as an executor's."""
-    gc.collect()
-    for thread in threading.enumerate():
-        if _name(thread) not in before['threads']:
-            thread.join(_PATIENCE_S)
+def left_behind(before: State, state: Callable[[], State]) -> list[str]:
+    """
+    Return what was left, as ``differences`` does, once nothing ends by itself any more.
+
+    A thread that holds a node, such as one that spins it, may end a moment after its test.
+    """
+    end = time.monotonic() + _PATIENCE_S
+    while (left := differences(before, state())) and time.monotonic() < end:
+        if not any(each.startswith(_MAY_GO) for each in left):
+            break
+        time.sleep(0.01)
+    return left
 
 
 def _modules() -> list[tuple[str, ModuleType]]:

@@ -14,7 +14,7 @@ import sys
 import textwrap
 import threading
 
-from leftovers import differences, let_end, state_of_file, state_of_test
+from leftovers import differences, left_behind, state_of_file, state_of_test
 import numpy as np
 from programs import PATIENCE_S
 import pytest
@@ -114,9 +114,8 @@ def test_thread_may_end_a_moment_later():
     end = threading.Event()
     threading.Thread(target=end.wait).start()
     assert differences(before, state_of_file())
-    threading.Timer(0.0, end.set).start()
-    let_end(before)
-    assert differences(before, state_of_file()) == []
+    threading.Timer(0.05, end.set).start()
+    assert left_behind(before, state_of_file) == []
 
 
 def test_rclpy_that_stays_initialized(left):

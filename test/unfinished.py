@@ -36,7 +36,9 @@ class Unfinished:
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session):
-        if not self._is_crashed:
+        # If it was just sending a test to a worker that crashes, pytest-xdist raises an error.
+        broke = self._collected and session.exitstatus == pytest.ExitCode.INTERNAL_ERROR
+        if not (self._is_crashed or broke):
             return
         waiting = set(self._collected) - self._ended
         # A worker that crashed while it collected the tests leaves no list of them.
