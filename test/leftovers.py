@@ -10,6 +10,7 @@ The filters of warnings are not here: pytest itself restores them after each tes
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 import locale
 import logging
 import os
@@ -17,10 +18,10 @@ from pathlib import Path
 import random
 import sys
 import threading
-import time
 from types import ModuleType
 from typing import Any
 
+from conditions import until
 import numpy as np
 
 # By kind: what there is of it, by name.
@@ -106,11 +107,16 @@ def left_behind(before: State, state: Callable[[], State]) -> list[str]:
 
     A thread that holds a node, such as one that spins it, may end a moment after its test.
     """
-    end = time.monotonic() + _PATIENCE_S
-    while (left := differences(before, state())) and time.monotonic() < end:
-        if not any(each.startswith(_MAY_GO) for each in left):
-            break
-        time.sleep(0.01)
+    left = differences(before, state())
+
+    def have_ended() -> bool:
+        nonlocal left
+        left = differences(before, state())
+        return not any(each.startswith(_MAY_GO) for each in left)
+
+    if left:
+        with suppress(AssertionError):
+            until(have_ended, _PATIENCE_S)
     return left
 
 

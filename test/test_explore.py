@@ -4,16 +4,13 @@
 """Ordinary runs repeat the same random examples; ``scripts/test --explore`` finds new failures."""
 
 import os
-from pathlib import Path
 import shlex
-import shutil
 import subprocess
 import sys
 
 from programs import PATIENCE_S
 import pytest
-
-TESTS = Path(__file__).parent
+from small_project import small_project
 
 NUMBERS = """
 from pathlib import Path
@@ -55,11 +52,7 @@ EXPLORE = 'test/explore.py', '-n', '0', '--minutes', '0'
 @pytest.fixture
 def project(tmp_path):
     """Return a project with this one's settings of pytest and hypothesis, and its own tests."""
-    (tmp_path / 'test').mkdir()
-    shutil.copy(TESTS.parent / 'pyproject.toml', tmp_path)
-    for path in TESTS.glob('*.py'):
-        if not path.name.startswith('test_'):
-            shutil.copy(path, tmp_path / 'test')
+    small_project(tmp_path)
     (tmp_path / 'test' / 'test_numbers.py').write_text(NUMBERS)
     return tmp_path
 

@@ -6,8 +6,6 @@
 import locale
 import logging
 import os
-from pathlib import Path
-import shutil
 import socket
 import subprocess
 import sys
@@ -18,10 +16,8 @@ from leftovers import differences, left_behind, state_of_file, state_of_test
 import numpy as np
 from programs import PATIENCE_S
 import pytest
+from small_project import small_project
 import tf_tree_py.core
-
-TESTS = Path(__file__).parent
-
 
 # --- what each kind of it is called
 
@@ -137,12 +133,7 @@ def test_state_of_a_test_is_part_of_that_of_a_file():
 @pytest.fixture
 def project(tmp_path):
     """Return a project with this one's conftest.py."""
-    (tmp_path / 'test').mkdir()
-    shutil.copy(TESTS.parent / 'pyproject.toml', tmp_path)
-    for path in TESTS.glob('*.py'):
-        if not path.name.startswith('test_'):
-            shutil.copy(path, tmp_path / 'test')
-    return tmp_path
+    return small_project(tmp_path)
 
 
 def outcome(project, **files):
