@@ -133,11 +133,11 @@ def process_is_as_before_the_file():
     """Fail a file that leaves what other files could meet; yield what its tests left."""
     forget()
     seed()
-    before, told = state_of_file(), []
-    yield told
+    before, reported = state_of_file(), []
+    yield reported
     if differences(before, state_of_file()):
         gc.collect()  # some threads end when their executor is collected
-    left = [each for each in left_behind(before, state_of_file) if each not in told]
+    left = [each for each in left_behind(before, state_of_file) if each not in reported]
     assert not left, left
 
 

@@ -47,5 +47,7 @@ class Passed:
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self):
-        names = sorted(self._ended - self._failed)
+        # A run that repeats failed tests adds to the list.
+        before = self._file.read_text(encoding='utf-8').split('\n') if self._file.exists() else []
+        names = sorted({*filter(None, before)} | self._ended - self._failed)
         self._file.write_text(''.join(f'{name}\n' for name in names), encoding='utf-8')

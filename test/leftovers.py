@@ -81,7 +81,7 @@ def state_of_test() -> State:
         'settings of matplotlib': _settings_of_matplotlib(),
         'figures of pyplot': _figures(),
         'ROS': _ros(),
-        # Of participants that nobody destroyed: they would end whenever garbage is collected.
+        # A participant that nobody destroyed ends only when garbage is collected.
         'sockets of DDS': _sockets('udp'),
     }
 

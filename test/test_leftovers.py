@@ -24,7 +24,7 @@ import tf_tree_py.core
 
 @pytest.fixture
 def left():
-    """Return a function that tells what was left since the test began."""
+    """Return a function that returns what was left since the test began."""
     before = state_of_file()
     return lambda: differences(before, state_of_file())
 
@@ -127,7 +127,7 @@ def test_state_of_a_test_is_part_of_that_of_a_file():
     assert state_of_file().keys() - state_of_test().keys() == {'sockets', 'threads'}
 
 
-# --- who is told of it
+# --- which test fails
 
 
 @pytest.fixture

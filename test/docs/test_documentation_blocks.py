@@ -54,14 +54,14 @@ from contextlib import redirect_stdout, suppress
 from importlib.metadata import distribution
 import io, json, sys
 
-told, verbs = {}, json.loads(sys.argv[1])
+helps, verbs = {}, json.loads(sys.argv[1])
 for entry in distribution('tf_tree_py').entry_points.select(group='console_scripts'):
     for verb in [[], *([each] for each in verbs.get(entry.name, []))]:
         sys.argv = [entry.name, *verb, '--help']
         with redirect_stdout(io.StringIO()) as text, suppress(SystemExit, ImportError):
             entry.load()()
-        told[' '.join([entry.name, *verb])] = text.getvalue()
-print(json.dumps(told))
+        helps[' '.join([entry.name, *verb])] = text.getvalue()
+print(json.dumps(helps))
 """
 
 
@@ -195,8 +195,8 @@ def _helps():
     """Return the options in the help of every executable and verb, by its words."""
     done = subprocess.run([sys.executable, '-c', _ASK_FOR_HELP, json.dumps(WITH_VERBS)],
                           stdout=subprocess.PIPE, text=True, check=True, timeout=PATIENCE_S)
-    return {words: set(re.findall(r'--[a-z][a-z-]*', told))
-            for words, told in json.loads(done.stdout).items()}
+    return {words: set(re.findall(r'--[a-z][a-z-]*', text))
+            for words, text in json.loads(done.stdout).items()}
 
 
 def test_every_block_says_what_it_is():

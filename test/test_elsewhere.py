@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""What passed in one environment does not run in the next one, and everything else does."""
+
+import subprocess
+import sys
+
+from programs import PATIENCE_S
+import pytest
+from small_project import small_project
+
+TESTS = """
+import os
+import pytest
+
+HERE = os.environ['HERE']
+
+@pytest.fixture
+def ends_badly():
+    yield
+    assert HERE != 'first'
+
+def test_passes(): pass
+def test_skips(): HERE == 'first' and pytest.skip()
+def test_fails(): assert HERE != 'first'
+def test_ends_badly(ends_badly): pass
+"""
+
+
+@pytest.mark.parametrize('workers', [[], ['-n', '2']], ids=['alone', 'workers'])
+def test_only_what_passed_is_left_out(tmp_path, monkeypatch, workers):
+    if workers:
+        pytest.importorskip('xdist')
+    project, passed = small_project(tmp_path), tmp_path / 'passed'
+    (project / 'test' / 'test_some.py').write_text(TESTS)
+
+    def run(here, *options):
+        monkeypatch.setenv('HERE', here)
+        return subprocess.run(
+            [sys.executable, '-m', 'pytest', '-q', *workers, *options, 'test'], cwd=project,
+            capture_output=True, text=True, check=False, timeout=PATIENCE_S).stdout
+
+    assert '2 passed, 1 skipped, 1 error' in run('first', f'--passed={passed}')
+    assert passed.read_text() == 'test/test_some.py::test_passes\n'
+    assert '3 passed' in run('next', f'--passed-elsewhere={passed}')
+    # A second run, of what failed, takes nothing out of the list.
+    run('next', f'--passed={passed}', '--deselect=test/test_some.py::test_passes')
+    assert len(passed.read_text().splitlines()) == 4
