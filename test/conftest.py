@@ -58,6 +58,8 @@ def pytest_configure(config):
     config.pluginmanager.register(Unfinished())
     if config.option.passed and not hasattr(config, 'workerinput'):
         config.pluginmanager.register(elsewhere.Passed(config.option.passed))
+    if file := config.option.passed_elsewhere:
+        config.pluginmanager.register(elsewhere.PassedElsewhere(file))
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda *_: None)
     _HANDLERS.update({number: signal.getsignal(number)
@@ -112,7 +114,6 @@ def pytest_collection_modifyitems(config, items):
         for item in items:
             if _is_marked(item.path, mark):
                 item.add_marker(mark)
-    elsewhere.leave_out(config, items)
     # pytest runs files that are named on the command line in the order in which they are named.
     if not any('::' in argument or argument.endswith('.py') for argument in config.args):
         items.sort(key=_turn_of)

@@ -142,13 +142,18 @@ def _loggers() -> dict[str, Any]:
     """
     Return what was set of each logger.
 
-    Some packages set theirs when they are imported, and only theirs: they import others.
+    Some packages set theirs when they are imported, and only theirs: they import others. Many add
+    a handler then that does nothing.
     """
     every = {'root': logging.root, **logging.root.manager.loggerDict}
-    return {name: (one.level, tuple(one.handlers), one.propagate, one.disabled)
+    made = {name: (one.level, _that_act(one.handlers), one.propagate, one.disabled)
             for name, one in every.items() if isinstance(one, logging.Logger)
-            and not name.startswith(_SET_WHEN_IMPORTED)
-            and (one.level or one.handlers or not one.propagate or one.disabled)}
+            and not name.startswith(_SET_WHEN_IMPORTED)}
+    return {name: one for name, one in made.items() if one != (logging.NOTSET, (), True, False)}
+
+
+def _that_act(handlers: list[logging.Handler]) -> tuple[logging.Handler, ...]:
+    return tuple(one for one in handlers if not isinstance(one, logging.NullHandler))
 
 
 def _settings_of_matplotlib() -> dict[str, Any]:

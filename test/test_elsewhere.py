@@ -27,6 +27,14 @@ def test_fails(): assert HERE != 'first'
 def test_ends_badly(ends_badly): pass
 """
 
+ALL_PASS = """
+import os
+
+assert os.environ['HERE'] == 'first'
+
+def test_passes(): pass
+"""
+
 
 @pytest.mark.parametrize('workers', [[], ['-n', '2']], ids=['alone', 'workers'])
 def test_only_what_passed_is_left_out(tmp_path, monkeypatch, workers):
@@ -34,6 +42,7 @@ def test_only_what_passed_is_left_out(tmp_path, monkeypatch, workers):
         pytest.importorskip('xdist')
     project, passed = small_project(tmp_path), tmp_path / 'passed'
     (project / 'test' / 'test_some.py').write_text(TESTS)
+    (project / 'test' / 'test_all.py').write_text(ALL_PASS)
 
     def run(here, *options):
         monkeypatch.setenv('HERE', here)
@@ -41,9 +50,15 @@ def test_only_what_passed_is_left_out(tmp_path, monkeypatch, workers):
             [sys.executable, '-m', 'pytest', '-q', *workers, *options, 'test'], cwd=project,
             capture_output=True, text=True, check=False, timeout=PATIENCE_S).stdout
 
-    assert '2 passed, 1 skipped, 1 error' in run('first', f'--passed={passed}')
-    assert passed.read_text() == 'test/test_some.py::test_passes\n'
+    everything_of_one = ['test/test_all.py', 'test/test_all.py::test_passes']
+    assert '3 passed, 1 skipped, 1 error' in run('first', f'--passed={passed}')
+    assert passed.read_text().splitlines() == [
+        *everything_of_one, 'test/test_some.py::test_passes']
+    # The other file can no longer be imported.
     assert '3 passed' in run('next', f'--passed-elsewhere={passed}')
-    # A second run, of what failed, takes nothing out of the list.
-    run('next', f'--passed={passed}', '--deselect=test/test_some.py::test_passes')
-    assert len(passed.read_text().splitlines()) == 4
+    # A second run, of what failed, takes nothing out of the list, and knows no file as a whole.
+    run('next', f'--passed={passed}', '--deselect=test/test_some.py::test_passes',
+        '--ignore=test/test_all.py')
+    assert passed.read_text().splitlines() == [
+        *everything_of_one, *(f'test/test_some.py::test_{name}' for name in (
+            'ends_badly', 'fails', 'passes', 'skips'))]
