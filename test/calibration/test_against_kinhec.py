@@ -18,7 +18,7 @@ THOROUGH = settings().max_examples >= 200
 
 @pytest.fixture(scope='module')
 def kinhec():
-    """Return the peer. Its import takes seconds, so only the process that runs the tests does it."""
+    """Return the peer, whose import takes seconds: only the process that runs the tests pays."""
     pytest.importorskip('kinhec', reason='kinhec is not installed: pip install kinhec')
     return import_module('benchmark.peers.kinhec_tracks')
 

@@ -4,6 +4,7 @@
 """The heart works alone, and what does not use a room beyond it works without that room."""
 
 import ast
+from functools import cache
 from pathlib import Path
 import shutil
 import subprocess
@@ -149,16 +150,21 @@ sys.exit(pytest.main({options} + {tests}, plugins=[OneCase()]))
 OPTIONS = ['-q', '-p', 'no:xdist', '-p', 'no:cacheprovider', '--hypothesis-profile', 'brief']
 
 
+@cache
+def nodes_of(path):
+    """Return the nodes of the syntax of a file."""
+    return [*ast.walk(ast.parse(path.read_text()))]
+
+
 def names_of(places):
     """Return the functions and classes that modules define."""
-    return {node.name for place in places
-            for node in ast.walk(ast.parse(house.modules()[place].read_text()))
+    return {node.name for place in places for node in nodes_of(house.modules()[place])
             if isinstance(node, ast.FunctionDef | ast.ClassDef)}
 
 
-def names_in(tree):
+def names_in(path):
     """Return the names that a test imports, and those of the attributes that it uses."""
-    return {name for node in ast.walk(tree)
+    return {name for node in nodes_of(path)
             for name in (getattr(node, 'attr', None), getattr(node, 'name', None))}
 
 
@@ -167,9 +173,9 @@ def chosen_without(room, gone, left):
     only_there = names_of(place for place in gone if house.room_of(place) == room) - names_of(left)
     found = []
     for name in TESTS_OF_ROOMS:
-        tree = ast.parse((TESTS / 'core' / name).read_text())
-        imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-        if imported.isdisjoint(dotted(gone)) and not names_in(tree) & only_there:
+        path = TESTS / 'core' / name
+        imported = {node.module for node in nodes_of(path) if isinstance(node, ast.ImportFrom)}
+        if imported.isdisjoint(dotted(gone)) and not names_in(path) & only_there:
             found.append(name)
     return found
 

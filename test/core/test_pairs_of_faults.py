@@ -19,7 +19,7 @@ ONLY_BEFORE = {'static_republished', 'interpolated_jump', 'gap', 'irregular_rate
 def errors(*faults):
     """Return the codes of a robot's errors if one edge of it has these faults."""
     # The other edges are slow, because they are not looked at.
-    robot = Robot(seconds=60.0, localiser_hz=5.0, wheels_hz=5.0, jitter=0.05)
+    robot = Robot(seconds=60.0, localiser_hz=1.0, wheels_hz=1.0, jitter=0.05)
     del robot.edges['tool']
     for fault in faults:
         fault(robot, robot.edges['arm'])
