@@ -30,7 +30,7 @@ _BEGIN_WITH = ['jazzy', 'view', 'docs', 'labs', 'tools', 'nodes', 'dropin', 'ros
 
 # What marks the tests of a file: it, or a test helper that it uses, imports one of these.
 _MARKS = {'processes': near.PROCESSES, 'dds': near.DDS, 'health': {'tf_tree_py.health'},
-          'house': {'house'}}
+          'house': {'house'}, 'benchmark': {'benchmark'}}
 
 # The handlers of the signals with which every test begins.
 _HANDLERS = {}
