@@ -108,6 +108,8 @@ def _hindrance(block):
         venv = REPOSITORY / '.workspace' / 'venv'
         if Path(sys.prefix) != venv or 'TF_TREE_PY_WORKSPACE' in os.environ:
             return 'scripts/ would make another environment than that of this test'
+        if 'scripts/arm' in block.code and not (venv.parent / 'arm' / '.stamp').exists():
+            return 'PyBullet is not here: scripts/setup --arm'
     elif 'tf_lab' in block.code and shutil.which('tf_lab') is None:
         return 'the executables are not on the path: . scripts/env'
     return None
