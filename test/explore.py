@@ -44,7 +44,7 @@ _LIMITS = ['-o', 'faulthandler_timeout=600', '-o', 'faulthandler_exit_on_timeout
 _ORDERLY = ['--hypothesis-profile', 'brief', '-m', 'not linter']
 
 
-def test_files() -> list[str]:
+def all_test_files() -> list[str]:
     """Return all test files, but those of another environment."""
     return [str(path.relative_to(REPOSITORY)) for path in sorted(TESTS.glob('**/test_*.py'))
             if _ELSEWHERE not in path.parents]
@@ -52,7 +52,7 @@ def test_files() -> list[str]:
 
 def explored_files() -> list[str]:
     """Return the test files that use hypothesis."""
-    return [file for file in test_files() if needs(REPOSITORY / file, {'hypothesis'})]
+    return [file for file in all_test_files() if needs(REPOSITORY / file, {'hypothesis'})]
 
 
 def files_of(arguments: Sequence[str]) -> list[str]:
@@ -174,7 +174,7 @@ def main() -> int:
     seed = secrets.randbelow(10**6) if options.seed is None else options.seed
     files = files_of(arguments)
     if not names_a_path(arguments):
-        files = test_files()
+        files = all_test_files()
         arguments += explored_files()
     # As in scripts/test: the workers keep all processors busy, so numpy's threads would wait.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')

@@ -81,7 +81,7 @@ def state_of_test() -> State:
         'settings of matplotlib': _settings_of_matplotlib(),
         'figures of pyplot': _figures(),
         'ROS': _ros(),
-        # A participant that nobody destroyed ends only when garbage is collected.
+        # A participant that was not destroyed ends only when garbage is collected.
         'sockets of DDS': _sockets('udp'),
     }
 

@@ -8,7 +8,7 @@ import sys
 
 from programs import PATIENCE_S
 import pytest
-from small_project import small_project
+from small_project import small_project, TESTS as FOLDER
 
 TESTS = """
 import os
@@ -62,3 +62,17 @@ def test_only_what_passed_is_left_out(tmp_path, monkeypatch, workers):
     assert passed.read_text().splitlines() == [
         *everything_of_one, *(f'test/test_some.py::test_{name}' for name in (
             'ends_badly', 'fails', 'passes', 'skips'))]
+
+
+def test_files_that_are_left_out_have_no_other_tests_here(request):
+    option = request.config.option
+    if not option.passed_elsewhere:
+        pytest.skip('only where scripts/test ran some tests elsewhere before')
+    names = {*option.passed_elsewhere.read_text(encoding='utf-8').splitlines()}
+    files = sorted(name for name in names if '::' not in name)
+    done = subprocess.run(
+        [sys.executable, '-m', 'pytest', '-q', '--collect-only', '-p', 'no:cacheprovider',
+         '-k', option.keyword, '-m', option.markexpr, *files], cwd=FOLDER.parent,
+        capture_output=True, text=True, check=False, timeout=4 * PATIENCE_S)
+    here = {line for line in done.stdout.splitlines() if '::' in line}
+    assert here and not here - names, done.stdout[-3000:]

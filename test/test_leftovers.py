@@ -78,6 +78,19 @@ def test_settings(left, change, undo, name):
     assert left() == []
 
 
+def test_handlers_of_loggers_that_do_nothing_are_nothing(left):
+    handlers = [logging.NullHandler(), logging.StreamHandler()]
+    logger = logging.getLogger('another')
+    try:
+        logger.addHandler(handlers[0])
+        assert left() == []
+        logger.addHandler(handlers[1])
+        assert len(left()) == 1 and left()[0].startswith('loggers: another: ')
+    finally:
+        for handler in handlers:
+            logger.removeHandler(handler)
+
+
 def test_figures_and_settings_of_matplotlib(left):
     matplotlib = pytest.importorskip('matplotlib')
     from matplotlib import pyplot

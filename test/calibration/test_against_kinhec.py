@@ -8,8 +8,6 @@ An ordinary run uses some sequences. The thorough profile of hypothesis uses who
 sequences of the noise track have none of the worst camera in continuous motion.
 """
 
-from importlib import import_module
-
 from hypothesis import settings
 import pytest
 
@@ -20,7 +18,8 @@ THOROUGH = settings().max_examples >= 200
 def kinhec():
     """Return the peer, whose import takes seconds: only the process that runs the tests pays."""
     pytest.importorskip('kinhec', reason='kinhec is not installed: pip install kinhec')
-    return import_module('benchmark.peers.kinhec_tracks')
+    from benchmark.peers import kinhec_tracks
+    return kinhec_tracks
 
 
 @pytest.mark.skipif(not THOROUGH, reason='whole tracks take minutes: '
