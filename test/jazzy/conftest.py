@@ -96,14 +96,14 @@ def ros2(env):
 
 
 @pytest.fixture(scope='session')
-def tell(ros2):
+def output_of(ros2):
     """Return a function that returns the output of a ``ros2`` command."""
-    def tell(*words):
+    def output_of(*words):
         done = ros2(*words)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
-    return tell
+    return output_of
 
 
 def _repeated(ros2, words, condition, wanted, patience_s=PATIENCE_S):
@@ -114,7 +114,7 @@ def _repeated(ros2, words, condition, wanted, patience_s=PATIENCE_S):
 
 
 @pytest.fixture(scope='session')
-def tell_at_last(ros2):
+def await_output(ros2):
     """
     Return a function that repeats a ``ros2`` command until its output matches a pattern.
 

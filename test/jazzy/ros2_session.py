@@ -24,13 +24,13 @@ def status_of(words):
     """Run a command; return the status with which its process would end."""
     sys.argv = ['ros2', *words]
     try:
-        told = cli.main()
+        result = cli.main()
     except SystemExit as leaving:
-        told = leaving.code
-    if isinstance(told, str):
-        print(told, file=sys.stderr)
+        result = leaving.code
+    if isinstance(result, str):
+        print(result, file=sys.stderr)
         return 1
-    return int(told or 0)
+    return int(result or 0)
 
 
 @contextmanager
@@ -62,7 +62,7 @@ def run(words):
 
 
 def main():
-    # Every command reads those of all installed packages, several times.
+    # Each command reads the entry points of all installed packages several times.
     importlib.metadata.entry_points = cache(importlib.metadata.entry_points)
     questions = os.fdopen(os.dup(0))
     # The programs that a command starts must not read them.

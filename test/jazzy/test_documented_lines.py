@@ -53,14 +53,14 @@ ASKED = [words for words in LINES if words[1] not in ('run', 'launch')]
 
 
 @pytest.mark.parametrize('words', STARTED, ids=' '.join)
-def test_it_runs_until_ctrl_c(start, tell_at_last, wait_until_gone, words):
+def test_it_runs_until_ctrl_c(start, await_output, wait_until_gone, words):
     node = NODES[words[3]]
     if node:
         wait_until_gone(f'(?m)^{node}$', 'node', 'list')
     program = start(*(word.replace('arm.urdf', str(DESCRIPTION)) for word in words))
     if '--seconds' not in words:  # otherwise it ends by itself
         if node:
-            tell_at_last(f'(?m)^{node}$', 'node', 'list')
+            await_output(f'(?m)^{node}$', 'node', 'list')
         else:
             program.wait_for('xyz')
         program.interrupt()
@@ -111,13 +111,13 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize('words', ASKED, ids=' '.join)
-def test_it_answers(request, tell, tell_at_last, words):
+def test_it_answers(request, output_of, await_output, words):
     if words[1] == 'tf':
         assert words[2] in VERBS  # test_ros2_verbs runs them
         return
     if words[2] == 'list':
-        tell(*words[1:])  # test_ros2_commands reads what it lists
+        output_of(*words[1:])  # test_ros2_commands reads what it lists
         return
     running, answer = ANSWERS[words[3]]
     request.getfixturevalue(running)
-    tell_at_last(answer, *words[1:])
+    await_output(answer, *words[1:])

@@ -29,7 +29,7 @@ rclpy.spin(node)
 
 
 @pytest.fixture(scope='module', autouse=True)
-def robot(start_for_all, tell_at_last):
+def robot(start_for_all, await_output):
     """Start a robot with all nodes of this package, and wait until ``ros2`` discovers it."""
     def run(name, *words):
         return start_for_all('ros2', 'run', 'tf_tree_py', name, *words)
@@ -42,12 +42,12 @@ def robot(start_for_all, tell_at_last):
         '--x', '0.1', '--ros-args', '-r', '__node:=mounted')
     start_for_all('python3', '-c', ASKING).wait_for('ready')
     for name in NODES:
-        tell_at_last(f'(?m)^{name}$', 'node', 'list')
+        await_output(f'(?m)^{name}$', 'node', 'list')
 
 
-def test_node_list_shows_the_users_nodes_and_nothing_else(tell_at_last):
+def test_node_list_shows_the_users_nodes_and_nothing_else(await_output):
     # Nodes of other tests may be listed for a moment after they have ended.
-    tell_at_last('^' + ''.join(f'{name}\n' for name in sorted(NODES)) + '$', 'node', 'list')
+    await_output('^' + ''.join(f'{name}\n' for name in sorted(NODES)) + '$', 'node', 'list')
 
 
 def test_param_list_waits_for_nobody(run):
@@ -62,47 +62,48 @@ def test_param_list_waits_for_nobody(run):
 
 
 @pytest.mark.parametrize('name', sorted(NODES))
-def test_parameters_of_every_node_are_answered(tell, name):
-    assert 'use_sim_time: false' in tell('param', 'dump', name)
-    assert 'Boolean value is: False' in tell('param', 'get', name, 'use_sim_time')
+def test_parameters_of_every_node_are_answered(output_of, name):
+    assert 'use_sim_time: false' in output_of('param', 'dump', name)
+    assert 'Boolean value is: False' in output_of('param', 'get', name, 'use_sim_time')
 
 
 @pytest.mark.parametrize('name', sorted(NODES))
-def test_every_node_tells_what_it_has(tell_at_last, name):
+def test_every_node_tells_what_it_has(await_output, name):
     service = f'{name}/list_parameters: rcl_interfaces/srv/ListParameters'
-    tell_at_last(service, 'node', 'info', name)
+    await_output(service, 'node', 'info', name)
 
 
 @pytest.mark.parametrize('topic', ['/tf', '/tf_static'])
-def test_topics_are_those_of_tf2(tell_at_last, topic):
-    tell_at_last(rf'(?m)^{topic} \[tf2_msgs/msg/TFMessage\]$', 'topic', 'list', '-t')
+def test_topics_are_those_of_tf2(await_output, topic):
+    await_output(rf'(?m)^{topic} \[tf2_msgs/msg/TFMessage\]$', 'topic', 'list', '-t')
 
 
-def test_echo_shows_what_moves_and_what_does_not(tell, tell_at_last):
-    assert 'child_frame_id: ' in tell('topic', 'echo', '--once', '/tf')
+def test_echo_shows_what_moves_and_what_does_not(output_of, await_output):
+    assert 'child_frame_id: ' in output_of('topic', 'echo', '--once', '/tf')
     # Two nodes publish there, and a late echo gets the last message of either first.
-    tell_at_last('child_frame_id: probe', 'topic', 'echo', '--once', '/tf_static')
+    await_output('child_frame_id: probe', 'topic', 'echo', '--once', '/tf_static')
 
 
-def test_who_listens_and_who_talks_is_told(tell_at_last):
+def test_who_listens_and_who_talks_is_told(await_output):
     info = 'topic', 'info', '--verbose', '/tf'
-    tell_at_last('Node name: five_frame_publisher', *info)
+    await_output('Node name: five_frame_publisher', *info)
     # Listeners have a separate node with a descriptive name.
-    tell_at_last('(?s)(Node name: _transform_listener_impl_.*){4}', *info)
+    await_output('(?s)(Node name: _transform_listener_impl_.*){4}', *info)
 
 
-def test_buffer_server_is_found_as_tf2s(tell, tell_at_last):
-    tell_at_last('Action servers: 1\n    /tf_buffer', 'action', 'info', '/tf2_buffer_server')
-    tell_at_last('tf2_msgs/action/LookupTransform', 'action', 'list', '-t')
-    told = tell('service', 'call', '/tf2_frames', 'tf2_msgs/srv/FrameGraph')
-    assert "parent: 'gripper'" in told or "parent: \\'gripper\\'" in told
+def test_buffer_server_is_found_as_tf2s(output_of, await_output):
+    await_output('Action servers: 1\n    /tf_buffer', 'action', 'info', '/tf2_buffer_server')
+    await_output('tf2_msgs/action/LookupTransform', 'action', 'list', '-t')
+    output = output_of('service', 'call', '/tf2_frames', 'tf2_msgs/srv/FrameGraph')
+    assert "parent: 'gripper'" in output or "parent: \\'gripper\\'" in output
 
 
-def test_goal_from_the_command_line_is_answered(tell):
-    told = tell('action', 'send_goal', '/tf2_buffer_server', 'tf2_msgs/action/LookupTransform',
-                '{target_frame: gripper, source_frame: probe}')
-    assert re.search(r'translation:\n\s+x: 0.1\n', told)
-    assert 'SUCCEEDED' in told
+def test_goal_from_the_command_line_is_answered(output_of):
+    output = output_of(
+        'action', 'send_goal', '/tf2_buffer_server', 'tf2_msgs/action/LookupTransform',
+        '{target_frame: gripper, source_frame: probe}')
+    assert re.search(r'translation:\n\s+x: 0.1\n', output)
+    assert 'SUCCEEDED' in output
 
 
 def test_tf2_echo_hears_our_publishers(start):

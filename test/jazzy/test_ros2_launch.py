@@ -52,26 +52,26 @@ def ended_cleanly(program):
 
 
 @pytest.mark.parametrize('name', FILES)
-def test_arguments_are_shown(tell, name):
-    told = tell('launch', 'tf_tree_py', name, '--show-args')
+def test_arguments_are_shown(output_of, name):
+    output = output_of('launch', 'tf_tree_py', name, '--show-args')
     for argument in ('params_file', 'use_sim_time', 'namespace'):
-        assert f"'{argument}':" in told
+        assert f"'{argument}':" in output
 
 
-def test_publisher_by_its_launch_file(start, tell_at_last):
+def test_publisher_by_its_launch_file(start, await_output):
     program = start('ros2', 'launch', 'tf_tree_py', 'five_frame_publisher.launch.py',
                     'namespace:=robot1')
-    tell_at_last('(?m)^/robot1/five_frame_publisher$', 'node', 'list')
+    await_output('(?m)^/robot1/five_frame_publisher$', 'node', 'list')
     # The topics are the same in every namespace.
-    tell_at_last('child_frame_id: ', 'topic', 'echo', '--once', '/tf')
+    await_output('child_frame_id: ', 'topic', 'echo', '--once', '/tf')
     assert ended_cleanly(program)
 
 
-def test_listener_by_its_launch_file(start, tell_at_last):
+def test_listener_by_its_launch_file(start, await_output):
     program = start('ros2', 'launch', 'tf_tree_py', 'five_frame_listener.launch.py',
                     'use_sim_time:=true')
     program.wait_for('The pose of gripper in world')
-    tell_at_last('Boolean value is: True', 'param', 'get', '/five_frame_listener', 'use_sim_time')
+    await_output('Boolean value is: True', 'param', 'get', '/five_frame_listener', 'use_sim_time')
     assert ended_cleanly(program)
 
 
@@ -82,26 +82,26 @@ def test_both_by_one_launch_file(start):
 
 
 def test_xml_takes_our_programs_where_it_took_those_of_tf2(
-        frontend, start, tell_at_last, tmp_path):
+        frontend, start, await_output, tmp_path):
     file = tmp_path / 'robot.launch.xml'
     file.write_text(textwrap.dedent(XML).strip())
     program = start('ros2', 'launch', str(file), 'child:=front_camera')
     program.wait_for('base_link -> front_camera')
     program.wait_for('Old-style arguments are deprecated')
     for node in ('/robot/tf_buffer', '/mounted'):
-        tell_at_last(f'(?m)^{node}$', 'node', 'list')
-    tell_at_last('Double value is: 30.0', 'param', 'get', '/robot/tf_buffer', 'buffer_size')
-    tell_at_last('front_camera(.|\n)*lidar|lidar(.|\n)*front_camera',
+        await_output(f'(?m)^{node}$', 'node', 'list')
+    await_output('Double value is: 30.0', 'param', 'get', '/robot/tf_buffer', 'buffer_size')
+    await_output('front_camera(.|\n)*lidar|lidar(.|\n)*front_camera',
                  'service', 'call', '/robot/frames', 'tf2_msgs/srv/FrameGraph')
     assert ended_cleanly(program)
 
 
-def test_yaml_takes_them_too(frontend, start, tell_at_last, tmp_path):
+def test_yaml_takes_them_too(frontend, start, await_output, tmp_path):
     file = tmp_path / 'robot.launch.yaml'
     file.write_text(textwrap.dedent(YAML).strip())
     program = start('ros2', 'launch', str(file))
-    tell_at_last('child_frame_id: gps', 'topic', 'echo', '--once', '/tf_static')
-    tell_at_last('(?m)^/from_yaml$', 'node', 'list')
+    await_output('child_frame_id: gps', 'topic', 'echo', '--once', '/tf_static')
+    await_output('(?m)^/from_yaml$', 'node', 'list')
     assert ended_cleanly(program)
 
 

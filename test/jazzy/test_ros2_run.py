@@ -35,15 +35,16 @@ TOOLS = dict.fromkeys((
     'tf_monitor', 'tf_record', 'tf_view', 'view_frames'))
 
 
-def test_all_are_listed_and_tried(tell):
-    listed = {line.split()[1] for line in tell('pkg', 'executables', 'tf_tree_py').splitlines()}
+def test_all_are_listed_and_tried(output_of):
+    output = output_of('pkg', 'executables', 'tf_tree_py')
+    listed = {line.split()[1] for line in output.splitlines()}
     entries = distribution('tf_tree_py').entry_points.select(group='console_scripts')
     assert listed == {entry.name for entry in entries} == (
         LONG_LIVED.keys() | SHORT_LIVED.keys() | TOOLS.keys())
 
 
 @pytest.mark.parametrize('name', LONG_LIVED)
-def test_it_runs_until_ctrl_c(start, tell_at_last, wait_until_gone, name):
+def test_it_runs_until_ctrl_c(start, await_output, wait_until_gone, name):
     words, said, shown = LONG_LIVED[name]
     if shown:
         line, *command = shown
@@ -52,7 +53,7 @@ def test_it_runs_until_ctrl_c(start, tell_at_last, wait_until_gone, name):
     if said:
         program.wait_for(said)
     if shown:
-        tell_at_last(f'(?m)^{line}$', *command)
+        await_output(f'(?m)^{line}$', *command)
     program.interrupt()
     assert program.end() == 0, program.output
     assert 'Traceback' not in program.output

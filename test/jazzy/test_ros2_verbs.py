@@ -8,18 +8,18 @@ import pytest
 VERBS = ('archive', 'audit', 'doctor', 'echo', 'export', 'frames', 'monitor', 'record')
 
 
-def test_verbs_are_listed_with_what_they_do(tell):
-    assert 'Inspect the transform tree' in tell('--help')
-    listed = tell('tf')
+def test_verbs_are_listed_with_what_they_do(output_of):
+    assert 'Inspect the transform tree' in output_of('--help')
+    listed = output_of('tf')
     assert all(verb in listed for verb in VERBS)
     assert 'Print the pose of one frame in another' in listed
 
 
 @pytest.mark.parametrize('verb', VERBS)
-def test_help_is_that_of_the_tool(tell, verb):
-    told = tell('tf', verb, '--help')
-    assert told.startswith(f'usage: tf_{verb} ')
-    assert 'examples:' in told
+def test_help_is_that_of_the_tool(output_of, verb):
+    output = output_of('tf', verb, '--help')
+    assert output.startswith(f'usage: tf_{verb} ')
+    assert 'examples:' in output
 
 
 def test_verb_sees_a_robot(start, ros2):

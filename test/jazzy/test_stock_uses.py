@@ -72,18 +72,18 @@ def generate_launch_description():
 
 
 @pytest.mark.parametrize('executable', PARAMETERS)
-def test_yaml_namespace_and_param_set(start, ros2, tell_at_last, tmp_path, executable):
+def test_yaml_namespace_and_param_set(start, ros2, await_output, tmp_path, executable):
     words, node, name, line, shown, other = PARAMETERS[executable]
     file = tmp_path / 'parameters.yaml'
     file.write_text(f'/robot1/{node}:\n  ros__parameters:\n    {line}\n')
     program = start('ros2', 'run', 'tf_tree_py', executable, *words, '--ros-args',
                     '-r', '__ns:=/robot1', '--params-file', str(file))
     place = f'/robot1/{node}'
-    tell_at_last(shown, 'param', 'get', place, name)
+    await_output(shown, 'param', 'get', place, name)
     done = ros2('param', 'set', place, name, other)
-    told = done.stdout + done.stderr
-    assert ('Set parameter successful' if executable in CHANGEABLE else 'read-only') in told
-    tell_at_last(other if executable in CHANGEABLE else shown, 'param', 'get', place, name)
+    output = done.stdout + done.stderr
+    assert ('Set parameter successful' if executable in CHANGEABLE else 'read-only') in output
+    await_output(other if executable in CHANGEABLE else shown, 'param', 'get', place, name)
     # rclpy's own parameter, which every node has.
     assert 'Set parameter successful' in ros2('param', 'set', place, 'use_sim_time', 'true').stdout
     program.interrupt()
@@ -91,53 +91,53 @@ def test_yaml_namespace_and_param_set(start, ros2, tell_at_last, tmp_path, execu
     assert 'Traceback' not in program.output
 
 
-def test_stamps_follow_use_sim_time_while_a_node_runs(start, tell_at_last):
+def test_stamps_follow_use_sim_time_while_a_node_runs(start, await_output):
     start('python3', '-c', CLOCK)
     start('ros2', 'run', 'tf_tree_py', 'five_frame_publisher', '--ros-args',
           '-p', 'use_sim_time:=true', '-r', '/tf:=/tf_of_sim_time')
     echo = 'topic', 'echo', '--once', '/tf_of_sim_time'
-    tell_at_last(r'sec: [1-9]\d\d\n', *echo)
-    tell_at_last('successful', 'param', 'set', '/five_frame_publisher', 'use_sim_time', 'false')
-    tell_at_last(r'sec: \d{10}\n', *echo)
+    await_output(r'sec: [1-9]\d\d\n', *echo)
+    await_output('successful', 'param', 'set', '/five_frame_publisher', 'use_sim_time', 'false')
+    await_output(r'sec: \d{10}\n', *echo)
 
 
 @pytest.mark.parametrize('package', ['tf2_ros', 'tf_tree_py'])
-def test_publisher_takes_qos_overrides(start, tell_at_last, package):
+def test_publisher_takes_qos_overrides(start, await_output, package):
     topic = f'/tf_static_of_{package}'
     start('ros2', 'run', package, 'static_transform_publisher', '--frame-id', 'a',
           '--child-frame-id', 'b', '--ros-args', '-r', f'/tf_static:={topic}',
           '-p', f'qos_overrides.{topic}.publisher.reliability:=best_effort')
-    tell_at_last('Reliability: BEST_EFFORT', 'topic', 'info', '--verbose', topic)
+    await_output('Reliability: BEST_EFFORT', 'topic', 'info', '--verbose', topic)
 
 
 @pytest.mark.parametrize('package', ['tf2_ros', 'tf_tree_py'])
-def test_listener_takes_qos_overrides(start, tell_at_last, package):
+def test_listener_takes_qos_overrides(start, await_output, package):
     topic = f'/tf_of_{package}'
     start('ros2', 'run', package, 'buffer_server', '--ros-args', '-r', f'/tf:={topic}',
           '-p', f'qos_overrides.{topic}.subscription.reliability:=best_effort')
-    tell_at_last('Reliability: BEST_EFFORT', 'topic', 'info', '--verbose', topic)
+    await_output('Reliability: BEST_EFFORT', 'topic', 'info', '--verbose', topic)
 
 
-def test_launch_file_remaps_the_topics_into_a_namespace(start, tell_at_last, tmp_path):
+def test_launch_file_remaps_the_topics_into_a_namespace(start, await_output, tmp_path):
     file = tmp_path / 'robot2.launch.py'
     file.write_text(textwrap.dedent(LAUNCH))
     program = start('ros2', 'launch', str(file))
     program.wait_for('xyz')
-    tell_at_last(r'(?s)Node name: five_frame_publisher\n.*Subscription count: 1\n',
+    await_output(r'(?s)Node name: five_frame_publisher\n.*Subscription count: 1\n',
                  'topic', 'info', '--verbose', '/robot2/tf')
     program.interrupt()
     assert program.end() == 0, program.output
 
 
 @pytest.fixture(scope='module')
-def two_kinds(start_for_all, tell_at_last):
+def two_kinds(start_for_all, await_output):
     """Start our robot, and a C++ publisher that adds a camera to it."""
     start_for_all('ros2', 'run', 'tf_tree_py', 'five_frame_publisher')
     start_for_all('ros2', 'run', 'tf2_ros', 'static_transform_publisher', '--x', '0.25',
                   '--frame-id', 'gripper', '--child-frame-id', 'lens', '--ros-args',
                   '-r', '__node:=mounted_by_cpp')
     for name in ('five_frame_publisher', 'mounted_by_cpp'):
-        tell_at_last(f'(?m)^/{name}$', 'node', 'list')
+        await_output(f'(?m)^/{name}$', 'node', 'list')
 
 
 @pytest.mark.parametrize(('words', 'expected'), [
@@ -146,9 +146,9 @@ def two_kinds(start_for_all, tell_at_last):
     (('monitor', '--seconds', '3', '--json'), '"lens"'),
     (('doctor', '--seconds', '3', '--json'), r'"version": \d'),
 ], ids=['echo', 'frames', 'monitor', 'doctor'])
-def test_tool_sees_what_a_cpp_node_publishes(two_kinds, tell_at_last, words, expected):
+def test_tool_sees_what_a_cpp_node_publishes(two_kinds, await_output, words, expected):
     # On a busy machine, a tool that listens for some seconds may end before the discovery.
-    assert 'Traceback' not in tell_at_last(expected, 'tf', *words).stderr
+    assert 'Traceback' not in await_output(expected, 'tf', *words).stderr
 
 
 def edges_in(file):

@@ -26,9 +26,9 @@ def answers(env, start_for_all):
         heard = program.stdout.readline()
         robot.interrupt()
         robot.end()
-        told, _ = program.communicate('\n', timeout=2 * PATIENCE_S)
-    assert (heard, program.returncode) == ('heard\n', 0), told
-    return json.loads(told)
+        output, _ = program.communicate('\n', timeout=2 * PATIENCE_S)
+    assert (heard, program.returncode) == ('heard\n', 0), output
+    return json.loads(output)
 
 
 def is_error(answer):
