@@ -3,7 +3,7 @@
 
 """Every check; the failure modes of the textbook come first."""
 
-from . import clocks, rates, samples, structure
+from . import clocks, jumps, rates, samples, static_edges, structure
 from .check import Check
 from .finding import Code
 
@@ -13,11 +13,11 @@ CHECKS: tuple[Check, ...] = (
     structure.two_publishers,
     structure.unconnected,
     samples.delayed,
-    samples.static_republished,
-    samples.static_changed,
+    static_edges.static_republished,
+    static_edges.static_changed,
     structure.late_joiner,
-    samples.interpolated_jump,
-    samples.planar_only,
+    jumps.interpolated_jump,
+    static_edges.planar_only,
     structure.similar_names,
     structure.leading_slash,
     structure.empty_name,
@@ -25,8 +25,8 @@ CHECKS: tuple[Check, ...] = (
     samples.not_finite,
     samples.not_normalised,
     samples.unreadable,
-    samples.kind_flips,
-    samples.static_late,
+    static_edges.kind_flips,
+    static_edges.static_late,
     samples.zero_stamps,
     clocks.future_stamps,
     clocks.post_dated,
@@ -44,9 +44,9 @@ CHECKS: tuple[Check, ...] = (
     rates.irregular_rate,
     rates.slow_for_window,
     rates.skew,
-    samples.pose_jump,
-    samples.outlier,
-    samples.too_fast,
+    jumps.pose_jump,
+    jumps.outlier,
+    jumps.too_fast,
     structure.qos_mismatch,
     structure.source_silent,
     structure.source_diverged,

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Checks of the steps between the samples of an edge."""
+
+from collections.abc import Iterator
+from math import degrees
+from typing import Any
+
+from tf_tree_py.core.stamp import format_span, format_stamp
+from tf_tree_py.core.text import times
+
+from .case import Case
+from .check import check, of_edge, Remark
+from .finding import Number, Severity
+from ..measures.edge_record import EdgeRecord
+from ..measures.motion import Jump
+
+# With fewer steps than this, their median is not reliable.
+_SEVERAL = 20
+# Metres: a joint that rotates travels less.
+_IN_PLACE = 1e-3
+
+
+@check(Severity.WARNING,
+       explains=('interpolated_jump',),
+       catches='a step between two samples that is faster than any real motion',
+       cause='an estimator that was reset, an encoder that wrapped around, or an outlier that '
+             'was not filtered',
+       fix='check its publisher at that stamp; --max-speed and --max-turn-rate set the limits of '
+           'motion')
+def pose_jump(case: Case) -> Iterator[Remark]:
+    """Find steps faster than the limits; those of a localiser get a cause of their own."""
+    for edge, moving in case.moving():
+        jump = moving.motion.fast
+        if not jump.count:
+            continue
+        seconds = jump.time / 1e9
+        evidence = _evidence(jump) | {
+            'speed_m_s': jump.gone / seconds, 'turn_rate_deg_s': degrees(jump.turned) / seconds}
+        yield of_edge(edge, _in_words(jump), evidence, **_of_localiser(case, edge))
+
+
+@check(Severity.WARNING,
+       explains=('pose_jump', 'interpolated_jump'),
+       catches='single samples that are far from those before and after them',
+       cause='a sensor that returns zero or garbage now and then, or a filter that was reset for '
+             'one cycle',
+       fix='let its publisher omit such samples: a lookup at that moment returns the wrong pose')
+def outlier(case: Case) -> Iterator[Remark]:
+    """Find steps faster than the limits that the next step reverses."""
+    for edge, moving in case.moving():
+        jump = moving.motion.outliers
+        if jump.count:
+            yield of_edge(
+                edge, f'has {jump.count} of {moving.timing.count} samples that are far from those '
+                f'beside them, at most by {jump.gone:.3g} m and {degrees(jump.turned):.3g} deg, '
+                f'after {format_stamp(jump.stamp)} s',
+                _evidence(jump) | {'samples': moving.timing.count})
+
+
+@check(Severity.WARNING,
+       explains=('pose_jump', 'interpolated_jump', 'outlier'),
+       catches='an edge that is always faster than any real motion',
+       cause='millimetres sent as metres, degrees sent as radians, or stamps in another unit',
+       fix='check the units of its publisher; --max-speed and --max-turn-rate set the limits of '
+           'motion')
+def too_fast(case: Case) -> Iterator[Remark]:
+    """Find edges whose usual step is faster than the limits."""
+    limits = case.limits
+    for edge, moving in case.moving():
+        speed, turn_rate = moving.motion.speeds, moving.motion.turn_rates
+        if speed.count >= _SEVERAL and (speed.median > limits.max_usual_speed
+                                        or turn_rate.median > limits.max_usual_turn_rate):
+            (usual, fast), (turns, fast_turns) = speed.at(0.5, 0.95), turn_rate.at(0.5, 0.95)
+            yield of_edge(
+                edge, f'moves at {usual:.3g} m/s and {turns:.3g} rad/s (5 of 100 steps at more '
+                f'than {fast:.3g} m/s or {fast_turns:.3g} rad/s)',
+                {'p50_speed_m_s': usual, 'p95_speed_m_s': fast,
+                 'p50_turn_rate_deg_s': degrees(turns),
+                 'p95_turn_rate_deg_s': degrees(fast_turns)})
+
+
+@check(Severity.WARNING, textbook=True,
+       catches='a jump between two samples that are far apart in time',
+       cause='an edge that is sent rarely and corrected in one step, such as a slow localiser',
+       fix='send it more often, even while it does not change: lookups between the two samples '
+           'return interpolated poses that never existed')
+def interpolated_jump(case: Case) -> Iterator[Remark]:
+    """Find large steps that take long, with the edge almost at rest before and after."""
+    for edge, moving in case.moving():
+        jump = moving.motion.slow
+        # A wheel may turn by more than half a turn from one sample to the next.
+        in_place = moving.motion.travelled < _IN_PLACE and not case.is_correction(edge)
+        if jump.count and not in_place:
+            yield of_edge(edge, f'{_in_words(jump)}: lookups in between return poses that never '
+                          'existed', _evidence(jump))
+
+
+def _in_words(jump: Jump) -> str:
+    return (f'jumped {times(jump.count)}, at most by {jump.gone:.3g} m and '
+            f'{degrees(jump.turned):.3g} deg in {format_span(jump.time)} after '
+            f'{format_stamp(jump.stamp)} s')
+
+
+def _evidence(jump: Jump) -> dict[str, Number]:
+    return {'count': jump.count, 'after_stamp_s': jump.stamp / 1e9, 'time_s': jump.time / 1e9,
+            'gone_m': jump.gone, 'turned_deg': degrees(jump.turned)}
+
+
+def _of_localiser(case: Case, edge: EdgeRecord) -> dict[str, Any]:
+    if not case.is_correction(edge):
+        return {}
+    return {'severity': Severity.NOTE,
+            'cause': 'a correction of the localiser, which may jump: the edge below it moves '
+                     'smoothly',
+            'fix': f'plan and control in {edge.child}; only goals belong in {edge.parent}'}
