@@ -3,12 +3,13 @@
 
 """Forward kinematics of whole robots, compared with another program's."""
 
+import descriptions
 from descriptions import at_random
 import numpy as np
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.urdf import Robot
+from tf_tree_py.urdf import DescriptionError, Robot
 
 pinocchio = pytest.importorskip(
     'pinocchio', reason='pinocchio is not installed: pip install pin')
@@ -69,3 +70,31 @@ def test_chains_of_mimics_were_among_them():
     mimics = {joint.name for robot in robots for joint in robot.joints if joint.mimic}
     assert any(joint.mimic and joint.mimic.joint in mimics
                for robot in robots for joint in robot.joints)
+
+
+# --- Pinocchio reads URDF with urdfdom, as robot_state_publisher does, but a later version of it.
+
+ONE_JOINT = descriptions.robot(
+    descriptions.joint('j', 'continuous', 'a', 'b', rpy='0 0 0.5', axis='0 0 1'))
+
+
+@pytest.mark.parametrize('beside', ['', 'rpy="0 0 0.5" '])
+def test_quaternion_of_an_origin_is_ignored_by_both(beside):
+    text = ONE_JOINT.replace('rpy="0 0 0.5"', f'{beside}quat_xyzw="0 0 1 0"')
+    theirs = pinocchio.buildModelFromXML(text).jointPlacements[1].homogeneous
+    assert se3.as_matrix(Robot.parse(text).joints[0].origin) == pytest.approx(theirs)
+
+
+@pytest.mark.parametrize('version', [
+    '1.0', '01.00', ' 1. 0', '+1.0', '1.-0', '1.0.',
+    '', '1', '1.', '.0', '1.0 ', '1.0.0', '1.0..', '0.9', '1.x', '2.0'])
+def test_version_is_refused_by_both_or_by_neither(version):
+    text = ONE_JOINT.replace('<robot ', f'<robot version="{version}" ')
+    readers = {Robot.parse: DescriptionError, pinocchio.buildModelFromXML: ValueError}
+    refused = []
+    for read, error in readers.items():
+        try:
+            read(text)
+        except error:
+            refused.append(read)
+    assert len(refused) in (0, len(readers))

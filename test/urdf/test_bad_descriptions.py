@@ -11,6 +11,7 @@ import sys
 from descriptions import joint, parsed, robot
 from programs import PATIENCE_S
 import pytest
+from tf_tree_py.core import Pose
 from tf_tree_py.urdf import DescriptionError, Robot
 from tf_tree_py.urdf.xacro_files import description_of
 
@@ -100,6 +101,11 @@ BAD = {
                         'there is another joint with this name in line 5', 'rename'),
     'no links': (robot(links=''), 1, 'it has no links', '<link name="..."/>'),
     'no name': ('<robot/>', 1, '<robot> has no name', 'give the robot a name'),
+    'version 1.1': ('<robot name="r" version="1.1"><link name="a"/></robot>', 1,
+                    "<robot> has the version '1.1', but robot_state_publisher of Jazzy reads only "
+                    '1.0', 'write version="1.0", or remove the attribute'),
+    'a version of one number': ('<robot name="r" version="1"><link name="a"/></robot>', 1,
+                                "the version '1'", 'write version="1.0"'),
     'another format': ('<sdf/>', 1, 'the outermost element is <sdf>', '<robot name="...">'),
     'not closed': ('<robot name="r">\n<link name="a">\n</robot>', 3, 'mismatched tag',
                    '<link> in line 2 is not closed'),
@@ -168,6 +174,9 @@ def test_file_may_begin_with_a_mark_and_name_an_encoding(tmp_path):
     'no shape': ('', "line 2: link 'a': <visual> has no geometry"),
     'a mesh without a name': ('<geometry><mesh filename=""/></geometry>',
                               "line 2: link 'a': <mesh> has no filename"),
+    'a shape of a later version': ('<geometry>\n<capsule radius="1" length="1"/></geometry>',
+                                   "line 3: link 'a': <capsule> is not a shape of URDF 1.0; "
+                                   'write a <box>, a <cylinder>, a <sphere> or a <mesh>'),
     'a colour that is a word': ('<geometry><sphere radius="1"/></geometry>'
                                 '<material name="m"><color rgba="red"/></material>',
                                 "<color> has the rgba 'red'"),
@@ -179,6 +188,43 @@ def test_what_transforms_do_not_need_is_a_warning(visual, warned):
     warning, = described.warnings
     assert warning.startswith('arm.urdf, line ') and warned in warning
     assert len(described.links['a']) == 1
+
+
+def test_same_flaw_of_two_shapes_in_one_line_is_one_warning():
+    shape = '<visual><geometry><box/></geometry></visual>'
+    text = f'<robot name="r">\n<link name="a">{shape}{shape}\n{shape}</link></robot>'
+    assert [warning.partition(' link')[0] for warning in Robot.parse(text, 'arm.urdf').warnings
+            ] == ['arm.urdf, line 2:', 'arm.urdf, line 3:']
+
+
+@pytest.mark.parametrize('version', ['1.0', '1.00', '01.0', ' 1.0', '1.0.'])
+def test_version_1_0_may_be_written_in_any_way_that_jazzy_reads(version):
+    assert Robot.parse(f'<robot name="r" version="{version}"><link name="a"/></robot>').root == 'a'
+
+
+IGNORED = 'which URDF 1.0 lacks and robot_state_publisher of Jazzy ignores, so '
+
+
+@pytest.mark.parametrize(('attributes', 'yaw', 'told'), [
+    ('quat_xyzw="0 0 2 0"', 0.0, 'there is no rotation; write rpy="0.0 0.0 3.141592654" instead'),
+    ('quat_xyzw="0 0 0 0"', 0.0,
+     'there is no rotation; write the rotation as rpy, radians, instead'),
+    ('quat_xyzw="1e308 1e308 1e308 1e308"', 0.0, 'there is no rotation; write the rotation as'),
+    ('quat_xyzw="west"', 0.0, 'there is no rotation; write the rotation as rpy'),
+    ('quat_xyzw="0 0 1 0" rpy="0 0 0.5"', 0.5,
+     'only the rpy beside it counts; remove quat_xyzw'),
+])
+def test_quaternion_is_ignored_as_in_jazzy_with_a_warning(attributes, yaw, told):
+    origin = f'<origin xyz="1 0 0" {attributes}/>'
+    shape = f'<visual>\n{origin}<geometry><sphere radius="1"/></geometry></visual>'
+    described = Robot.parse(f'<robot name="r"><link name="a"/><link name="b">{shape}</link>\n'
+                            '<joint name="j" type="fixed"><parent link="a"/><child link="b"/>'
+                            f'{origin}</joint></robot>', 'arm.urdf')
+    expected = Pose.from_xyz_rpy(x=1.0, yaw=yaw)
+    assert described.joints[0].origin == described.links['b'][0].origin == expected
+    for warning, place in zip(described.warnings, ["line 3: joint 'j'", "line 2: link 'b'"],
+                              strict=True):
+        assert warning.startswith(f'arm.urdf, {place}: <origin> has a quat_xyzw, {IGNORED}{told}')
 
 
 def test_white_space_before_the_declaration_is_a_warning_and_lines_stay():

@@ -124,14 +124,6 @@ def test_exporters_habits_are_read():
     assert robot.joints[0].origin == pytest.approx(Pose.from_xyz_rpy(yaw=pi / 2))
 
 
-def test_origin_may_have_a_quaternion():
-    text = '<origin quat_xyzw="0 0 2 0" xyz="1 0 0"/>'
-    robot = Robot.parse('<robot name="r"><link name="a"/><link name="b"/>'
-                        '<joint name="j" type="fixed"><parent link="a"/><child link="b"/>'
-                        f'{text}</joint></robot>')
-    assert robot.joints[0].origin == Pose(x=1.0, qz=1.0, qw=0.0)
-
-
 def test_what_links_look_like_is_kept():
     robot = Robot.parse("""<robot name="r">
   <material name="red"><color rgba="1 0 0 0.5"/></material>

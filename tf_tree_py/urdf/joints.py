@@ -83,10 +83,11 @@ class Joint(NamedTuple):
         return tuple(float(part == '/rot_w') for part in _PARTS[self.kind])
 
 
-def joint_of(element: Element) -> Joint:
+def joint_of(element: Element, warnings: list[str]) -> Joint:
     """
     Return the joint that an element describes.
 
+    :param warnings: a sentence is added for an attribute that is ignored.
     :raises DescriptionError: a part of it is missing, or is not a number.
     """
     name = element.attribute('name', 'give every joint a unique name')
@@ -97,8 +98,8 @@ def joint_of(element: Element) -> Joint:
                             f'did you mean {meant}?' if meant else
                             f'write one of {", ".join(_PARTS)}')
     return Joint(name, kind, _link_of(element, 'parent'), _link_of(element, 'child'),
-                 origin_of(element), _axis_of(element, kind), _mimic_of(element, kind),
-                 _limits_of(element, kind))
+                 origin_of(element, warnings), _axis_of(element, kind),
+                 _mimic_of(element, kind), _limits_of(element, kind))
 
 
 def _link_of(joint: Element, end: str) -> str:

@@ -9,6 +9,7 @@ Links and joints form one tree: one root, one parent for each link, no loop.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+import re
 from typing import Any
 
 import numpy as np
@@ -112,8 +113,8 @@ class Robot:
         the moving joints that mimic no other joint; see ``Joint.variables``.
     :ivar columns: the index of each variable of the moving joints, by name.
     :ivar rest: (columns,) the values of these variables at rest.
-    :ivar warnings: errors in the description that do not affect transforms, such as a box
-        without a size, one sentence each.
+    :ivar warnings: what is ignored in the description, such as a box without a size or the
+        quaternion of an origin, one sentence each.
     """
 
     def __init__(self, name: str, root: str, links: Mapping[str, tuple[Visual, ...]],
@@ -161,13 +162,16 @@ class Robot:
             raise element.error(f'the outermost element is <{element.tag}>',
                                 'a robot description is <robot name="..."> ... </robot>')
         name = element.attribute('name', 'give the robot a name')
+        _check_version(element)
         links = _by_name(element, 'link')
-        joints = [(joint_of(each), each) for each in _by_name(element, 'joint').values()]
+        joints = [(joint_of(each, warnings), each) for each in _by_name(element, 'joint').values()]
         root = root_of(element, links, joints)
         check_mimics(joints)
         materials = materials_of(element, warnings)
         visuals = {name: visuals_of(link, materials, warnings) for name, link in links.items()}
-        return cls(name, root, visuals, tuple(joint for joint, _ in joints), tuple(warnings))
+        # On one line of the description, two shapes may have the same flaw.
+        return cls(name, root, visuals, tuple(joint for joint, _ in joints),
+                   tuple(dict.fromkeys(warnings)))
 
     def __repr__(self) -> str:
         return (f'<Robot {self.name!r}: {len(self.links)} links on {self.root!r}, '
@@ -236,6 +240,23 @@ class Robot:
                 f'positions are an array (N, {len(self.variables)}) with a column for each of '
                 f'robot.variables, or a dictionary by their names; not {np.shape(array)}')
         return dict(zip(self.variables, np.moveaxis(array, -1, 0), strict=True))
+
+
+# Two integers, as the parsers of Jazzy and Kilted read them.
+_VERSION_1_0 = re.compile(r'\s*\+?0*1\.\s*[-+]?0+\.?')
+
+
+def _check_version(robot: Element) -> None:
+    """
+    Check the version of the format, as the parsers of Jazzy and Kilted do; by default it is 1.0.
+
+    :raises DescriptionError: it is another one.
+    """
+    version = robot.attributes.get('version', '1.0')
+    if not _VERSION_1_0.fullmatch(version):
+        raise robot.error(
+            f'<robot> has the version {quoted(version)}, but robot_state_publisher of Jazzy reads '
+            'only 1.0', 'write version="1.0", or remove the attribute')
 
 
 def _by_name(robot: Element, kind: str) -> dict[str, Element]:

@@ -9,6 +9,7 @@ therefore fetched or expanded.
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 import math
 import re
@@ -251,19 +252,38 @@ def _numbers(count: int) -> str:
     return 'one number' if count == 1 else f'{count} numbers'
 
 
-def origin_of(element: Element) -> Pose:
+def origin_of(element: Element, warnings: list[str]) -> Pose:
     """
     Return the pose of the <origin> in an element: metres, and radians about fixed axes.
 
-    :raises DescriptionError: a word in it is not a number, or a quaternion is zero.
+    :param warnings: a sentence is added for a quaternion, which is ignored.
+    :raises DescriptionError: a word in it is not a number.
     """
     origin = element.first('origin')
     if origin is None:
         return Pose()
-    xyz = numbers(origin, 'xyz', (0.0, 0.0, 0.0))
-    if 'quat_xyzw' not in origin.attributes:
-        return Pose.from_xyz_rpy(*xyz, *numbers(origin, 'rpy', (0.0, 0.0, 0.0)))
-    quaternion = numbers(origin, 'quat_xyzw', (0.0, 0.0, 0.0, 1.0))
-    if not any(quaternion):
-        raise origin.error('<origin> has a zero quat_xyzw', 'for no rotation write 0 0 0 1')
-    return Pose.from_parts(xyz, quaternion)
+    if 'quat_xyzw' in origin.attributes:
+        warnings.append(str(_ignored_quaternion(origin)))
+    return Pose.from_xyz_rpy(*numbers(origin, 'xyz', (0.0, 0.0, 0.0)),
+                             *numbers(origin, 'rpy', (0.0, 0.0, 0.0)))
+
+
+# The parsers of Jazzy (urdfdom 4.0) and Kilted (5.0) read the attributes xyz and rpy of an
+# <origin>, and no others. quat_xyzw belongs to URDF 1.1. Later parsers read it in a description
+# of that version, ignore it in one of version 1.0, and refuse rpy beside it. Those of Jazzy and
+# Kilted refuse every version but 1.0.
+def _ignored_quaternion(origin: Element) -> DescriptionError:
+    ignored = ('<origin> has a quat_xyzw, which URDF 1.0 lacks and robot_state_publisher of Jazzy '
+               'ignores')
+    if 'rpy' in origin.attributes:
+        return origin.error(f'{ignored}, so only the rpy beside it counts', 'remove quat_xyzw')
+    return origin.error(f'{ignored}, so there is no rotation', f'write {_as_rpy(origin)} instead')
+
+
+def _as_rpy(origin: Element) -> str:
+    """Return the attribute rpy for a quaternion; in words if that is not a rotation."""
+    with suppress(ValueError):
+        quaternion = numbers(origin, 'quat_xyzw', (0.0, 0.0, 0.0, 1.0))
+        angles = Pose.from_parts((0.0, 0.0, 0.0), quaternion).as_rpy()
+        return f'rpy="{" ".join(repr(round(angle, 9) + 0.0) for angle in angles)}"'
+    return 'the rotation as rpy, radians,'

@@ -84,21 +84,20 @@ def visuals_of(link: Element, materials: Mapping[str, Color],
     Return the shapes of a link, without those of an unknown kind.
 
     :param materials: the named colours of the description.
-    :param warnings: a sentence is added for each shape that cannot be read. Transforms do not
-        need shapes.
+    :param warnings: a sentence is added for each shape that is unknown or cannot be read, which
+        transforms do not need, and for an attribute that is ignored.
     """
     visuals = []
     for element in link.children_of('visual'):
         try:
-            shape = _shape_of(element)
-            if shape is not None:
-                visuals.append(Visual(shape, origin_of(element), _color_of(element, materials)))
+            visuals.append(Visual(_shape_of(element), origin_of(element, warnings),
+                                  _color_of(element, materials)))
         except DescriptionError as error:
             warnings.append(f'{error} (the shape is not shown; transforms do not need it)')
     return tuple(visuals)
 
 
-def _shape_of(visual: Element) -> Shape | None:
+def _shape_of(visual: Element) -> Shape:
     geometry = visual.first('geometry')
     if geometry is None or not geometry.children:
         raise visual.error('<visual> has no geometry', 'add one, such as '
@@ -115,7 +114,8 @@ def _shape_of(visual: Element) -> Shape | None:
         # A scale may be negative, which reflects the mesh.
         x, y, z = numbers(shape, 'scale', (1.0, 1.0, 1.0))
         return Mesh(shape.attribute('filename', 'write the file name of the mesh'), (x, y, z))
-    return None
+    raise shape.error(f'<{shape.tag}> is not a shape of URDF 1.0',
+                      'write a <box>, a <cylinder>, a <sphere> or a <mesh>')
 
 
 def _color_of(visual: Element, materials: Mapping[str, Color]) -> Color | None:
