@@ -57,6 +57,8 @@ def test_leading_slash_is_stripped_as_listeners_do():
     ({'x': 'abc'}, "x is 'abc', which is not a finite number"),
     ({'x': math.nan}, 'x is nan'),
     ({'x': True}, 'x is True'),
+    ({'x': '1_0'}, "x is '1_0'"),
+    ({'x': 10**400}, 'x is 1000'),
     ({'x': [1]}, r'x is \[1\]'),
     ({'qw': 0.0}, 'all zero'),
     ({'qx': 0.0, 'roll': 0.0}, 'not both'),
@@ -97,6 +99,8 @@ def test_example_file_is_read():
     ('transforms: [{frame_id: a, child_frame_id: b}, {frame_id: b, child_frame_id: a}]',
      "'b' -> 'a' would close a loop"),
     ('transforms: [', 'is not YAML: while parsing'),
+    ('[' * 3000, 'is not YAML: maximum recursion depth'),
+    ('transforms: [{x: !!int 1.5}]', 'is not YAML: invalid literal'),
 ])
 def test_file_that_cannot_be_is_refused(tmp_path, text, message):
     path = tmp_path / 'wrong.yaml'
@@ -105,6 +109,99 @@ def test_file_that_cannot_be_is_refused(tmp_path, text, message):
         from_yaml(str(path))
     assert str(refused.value).startswith(str(path))
     assert '\n' not in str(refused.value)
+
+
+def written(tmp_path, lines):
+    """Return the path of a file with one transform, which begins in line 2."""
+    path = tmp_path / 'written.yaml'
+    path.write_text('transforms:\n  - frame_id: a\n    child_frame_id: b\n' + ''.join(
+        f'    {line}\n' for line in lines), encoding='utf-8')
+    return str(path)
+
+
+@pytest.mark.parametrize(('text', 'number'), [
+    ('0', 0.0), ('-7', -7.0), ('+1.5', 1.5), ('.5', 0.5), ('1.', 1.0), ('01.5', 1.5),
+    ('1e3', 1e3), ('-1e-3', -1e-3), ('2.5E+3', 2500.0), ('"1.5"', 1.5), ('007', 7.0),
+    ('1 # metre', 1.0),
+])
+def test_decimal_number_may_be_written_in_any_way(tmp_path, text, number):
+    [transform] = from_yaml(written(tmp_path, [f'x: {text}']))
+    assert transform.pose.x == number
+
+
+@pytest.mark.parametrize(('text', 'reading', 'fix'), [
+    ('1:30', '90', 'write 90 if that is meant, and otherwise an ordinary decimal number'),
+    ('1:30.5', '90.5', 'write 90.5 if'),
+    ('010', '8', 'write 8 if that is meant, and otherwise an .* number, such as 10$'),
+    ('-010', '-8', 'such as -10$'),
+    ('0x10', '16', 'write 16 if'),
+    ('0b11', '3', 'write 3 if'),
+    ('1_000', '1000', 'write 1000 if'),
+    ('yes', 'true', 'write an ordinary decimal number, such as 0.25$'),
+    ('.inf', 'inf', 'write an ordinary'),
+    ('.nan', 'nan', 'write an ordinary'),
+    ('~', 'nothing', 'write an ordinary'),
+    ('2026-13-99', 'a date', 'write an ordinary'),
+    ('0.5.', 'a string', 'write an ordinary'),
+    ('15deg', 'a string', 'write an ordinary'),
+])
+@pytest.mark.parametrize(('word', 'line'), [
+    ('yaw', 'yaw: {}'), ('a number of the covariance', 'covariance: [1, 1, 1, 1, {}, 1]')])
+def test_what_yaml_would_change_into_another_number_is_refused(
+        tmp_path, word, line, text, reading, fix):
+    path = written(tmp_path, ['z: 1.0', line.format(text)])
+    with pytest.raises(BadInput, match=fix) as refused:
+        from_yaml(path)
+    assert str(refused.value).startswith(
+        f"{path}, line 5: {word} is '{text}', which YAML reads as {reading}; ")
+
+
+@pytest.mark.parametrize(('name', 'reading'), [
+    ('010', '8'), ('on', 'true'), ('1.0', '1.0'), ('2026-13-99', 'a date')])
+def test_frame_that_yaml_does_not_read_as_a_string_is_refused(tmp_path, name, reading):
+    path = tmp_path / 'names.yaml'
+    path.write_text(f'transforms:\n- {{frame_id: map,\n   child_frame_id: {name}}}')
+    with pytest.raises(BadInput) as refused:
+        from_yaml(str(path))
+    assert str(refused.value) == (f"{path}, line 3: child_frame_id is '{name}', which YAML reads "
+                                  f'as {reading}; enclose it in quotes: "{name}"')
+    path.write_text(path.read_text().replace(name, f'"{name}"'))
+    assert from_yaml(str(path))[0].child == name
+
+
+@pytest.mark.parametrize(('lines', 'told'), [
+    (['x: 1', 'y: 0', '"x": 2'],
+     "line 6: x is given twice, in line 4 as '1' and in line 6 as '2'"),
+    (['x: 1', 'x: 1'], "line 5: x is given twice, in line 4 as '1' and in line 5 as '1'"),
+    (['child_frame_id: b'], 'line 4: child_frame_id is given twice, in line 3 '),
+    (['covariance: {a: 1, a: 2}'], 'line 4: a is given twice'),
+])
+def test_key_that_is_given_twice_is_refused_at_any_level(tmp_path, lines, told):
+    path = written(tmp_path, lines)
+    with pytest.raises(BadInput) as refused:
+        from_yaml(path)
+    assert str(refused.value).startswith(f'{path}, {told}')
+    assert str(refused.value).endswith(
+        ', of which YAML would use only the last; remove one of the two')
+
+
+def test_second_list_of_transforms_is_refused(tmp_path):
+    path = tmp_path / 'two.yaml'
+    path.write_text(2 * 'transforms:\n  - {frame_id: a, child_frame_id: b}\n')
+    with pytest.raises(BadInput, match='line 3: transforms is given twice, in line 1 and in line '
+                       '3, of which .* the last; remove one of the two, or join them'):
+        from_yaml(str(path))
+
+
+def test_merged_keys_are_not_given_twice(tmp_path):
+    path = tmp_path / 'merged.yaml'
+    path.write_text("""transforms:
+  - &left {frame_id: base, child_frame_id: left, x: 1.0, y: 2.0}
+  - &tilted {frame_id: base, child_frame_id: tilted, pitch: 0.5}
+  - {<<: *left, <<: *tilted, child_frame_id: right, y: -2.0}
+""")
+    right = from_yaml(str(path))[-1]
+    assert right.pose == pytest.approx(Pose.from_xyz_rpy(1.0, -2.0, pitch=0.5))
 
 
 def test_file_that_is_no_text_is_refused(tmp_path):

@@ -56,6 +56,9 @@ A file for --yaml has one line for each transform, with the same keywords:
     - {frame_id: base_link, child_frame_id: lidar, z: 0.7, qz: 0.6, qw: 0.8,
        covariance: [1e-6, 1e-6, 1e-6, 3e-4, 3e-4, 3e-4]}
 
+Numbers are decimal, such as 0.25 or 1e-3. YAML's other numbers, such as 1:30, which is 90,
+and 010, which is 8, are refused, and so is a key that is given twice.
+
 A covariance is six variances, of x, y, z and rotation about x, y, z, in metres^2 and
 radians^2 (or all 36 numbers); a CovarianceListener takes them from /tf_static_covariance.
 

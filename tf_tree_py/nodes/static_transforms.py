@@ -18,13 +18,7 @@ from tf_tree_py.core import InvalidArgumentException, LATEST, Pose
 from tf_tree_py.core.geometry.so3 import Array
 
 from .bad_input import BadInput
-
-FRAMES = ('frame_id', 'child_frame_id')
-TRANSLATION = ('x', 'y', 'z')
-QUATERNION = ('qx', 'qy', 'qz', 'qw')
-ANGLES = ('roll', 'pitch', 'yaw')
-COVARIANCE = 'covariance'
-WORDS = (*FRAMES, *TRANSLATION, *QUATERNION, *ANGLES, COVARIANCE)
+from .static_words import ANGLES, COVARIANCE, DECIMAL, FRAMES, QUATERNION, TRANSLATION, WORDS
 
 _IN_FILE = 'transforms'
 
@@ -90,13 +84,15 @@ def _frame(word: str, value: object) -> str:
 
 
 def _number(word: str, value: object) -> float:
-    # Some YAML readers read 1e-3 as a string, and in Python True is 1.
+    # YAML reads 1e-3 as a string, and in Python True is 1.
+    wrong = (not DECIMAL.fullmatch(value.strip()) if isinstance(value, str)
+             else isinstance(value, bool))
     try:
-        number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+        number = math.nan if wrong else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise BadInput(f'{word} is {value!r}, which is not a finite number')
+        raise BadInput(f'{word} is {value!r:.60}, which is not a finite number')
     return number
 
 
@@ -134,11 +130,12 @@ def _load(path: str) -> Any:
         raise BadInput(
             'reading YAML needs PyYAML: apt install python3-yaml, or pip install pyyaml') from None
     try:
+        from .static_yaml import read_yaml
         with open(path, encoding='utf-8') as file:
-            return yaml.safe_load(file)
+            return read_yaml(file)
     except OSError as error:
         raise BadInput(f'{path} cannot be read: {error.strerror}') from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
+    except (ValueError, RecursionError, yaml.YAMLError) as error:
         raise BadInput(f'{path} is not YAML: {" ".join(str(error).split())}') from error
 
 
