@@ -15,7 +15,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag1 import Reader as Reader1, Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer as Writer2
 from rosbags.typesys import get_typestore, Stores
 from serialized import serialize, serialize_ros1
@@ -154,6 +154,25 @@ def write_ros1(path, messages, compression=None):
             data = as_ros1(message.transforms) if message.data is None else message.data
             writer.write(connections[key], message.received, data)
     return path
+
+
+def as_mcap(bag):
+    """Write the messages of a ROS 1 bag as MCAP, like a converter; return the file; needs mcap."""
+    mcap = pytest.importorskip('mcap.writer')
+    with Reader1(bag) as reader, bag.with_suffix('.mcap').open('wb') as file:
+        writer = mcap.Writer(file)
+        writer.start('ros1', 'test')
+        channels = {}
+        for each in reader.connections:
+            schema = writer.register_schema(
+                each.msgtype.replace('/msg/', '/'), 'ros1msg', each.msgdef.data.encode())
+            channels[each.id] = writer.register_channel(each.topic, 'ros1', schema, {
+                'callerid': each.ext.callerid or '',
+                'latching': 'true' if each.ext.latching else 'false'})
+        for connection, stamp, data in reader.messages():
+            writer.add_message(channels[connection.id], stamp, data, stamp)
+        writer.finish()
+    return bag.with_suffix('.mcap')
 
 
 def write_split(path, parts, **options):

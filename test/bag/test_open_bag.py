@@ -12,6 +12,7 @@ import sys
 import warnings
 
 from bags import (
+    as_mcap,
     assert_same,
     driving,
     fed,
@@ -57,6 +58,7 @@ KINDS = {
     'ros1, of the old tf': lambda path: write_ros1(
         path.with_suffix('.bag'),
         [message._replace(type_name='tf/msg/tfMessage') for message in RUN]),
+    'ros1, as mcap': lambda path: as_mcap(write_ros1(path.with_suffix('.bag'), RUN)),
 }
 
 
@@ -167,12 +169,15 @@ def test_window_is_as_long_as_asked_for(tmp_path):
 def test_latched_topics_are_static_whatever_their_name(tmp_path):
     mounted = [Message(START, '/mounts', [('base', 'gps', 77, (1, 2, 3, 0, 0, 0, 1))], LATCHED)]
     for path in (write_ros2(tmp_path / 'run', RUN + mounted),
-                 write_ros1(tmp_path / 'run.bag', RUN + mounted)):
+                 write_ros1(tmp_path / 'run.bag', RUN + mounted),
+                 as_mcap(tmp_path / 'run.bag')):
         assert open_bag(path).lookup('base', 'gps', START + SECOND).y == 2.0
 
 
-def test_arrivals_are_what_was_recorded(tmp_path):
-    path = write_ros1(tmp_path / 'run.bag', driving(count=3, publisher='/drive') + STATIC)
+@pytest.mark.parametrize('converted', [lambda path: path, as_mcap], ids=['bag', 'mcap'])
+def test_arrivals_are_what_was_recorded(tmp_path, converted):
+    path = converted(write_ros1(tmp_path / 'run.bag',
+                                driving(count=3, publisher='/drive') + STATIC))
     arrivals = list(read_messages(path))
     assert [arrival.received for arrival in arrivals] == sorted(
         arrival.received for arrival in arrivals)

@@ -3,7 +3,7 @@
 
 """The header stamps of any topic, from bags of both generations."""
 
-from bags import file_of, JAZZY, NOETIC, RUN, SECOND, START, without_index, write_ros2
+from bags import as_mcap, file_of, JAZZY, NOETIC, RUN, SECOND, START, without_index, write_ros2
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
@@ -51,10 +51,13 @@ def write(path, storage):
     return path
 
 
-@pytest.fixture(scope='module', params=['mcap', 'sqlite3', 'ros1', 'mcap without an index'])
+@pytest.fixture(scope='module', params=['mcap', 'sqlite3', 'ros1', 'ros1 as mcap',
+                                        'mcap without an index'])
 def bag(request, tmp_path_factory):
     path = write(tmp_path_factory.mktemp('bag') / 'run', request.param.split()[0])
-    return without_index(file_of(path)) if 'without' in request.param else path
+    if 'without' in request.param:
+        return without_index(file_of(path))
+    return as_mcap(path) if 'as mcap' in request.param else path
 
 
 @pytest.mark.parametrize('topic', ['/image', '/clock'])

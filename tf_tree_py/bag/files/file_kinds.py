@@ -32,7 +32,9 @@ def open_file(path: Path) -> Storage:
         if file.fault is not None:
             raise file.fault
         if file.path.suffix == '.mcap':
-            McapScan(file.path).check_sizes()
+            scanned = McapScan(file.path)
+            scanned.check_sizes()
+            scanned.check_profile()
         return RosbagsFile(file, scan)
     except UNREADABLE as error:
         try:

@@ -2,17 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Reads MCAP files without an end, record by record.
+Reads MCAP files that rosbags refuses, record by record: those without an end, or not of ROS 2.
 
 The format: https://mcap.dev/spec. A record is its kind (one byte), its length (uint64) and its
 content; chunks hold records, mostly compressed.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 import zlib
 
-from rosbags.interfaces import MessageDefinition, Qos
+from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
 from .rosbags_file import (
@@ -22,11 +23,20 @@ from .rosbags_file import (
     profiles_of,
     UNREADABLE,
 )
-from .scanning import Bytes, Cut, definition, lost_bytes, mapped, share
+from .scanning import (
+    Bytes,
+    Cut,
+    definition,
+    lost_bytes,
+    mapped,
+    OtherProfile,
+    ros1_type,
+    share,
+)
 from .unpacking import unpacked_part
 
 _MAGIC = b'\x89MCAP0\r\n'
-_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 2, 3, 4, 5, 6, 15
+_HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 1, 2, 3, 4, 5, 6, 15
 # The last record, and the magic bytes after it.
 _FOOTER_BYTES = 9 + 20 + len(_MAGIC)
 
@@ -77,6 +87,22 @@ class McapScan:
                         raise too_large('a chunk', length)
         except Cut:
             return
+
+    def check_profile(self) -> None:
+        """
+        Check that the header, if it can be read, has the profile of ROS 2.
+
+        :raises OtherProfile: it has another one, such as that of a converted ROS 1 bag, or none.
+        """
+        file = Bytes(self._data)
+        file.take(len(_MAGIC))
+        try:
+            kind, length = file.number('B'), file.number('Q')
+            profile = Bytes(file.take(length)).text()
+        except Cut:
+            return
+        if kind == _HEADER and profile != 'ros2':
+            raise OtherProfile(f"its profile is {profile!r}, not 'ros2'")
 
     def _read_summary(self) -> None:
         """Read the topics at the end of an intact file: their chunk may be damaged."""
@@ -149,10 +175,15 @@ class McapScan:
             number, schema = content.number('H'), content.number('H')
             topic, encoding = content.text(), content.text()
             name, fields = self._schemas.get(schema, ('', definition('', '')))
-            profiles = _profiles(Bytes(content.sized()))
-            source = MessageSource(topic, name, is_transient_local(profiles), '',
-                                   encoding == 'ros1',
-                                   is_reliable(profiles), is_volatile(profiles))
+            metadata = _metadata(Bytes(content.sized()))
+            if encoding == 'ros1':
+                source = MessageSource(topic, ros1_type(name),
+                                       metadata.get('latching') in ('1', 'true'),
+                                       metadata.get('callerid', ''), True)
+            else:
+                profiles = profiles_of(metadata.get('offered_qos_profiles', ''))
+                source = MessageSource(topic, name, is_transient_local(profiles), '', False,
+                                       is_reliable(profiles), is_volatile(profiles))
             self._channels[number] = source
             self.definitions[source] = fields
 
@@ -167,10 +198,11 @@ class McapScan:
             yield RecordedMessage(received, source, bytes(content.take(content.left)))
 
 
-def _profiles(metadata: Bytes) -> list[Qos]:
-    """Return the quality of service that a channel's publishers offered."""
-    while metadata:
-        name, value = metadata.text(), metadata.text()
-        if name == 'offered_qos_profiles':
-            return profiles_of(value)
-    return []
+def _metadata(data: Bytes) -> dict[str, str]:
+    """Return what a channel says about its publishers, as far as it can be read."""
+    found: dict[str, str] = {}
+    with suppress(Cut):
+        while data:
+            name, value = data.text(), data.text()
+            found[name] = value
+    return found

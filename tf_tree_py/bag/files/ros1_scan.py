@@ -17,7 +17,7 @@ from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import UNREADABLE
-from .scanning import Bytes, Cut, definition, lost_bytes, mapped, share
+from .scanning import Bytes, Cut, definition, lost_bytes, mapped, ros1_type, share
 from .unpacking import unpacked_part
 
 _MAGIC = b'#ROSBAG V2.0\n'
@@ -99,9 +99,8 @@ class Ros1Scan:
         self._lost_bytes += len(packed) - used + share(used, unread, len(unpacked))
 
     def _connect(self, header: dict[str, bytes], fields: dict[str, bytes]) -> None:
-        package, _, name = fields['type'].decode().rpartition('/')
         source = MessageSource(
-            header['topic'].decode(), f'{package.removesuffix("/msg")}/msg/{name}',
+            header['topic'].decode(), ros1_type(fields['type'].decode()),
             fields.get('latching') == b'1', fields.get('callerid', b'').decode(), True)
         self._connections[_number(header['conn'])] = source
         self.definitions[source] = definition(fields['message_definition'].decode())

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Reads files that rosbags refuses: truncated, never finished, or without an index.
+Reads files that rosbags refuses: truncated, never finished, without an index, or not of ROS 2.
 
 Each kind of file has a scan of its own.
 """
@@ -16,7 +16,7 @@ from tf_tree_py.core.stamp import FOREVER, format_stamp
 from .message_source import MessageSource, RecordedMessage, Scan
 from .plain_file import PlainFile
 from .rosbags_file import first_field_of, salvaged
-from .scanning import NOTHING_MISSING, UNKNOWN_MISSING, WITHOUT_INDEX
+from .scanning import NOTHING_MISSING, OtherProfile, UNKNOWN_MISSING, WITHOUT_INDEX
 
 
 class SalvagedFile:
@@ -46,8 +46,10 @@ class SalvagedFile:
                 else first.lost)
         state = ('could not be opened as usual' if lost.startswith(NOTHING_MISSING)
                  else 'is not whole')
-        self.damage = [
-            f'{file.name} {state} ({file.reason(why)}): {self.counts.total()} messages could be '
+        another = isinstance(why, OtherProfile)  # which is no fault
+        reason = '' if another else f' ({file.reason(why)})'
+        self.damage = [] if another and first.lost == NOTHING_MISSING else [
+            f'{file.name} {state}{reason}: {self.counts.total()} messages could be '
             f'read{received}, {lost}']
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,

@@ -59,6 +59,16 @@ def share(packed: int, unread: int, unpacked: int) -> int:
     return round(packed * unread / unpacked) if unpacked else packed
 
 
+def ros1_type(name: str) -> str:
+    """Return the name of a ROS 1 type as rosbags has it, such as std_msgs/msg/Header."""
+    package, _, kind = name.rpartition('/')
+    return f'{package.removesuffix("/msg")}/msg/{kind}'
+
+
+class OtherProfile(ValueError):
+    """An MCAP file has a profile that rosbags refuses; this is not damage, and a scan reads it."""
+
+
 class Cut(Exception):
     """The bytes end within a record or a field."""
 
