@@ -4,9 +4,10 @@
 """The scans of a lidar on a robot that drives and rotates, as PointCloud2."""
 
 from copy import deepcopy
+import math
 import re
 
-from hand_clock import HandClock
+from hand_clock import clock_of_logs, HandClock
 from inputs import for_each
 from lidar_scene import driving, scan, SCAN_TIME, SECOND, thickness, WALL_X
 from message_tools import make_cloud
@@ -26,7 +27,7 @@ from tf_tree_py import (
 from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.ros.messages import deskew_cloud as module
 from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
-from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud, point_times
+from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud, point_times, UNITS
 from tf_tree_py.ros.messages.point_cloud import (
     as_cloud,
     field_column,
@@ -51,9 +52,15 @@ def scanned():
 
 
 @pytest.fixture(autouse=True)
-def nothing_logged(monkeypatch):
-    monkeypatch.setattr(module, '_logged', set())
-    monkeypatch.setattr(module._log, '_flows', {})
+def nothing_logged():
+    """Let every test log as the first clouds of a process do."""
+    yield
+    forget()
+
+
+def forget():
+    for kept in (module._logged, module._doubted, module._log._flows, module._warnings._flows):
+        kept.clear()
 
 
 # --- the wall
@@ -216,6 +223,8 @@ U4, TODAY = np.array([0, 3, 7], dtype='u4'), np.array([CALENDAR])
     ('t', U4, {'unit': 'ns'}, 'ns', 7),
     ('mine', np.array([0.0, 0.05]), {'field': 'mine'}, 's', SECOND // 20),
     ('time', np.array([1000.0, 1000.1]), {'unit': 's', 'origin': SWITCHED_ON}, 's', SECOND // 10),
+    ('time', np.array([0.0, 0.5, 1.0]), {'unit': 0.1}, 'multiples of 0.1 s', SECOND // 10),
+    ('t', np.array([0, 1000], dtype='u2'), {'unit': 1e-4}, 'multiples of 0.0001 s', SECOND // 10),
     ('t', np.array([0, 500], dtype='u4'), {}, 'ms', 500_000_000),
     ('t', np.array([0, 99_000], dtype='u4'), {}, 'us', 99_000_000),
     ('t', np.array([0, 2_000_000], dtype='u4'), {}, 'ns', 2_000_000),
@@ -257,7 +266,8 @@ def test_stamps_by_a_simulated_clock_are_told_from_offsets():
     ({'ring': U4}, {}, r'none of t, time, timestamp, offset_time is among its fields '
                        r'\(x, y, z, ring\)'),
     ({'t': U4}, {'field': 'when'}, "no field 'when'"),
-    ({'t': U4}, {'unit': 'h'}, "unit is one of s, ms, us, ns, not 'h'"),
+    *[({'t': U4}, {'unit': unit}, f'one of s, ms, us, ns, or a number of .* to 60, not {unit!r}')
+      for unit in ('h', 0, -0.1, math.nan, 61.0)],
     ({'time': np.array([1000.0, 1000.1])}, {'unit': 's'},
      r"in the field 'time', read as s, begin 1000.000 s from.*as origin"),
     ({'timestamp': TODAY / 1e9 + 3600}, {'unit': 's'}, 'read as s, begin 3600.000 s from'),
@@ -279,6 +289,121 @@ def test_reading_says_what_was_assumed(options, sentence):
     assert re.search(sentence, times.reading)
     since_1970 = point_times(some_cloud(timestamp=TODAY / 1e9))
     assert "(float64) holds s from the clock's zero (assumed" in since_1970.reading
+
+
+# --- times that are coarse
+
+
+def float32(*seconds, unit=1.0):
+    return (np.array(seconds) / unit).astype(np.float32)
+
+
+@for_each(unit=[1.0, 1e-3, 1e-6, 1e-9], field=['time', 'timestamp'],
+          options=[{}, {'origin': 0}], late=[0.0, -59.0, 59.0])
+def test_float32_since_1970_is_refused(unit, field, options, late):
+    """Its steps are 128 s. The nearest of them may be more than a minute from the stamp."""
+    for second in range(0, 128, 16):
+        start = CALENDAR + second * SECOND
+        times = float32(start / 1e9 + late, start / 1e9 + late + 0.1, unit=unit)
+        with pytest.raises(
+                InvalidArgumentException,
+                match=rf"field '{field}' is float32 and holds 1\.?7[89].* has steps of 1\d\d\."
+                      '.*write FLOAT64, or times relative to the stamp'):
+            point_times(some_cloud(start, **{field: times}), **options)
+
+
+# Seconds since the lidar was switched on, and the step of float32 there.
+@pytest.mark.parametrize(('since', 'outcome'), [
+    (16_000, 'fine'), (20_000, '1.953 ms'), (130_000, '7.812 ms'), (140_000, 'refused')])
+def test_float32_since_the_start_of_the_lidar_is_doubted_and_then_refused(since, outcome):
+    cloud = some_cloud(time=float32(since, since + 0.1))
+    options = {'unit': 's', 'origin': CALENDAR - since * SECOND}
+    if outcome == 'refused':
+        with pytest.raises(InvalidArgumentException, match='float32 has steps of 15.62 ms, too'):
+            point_times(cloud, **options)
+        return
+    times = point_times(cloud, **options)
+    assert abs(int(times.stamps.max()) - CALENDAR - SECOND // 10) <= 4_000_000
+    assert outcome == 'fine' or f'steps of {outcome}' in times.doubt
+    assert bool(times.doubt) == (outcome != 'fine')
+
+
+@for_each(times=[(0.0, 0.1), (-0.1, 0.0), (0.0, 4.0), (-59.0, 59.0), (0.0, 0.0)],
+          unit=UNITS.items())
+def test_float32_after_the_stamp_is_never_coarse(times, unit):
+    name, size = unit
+    cloud = some_cloud(time=float32(*times, unit=size / 1e9))
+    assert point_times(cloud, unit=name).doubt == ''
+
+
+def test_coarse_times_are_logged_once(capfd, monkeypatch):
+    clock = clock_of_logs(monkeypatch)
+    since = 20_000
+    cloud = some_cloud(time=float32(since, since + 0.1))
+    buffer, origin = driving(CALENDAR), Time(nanoseconds=CALENDAR - since * SECOND)
+    for _ in range(3):
+        deskew_cloud(buffer, cloud, unit='s', origin=origin)
+        clock.now += 60.0
+    logged = capfd.readouterr().err
+    assert logged.count('[WARN]') == 1
+    assert "in 'lidar': The field 'time' is float32 and holds 20000.09961, read as s" in logged
+
+
+# --- fractions of a scan
+
+
+def log_of_clouds(capfd, interval, times, **options):
+    """Deskew three clouds, some seconds apart; return what is logged."""
+    buffer = Buffer()
+    buffer.set_transform_static(transform('odom', 'lidar', w=1.0))
+    for number in range(3):
+        cloud = some_cloud(CALENDAR + round(number * interval * 1e9), time=times)
+        deskew_cloud(buffer, cloud, **options)
+    return capfd.readouterr().err
+
+
+@for_each(times=[float32(0.0, 0.5, 1.0), float32(0.0, 0.4, 0.95), float32(-1.0, 0.0)],
+          interval=[0.05, 0.1, 0.5])
+def test_fractions_of_a_scan_cause_one_warning(capfd, times, interval):
+    forget()
+    log = log_of_clouds(capfd, interval, times)
+    assert log.count('[WARN]') == 1
+    assert re.search(
+        r"in 'lidar': the times in the field 'time' span (1|0\.95), read as seconds, but the "
+        rf'stamps of two clouds are {interval * 1e3:.0f} ms apart. If these are fractions of a '
+        r'scan, pass its duration in seconds as unit, such as unit=0.1; if .*, pass unit=', log)
+
+
+# A lidar that turns once a second, one that turns ten times, two halves of a scan, and clouds of a
+# known unit: fractions, or points of ten scans, sent after each of them.
+@pytest.mark.parametrize(('interval', 'times', 'options'), [
+    (1.0, float32(0.0, 0.9999), {}),
+    (0.8, float32(0.0, 1.0), {}),
+    (0.1, float32(0.0, 0.1), {}),
+    (0.0, float32(0.0, 1.0), {}),
+    (0.1, float32(0.0, 1.0), {'unit': 0.1}),
+    (0.1, float32(0.0, 1.0), {'unit': 's'}),
+    (0.1, float32(0.0, 2.0), {}),
+])
+def test_seconds_cause_no_warning(capfd, interval, times, options):
+    assert '[WARN]' not in log_of_clouds(capfd, interval, times, **options)
+
+
+def test_one_cloud_of_fractions_is_no_evidence_and_the_log_says_what_to_pass(capfd):
+    log = log_of_clouds(capfd, 0.0, float32(0.0, 1.0))
+    assert re.search(r'\[INFO\].*holds s from the.*If these are fractions.*such as unit=0.1$',
+                     log, re.MULTILINE)
+
+
+def test_clouds_of_two_lidars_are_not_compared(capfd):
+    buffer = Buffer()
+    for frame in ('left', 'right'):
+        buffer.set_transform_static(transform('odom', frame, w=1.0))
+    for number in range(4):
+        cloud = some_cloud(CALENDAR + number * SECOND // 2, time=float32(0.0, 0.99))
+        cloud.header.frame_id = ('left', 'right')[number % 2]
+        deskew_cloud(buffer, cloud)
+    assert '[WARN]' not in capfd.readouterr().err
 
 
 # --- waiting

@@ -24,7 +24,13 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py.beyond.motion.deskew import deskew
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.stamp import format_span, LATEST, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import (
+    as_seconds,
+    format_span,
+    from_seconds,
+    LATEST,
+    NANOSECONDS_PER_SECOND,
+)
 from tf_tree_py.core.text import shorten
 from tf_tree_py.limited_log import LimitedLog
 
@@ -44,6 +50,11 @@ _INT_LIMITS = (('ms', 1e3), ('us', 1e6), ('ns', math.inf))
 _CALENDAR = 10**6 * NANOSECONDS_PER_SECOND
 # The longest time between a point and the stamp of its cloud.
 _TOO_FAR = 60 * NANOSECONDS_PER_SECOND
+# Steps of a floating type, nanoseconds, that cause a warning, and that are refused. During the
+# first, a robot at 10 m/s drives 1 cm; the second is a tenth of the scan of most lidars. FLOAT32
+# seconds reach these 4.6 and 36 hours after the start of a sensor. The steps of offsets from the
+# stamp of a cloud, which are below a minute, are microseconds.
+_COARSE_STEP, _COARSEST_STEP = 1_000_000, 10_000_000
 
 
 class PointTimes(NamedTuple):
@@ -53,9 +64,10 @@ class PointTimes(NamedTuple):
     :ivar stamps: (N,) nanoseconds, row by row; meaningless where not valid.
     :ivar valid: (N,) whether the point has a time at all.
     :ivar field: the field that was read.
-    :ivar unit: 's', 'ms', 'us' or 'ns'.
+    :ivar unit: 's', 'ms', 'us' or 'ns'; or the given unit in words.
     :ivar origin: the stamp, nanoseconds, of the field's zero.
     :ivar reading: one sentence with all of this, and with the assumptions.
+    :ivar doubt: why the times are coarse, and what to do; '' if they are not.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -64,25 +76,26 @@ class PointTimes(NamedTuple):
     unit: str
     origin: int
     reading: str
+    doubt: str = ''
 
 
-def point_times(cloud: PointCloud2, field: str | None = None, unit: str | None = None,
+def point_times(cloud: PointCloud2, field: str | None = None, unit: str | float | None = None,
                 origin: int | None = None,
                 points_valid: npt.NDArray[np.bool_] | None = None) -> PointTimes:
     """
     Return when each point of a cloud was taken.
 
     :param field: None for the first of t, time, timestamp and offset_time that the cloud has.
-    :param unit: 's', 'ms', 'us' or 'ns'; None to infer it from type and range. A scan with few
+    :param unit: 's', 'ms', 'us' or 'ns'; or a number of seconds, such as the duration of a scan
+        if the field holds fractions of it; None to infer it from type and range. A scan with few
         points may be too short for that: pass the unit if you know it.
     :param origin: the stamp, nanoseconds, of the field's zero: 0 if the field counts from the
         clock's own zero; None to infer whether it is that or the header's stamp.
     :param points_valid: (N,) the points from which unit and origin are inferred.
-    :raises InvalidArgumentException: no such field, an unknown unit, or times that cannot belong
-        to the cloud's stamp.
+    :raises InvalidArgumentException: no such field, an unknown unit, times that cannot belong
+        to the cloud's stamp, or a type that is too coarse for them.
     """
-    if unit is not None and unit not in UNITS:
-        raise InvalidArgumentException(f'unit is one of {", ".join(UNITS)}, not {unit!r}')
+    given = None if unit is None else _size_of(unit)
     name = _time_field(cloud) if field is None else field
     values = field_column(cloud, name).reshape(-1)
     values = values.astype(values.dtype.newbyteorder('='))
@@ -91,17 +104,41 @@ def point_times(cloud: PointCloud2, field: str | None = None, unit: str | None =
     stamp = as_nanoseconds(cloud.header.stamp)
     first, last = (known.min().item(), known.max().item()) if len(known) else (0, 0)
 
-    limits = _FLOAT_LIMITS if values.dtype.kind == 'f' else _INT_LIMITS
-    unit_read = unit or _inferred_unit(first, last, name, stamp, limits)
-    size = UNITS[unit_read]
+    step = _step(values.dtype, max(abs(first), abs(last)))
+    if given is None:
+        limits = _FLOAT_LIMITS if values.dtype.kind == 'f' else _INT_LIMITS
+        unit_read = _inferred_unit(first, last, step, name, stamp, limits)
+        size = UNITS[unit_read]
+    else:
+        unit_read, size = given
     if origin is None:
         origin_read = 0 if _is_absolute(last * size, name, stamp) else stamp
     else:
         origin_read = origin
-    _check_distance(name, unit_read, origin_read, first * size, last * size, stamp)
+    _check_distance(name, unit_read, origin_read, first * size, last * size, step * size, stamp)
+    doubt = _doubt(name, values.dtype.name, unit_read, last, step * size)
+    if step * size > _COARSEST_STEP:
+        raise InvalidArgumentException(doubt)
     return PointTimes(
         origin_read + _as_nanoseconds(np.where(valid, values, 0), size), valid, name, unit_read,
-        origin_read, _reading(name, values.dtype.name, unit, unit_read, origin, origin_read))
+        origin_read, _reading(name, values.dtype.name, unit, unit_read, origin, origin_read),
+        doubt)
+
+
+def _size_of(unit: str | float) -> tuple[str, int]:
+    """Return a unit in words, and its nanoseconds."""
+    if isinstance(unit, str):
+        if unit in UNITS:
+            return unit, UNITS[unit]
+    elif 1 <= unit * NANOSECONDS_PER_SECOND <= _TOO_FAR:
+        return f'multiples of {unit:g} s', from_seconds(unit)
+    raise InvalidArgumentException(
+        f'unit is one of {", ".join(UNITS)}, or a number of seconds up to 60, not {unit!r}')
+
+
+def _step(kind: np.dtype[Any], value: Any) -> float:
+    """Return the distance of a floating type's numbers around a value; 0 for integers."""
+    return float(np.spacing(kind.type(value))) if kind.kind == 'f' else 0.0
 
 
 def _time_field(cloud: PointCloud2) -> str:
@@ -114,10 +151,10 @@ def _time_field(cloud: PointCloud2) -> str:
         f'({", ".join(names)}). If another field holds the times, pass its name')
 
 
-def _inferred_unit(first: Any, last: Any, name: str, stamp: int,
+def _inferred_unit(first: Any, last: Any, step: float, name: str, stamp: int,
                    limits: Sequence[tuple[str, float]]) -> str:
     for unit, size in UNITS.items():
-        if stamp > _CALENDAR and _is_near(first * size, last * size, stamp):
+        if stamp > _CALENDAR and _is_near(first * size, last * size, step * size, stamp):
             return unit
     extent = last - first if name == 'timestamp' else max(abs(first), abs(last))
     return next(unit for unit, limit in limits if extent < limit or limit == math.inf)
@@ -129,18 +166,27 @@ def _is_absolute(last: Any, name: str, stamp: int) -> bool:
     return bool((stamp > _CALENDAR or name == 'timestamp') and abs(last - stamp) < abs(last))
 
 
-def _is_near(first: Any, last: Any, stamp: int) -> bool:
-    return bool(abs(first - stamp) < _TOO_FAR and abs(last - stamp) < _TOO_FAR)
+def _is_near(first: Any, last: Any, step: float, stamp: int) -> bool:
+    # FLOAT32 seconds since 1970 have steps of 128 s: near ones must be recognised, to be refused.
+    return bool(max(abs(first - stamp), abs(last - stamp)) < _TOO_FAR + step)
 
 
-def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any,
+def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any, step: float,
                     stamp: int) -> None:
-    if not _is_near(origin + first, origin + last, stamp):
+    if not _is_near(origin + first, origin + last, step, stamp):
         begins = format_span(int(origin + first - stamp))
         raise InvalidArgumentException(
             f'The times in the field {name!r}, read as {unit}, begin {begins} from the stamp of '
             'the cloud. If the unit is wrong, pass the right one; if the times count from another '
             'moment, such as the start of the sensor, pass the stamp of that moment as origin')
+
+
+def _doubt(name: str, kind: str, unit: str, value: Any, step: float) -> str:
+    if step <= _COARSE_STEP:
+        return ''
+    return (f'The field {name!r} is {kind} and holds {value:.10g}, read as {unit}: around this '
+            f'value, {kind} has steps of {format_span(round(step))}, too coarse for the times of '
+            'points. Let the driver write FLOAT64, or times relative to the stamp of the cloud')
 
 
 def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64]:
@@ -154,7 +200,7 @@ def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64
         return np.asarray(whole.astype(np.int64) * size + rest.astype(np.int64))
 
 
-def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int | None,
+def _reading(name: str, kind: str, unit: str | float | None, unit_read: str, origin: int | None,
              origin_read: int) -> str:
     zero = "the clock's zero" if origin_read == 0 else "the cloud's stamp"
     if origin is not None:
@@ -168,20 +214,29 @@ def _reading(name: str, kind: str, unit: str | None, unit_read: str, origin: int
 
 # (frame, reading) pairs that have been logged: all clouds of one driver have the same reading.
 _logged: set[tuple[str, str]] = set()
+# By frame, the stamp of the last cloud whose times may be fractions of its scan.
+_doubted: dict[str, int] = {}
 _MAX_LOGGED = 1000
 _log = LimitedLog(lambda line: rclpy.logging.get_logger('tf_tree_py').info(line))
+_warnings = LimitedLog(lambda line: rclpy.logging.get_logger('tf_tree_py').warning(line))
+
+# Times that begin at 0 and span so much, or more, of 1 may be fractions of a scan. So may those of
+# a lidar that turns once a second, but its clouds do not overlap: they come so much of the span
+# apart, or more.
+_MOST_OF_A_SCAN, _APART = 0.9, 0.75
 
 
 def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = None,
                  fixed_frame: str = 'odom', reference_stamp: Any = None, *,
-                 field: str | None = None, unit: str | None = None, origin: Any = None,
+                 field: str | None = None, unit: str | float | None = None, origin: Any = None,
                  timeout: Any = None) -> PointCloud2:
     """
     Return a cloud with each point where it would have been seen at one time.
 
     Its layout and all other fields stay. The times of the points stay, too: they still give when a
     point was taken, relative to the old stamp. A point without a time becomes NaN. The assumptions
-    about the times are logged once; ``point_times`` returns them.
+    about the times are logged once; ``point_times`` returns them. So is a warning if the times are
+    coarse, or if they are probably no seconds but fractions of a scan, from 0 to 1.
 
     :param buffer: a ``Buffer``, a ``BufferCore`` or a snapshot.
     :param target_frame: None for the cloud's own.
@@ -205,9 +260,10 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     if len(points):
         times = point_times(
             cloud, field, unit, None if origin is None else as_nanoseconds(origin, Time), seen)
-        _log_once(source_frame, times.reading)
         timed = seen & times.valid
         stamps = times.stamps[timed]
+        _log_reading(source_frame, as_nanoseconds(cloud.header.stamp), times,
+                     0 if unit is not None else _span_of_fractions(times, stamps))
 
     if timeout is not None:
         last = int(stamps.max(initial=LATEST))
@@ -225,10 +281,41 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     return result
 
 
-def _log_once(frame: str, reading: str) -> None:
-    if (frame, reading) in _logged or len(_logged) >= _MAX_LOGGED:
-        return
+def _span_of_fractions(times: PointTimes, stamps: npt.NDArray[np.int64]) -> int:
+    """Return how long a scan lasts, nanoseconds, if its seconds may be fractions; else 0."""
+    if times.unit != 's' or not len(stamps):
+        return 0
+    first, last = int(stamps.min()) - times.origin, int(stamps.max()) - times.origin
+    second = NANOSECONDS_PER_SECOND
+    fits = max(abs(first), abs(last)) <= second and last - first >= _MOST_OF_A_SCAN * second
+    return last - first if fits else 0
+
+
+def _log_reading(frame: str, stamp: int, times: PointTimes, span: int) -> None:
+    """Log once how times were read; and warn if they are coarse, or no seconds but fractions."""
     # A message may have any frame.
-    if _log.write('deskewing', frame, f'Deskewing clouds in {shorten(frame, 80)!r}: {reading}',
-                  reading):
-        _logged.add((frame, reading))
+    what = f'Deskewing clouds in {shorten(frame, 80)!r}: '
+    cure = ('If these are fractions of a scan, pass its duration in seconds as unit, such as '
+            'unit=0.1')
+    _log_once(_log, frame, times.reading,
+              f'{what}{times.reading}{f". {cure}" if span else ""}')
+    if times.doubt:
+        _log_once(_warnings, frame, f'coarse {times.field!r}', f'{what}{times.doubt}')
+    if not span:
+        return
+    interval = abs(stamp - _doubted.get(frame, stamp))
+    if frame in _doubted or len(_doubted) < _MAX_LOGGED:
+        _doubted[frame] = stamp
+    if 0 < interval < _APART * span:
+        _log_once(
+            _warnings, frame, f'fractions in {times.field!r}',
+            f'{what}the times in the field {times.field!r} span {as_seconds(span):.4g}, read as '
+            f'seconds, but the stamps of two clouds are {format_span(interval)} apart. {cure}; '
+            "if each cloud holds points of so many seconds, from several scans, pass unit='s'")
+
+
+def _log_once(log: LimitedLog, frame: str, about: str, line: str) -> None:
+    if (frame, about) in _logged or len(_logged) >= _MAX_LOGGED:
+        return
+    if log.write('deskewing', frame, line, about):
+        _logged.add((frame, about))
