@@ -4,7 +4,7 @@
 """
 A filter that holds messages until they can be transformed, then calls back with both.
 
-It counts the messages that it drops, by reason.
+It counts the messages that it drops, by reason, and warns if it drops all.
 """
 
 from collections import deque
@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -35,6 +36,7 @@ from tf_tree_py.core.errors import (
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import LATEST
 
+from .losses import Arrival, Losses
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places, NO_TIME
 from ..messages.convert import as_nanoseconds, transform_stamped
@@ -54,6 +56,12 @@ class Drop(Enum):
     NO_DATA = 'there was no data for its stamp within the timeout'
     CLOCK_JUMPED = 'the clock jumped back'
     CLOSED = 'the filter was closed, or the last listener of its buffer'
+
+
+# A message that was dropped for one of these could never have its transforms.
+_NEVER = (Drop.EMPTY_FRAME, Drop.IMPOSSIBLE_FRAME, Drop.TOO_OLD)
+# These concern all messages that wait, whatever their transforms.
+_FOR_ALL = (Drop.CLOCK_JUMPED, Drop.CLOSED)
 
 
 @dataclass(frozen=True)
@@ -104,6 +112,9 @@ class MessageFilter:
     The callback receives the transform, so that it need not look it up again; it could be
     gone by then. Each message is either passed to the callback once, or dropped. Drops are
     counted by reason, and passed to ``on_drop``.
+
+    If it drops many messages of a topic and passes none in ten seconds, it logs one warning, with
+    the cause and the option that would help.
 
     Callbacks run in the node's executor, as those of a subscription. Messages of one frame are
     delivered in the order in which they were added, except that a message without a transform
@@ -166,17 +177,22 @@ class MessageFilter:
         self._waiting: dict[int, _Held] = {}
         self._ready: dict[int, _Held] = {}
         self._notices: deque[tuple[Any, Drop, str]] = deque()
+        self._losses = Losses(node, buffer.timeouts, self._lock, self._query, self._targets,
+                              queue_size, self._timeout, self._tolerance)
         self._bell = node.create_guard_condition(self._call_back, callback_group)
 
     # --- filling
 
     def add(self, message: Any) -> None:
         """Add a message; this may be the callback of a subscription."""
+        self._add(message, '')
+
+    def _add(self, message: Any, topic: str) -> None:
         header = message.header if self._header_of is None else self._header_of(message)
         frame, stamp = header.frame_id.removeprefix('/'), as_nanoseconds(header.stamp, Time)
         with self._lock:
             number = self._received = self._received + 1
-            held = _Held(self, number, message, frame, stamp)
+            held = _Held(self, message, self._losses.arrived(topic, frame, stamp, number))
             if self._closed:
                 self._drop(held, Drop.CLOSED)
             elif not frame:
@@ -198,8 +214,9 @@ class MessageFilter:
             int is the depth of a reliable subscription, as in rclpy.
         """
         subscription = self._node.create_subscription(
-            msg_type, topic, self.add, sensor_qos() if qos is None else qos,
-            callback_group=self._group)
+            msg_type, topic, partial(self._add, topic=topic),
+            sensor_qos() if qos is None else qos, callback_group=self._group)
+        self._losses.names[topic] = subscription.topic_name
         self._subscriptions.append(subscription)
         return subscription
 
@@ -221,6 +238,7 @@ class MessageFilter:
             self._closed = True
             for held in [*self._waiting.values(), *self._ready.values()]:
                 self._drop(held, Drop.CLOSED)
+            self._losses.close()
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._node.destroy_guard_condition(self._bell)
@@ -253,6 +271,7 @@ class MessageFilter:
                 earlier.wait.ask()
         del self._waiting[held.number]
         self._ready[held.number] = held
+        self._losses.passed(held.arrival)
         self._make_room(self._ready)
         self._ring()
 
@@ -263,8 +282,15 @@ class MessageFilter:
     def _drop(self, held: '_Held', drop: Drop, why: str = '') -> None:
         held.wait.end()
         self._waiting.pop(held.number, None)
-        self._ready.pop(held.number, None)
+        was_ready = self._ready.pop(held.number, None) is not None
         self._dropped[drop] += 1
+        if was_ready:
+            if not self._delivered and not self._closed:
+                self._losses.not_called(held.arrival)
+        elif drop in _NEVER:
+            self._losses.dropped(held.arrival, drop.name, why or drop.value)
+        elif drop not in _FOR_ALL:
+            self._losses.dropped(held.arrival)
         if self._on_drop is not None:
             self._notices.append((held.message, drop, why or drop.value))
             self._ring()
@@ -312,15 +338,16 @@ class MessageFilter:
 class _Held:
     """A message in a filter; it is changed only with the filter's lock held."""
 
-    def __init__(self, owner: MessageFilter, number: int, message: Any, frame: str,
-                 stamp: int) -> None:
+    def __init__(self, owner: MessageFilter, message: Any, arrival: Arrival) -> None:
         self._owner = owner
-        self.number = number
         self.message = message
-        self.frame = frame
+        self.arrival = arrival
+        self.number = arrival.number
+        self.frame = arrival.frame
         self.answer: _Answer = []
-        self.wait = Wait(owner._buffer.timeouts, self, lambda: owner._query(frame, stamp),
-                         owner._timeout, owner._lock)
+        self.wait = Wait(owner._buffer.timeouts, self,
+                         lambda: owner._query(arrival.frame, arrival.stamp), owner._timeout,
+                         owner._lock)
 
     def answered(self, answer: _Answer) -> None:
         """Deliver the message with its transforms."""
